@@ -14,7 +14,7 @@ TRAIN_ENV := OMP_NUM_THREADS=1 MALLOC_MMAP_THRESHOLD_=4000000000 MALLOC_TRIM_THR
 # Processes that the tests run in: browsers and servers wait much. 0: in this one.
 WORKERS ?= 2
 
-.PHONY: help demo gym test test-all coverage docs-check count audit test-ultralytics test-pythons lint docs site wheels sbom npm-package film moves-film viewer app pictures system system-venv system-compiler browser database clean train train-export
+.PHONY: help demo gym test test-all coverage docs-check count audit test-ultralytics test-pythons lint docs site wheels sbom npm-package sums sign release-check containers film moves-film viewer app pictures system system-venv system-compiler browser database clean train train-export
 .DEFAULT_GOAL := help
 
 help:
@@ -33,6 +33,8 @@ help:
 	@echo "make wheels   wheels and source archives of all distributions in dist/"
 	@echo "make site     build the documentation as static files in site/"
 	@echo "make sbom     what the packages are made of (CycloneDX) and their licences in dist/"
+	@echo "make release-check   make everything that a release publishes, install it into empty environments, upgrade old data"
+	@echo "make containers   build the containers' image from Debian's packages and play a gym's day in it (Debian, root)"
 	@echo "make docs     write the generated parts of docs/"
 	@echo "make audit    known weaknesses of the dependencies (needs the network)"
 	@echo "make viewer   build the web viewer into the package (needs node)"
@@ -62,13 +64,17 @@ $(VENV)/dev-ready: $(VENV)/core-ready
 	  -e '.[dev]' -e ./climb -e './lab[train,tune,dev]' -e './gym[dev]'
 	@touch $@
 
+$(VENV)/release-ready: $(VENV)/dev-ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[release]'
+	@touch $@
+
 demo: $(VENV)/core-ready
 	$(BIN)/walltopo scan examples/demo-photos -o demo-scan
 
 # The gym is kept in demo-gym: the second start takes seconds.
 gym: $(VENV)/core-ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ./climb -e ./gym
-	$(BIN)/walltopo gym demo --data demo-gym --photos examples/demo-photos
+	$(BIN)/walltopo gym demo --data demo-gym
 
 test: $(VENV)/dev-ready browser database
 	$(BIN)/python run_tests.py quick --workers $(WORKERS)
@@ -103,6 +109,8 @@ lint: $(VENV)/dev-ready
 	$(BIN)/ruff format --check src climb lab gym tests examples conftest.py run_tests.py
 	$(BIN)/ruff check src climb lab gym tests examples conftest.py run_tests.py
 	$(BIN)/mypy
+	$(BIN)/mypy --platform win32 src climb/src
+	$(BIN)/mypy --platform darwin src climb/src
 	$(BIN)/lint-imports
 
 docs-check: $(VENV)/dev-ready
@@ -114,11 +122,12 @@ count: $(VENV)/dev-ready
 docs: $(VENV)/dev-ready
 	COLUMNS=1000 $(BIN)/walltopo settings --markdown > docs/settings.md
 	$(BIN)/python -m walltopo.scans.schemas docs/schemas
+	$(BIN)/python -m walltopo_lab.site.wire
 	$(BIN)/python -m walltopo_lab.benchmarks.bad_input > docs/bad-input.md
 	$(BIN)/python -m walltopo_lab.benchmarks.tables --page
 	$(BIN)/python -m walltopo_lab.benchmarks.figures
 
-# Broken links are errors; tests/house/test_site.py builds it too, and looks at what came out.
+# Broken links are errors; lab/tests/site/test_site.py builds it too, and looks at what came out.
 site: $(VENV)/dev-ready
 	$(BIN)/python -m walltopo_lab.site.staging build/site
 	$(BIN)/zensical build --strict
@@ -131,8 +140,7 @@ wheels: $(VENV)/dev-ready
 	$(BIN)/python -m build --outdir dist gym
 
 # What the product and the platform are made of: CycloneDX, and a list of licences to read.
-sbom: $(VENV)/dev-ready
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[release]'
+sbom: $(VENV)/release-ready
 	rm -rf build/released && $(PYTHON) -m venv build/released && mkdir -p dist
 	build/released/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt . ./climb ./gym
 	build/released/bin/python -m pip uninstall --quiet -y pip setuptools
@@ -140,6 +148,29 @@ sbom: $(VENV)/dev-ready
 	$(BIN)/pip-licenses --python build/released/bin/python --format markdown --with-urls \
 	  --output-file dist/licences.md
 	cd viewer && npm sbom --package-lock-only --omit dev --sbom-format cyclonedx > ../dist/wall-topo-$$(cat ../VERSION).cdx.json
+
+sums:
+	cd dist && rm -f SHA256SUMS* && sha256sum -- * > .sums && mv .sums SHA256SUMS
+
+# With your SSH key: `make sign KEY=~/.ssh/id_ed25519`.
+sign: sums
+	ssh-keygen -Y sign -n walltopo -f $(KEY) dist/SHA256SUMS
+
+# All that a release publishes, made anew and tried. No tag is needed and nothing is published.
+PYTHONS ?= python3.11 python3.12 python3.13
+release-check: $(VENV)/release-ready
+	rm -rf dist
+	$(MAKE) --no-print-directory wheels sbom npm-package
+	$(BIN)/python -m twine check --strict dist/*.whl dist/walltopo*.tar.gz
+	$(MAKE) --no-print-directory sums
+	$(BIN)/python -m walltopo_lab.release_check dist $(PYTHONS)
+	$(BIN)/python -m walltopo_lab.upgrade_check $(UPGRADE_FROM)
+
+# As root: the image of the platform on Debian's packages alone, and a gym's day in it.
+containers: $(VENV)/dev-ready browser database
+	@for program in mmdebstrap buildah; do command -v $$program >/dev/null \
+	  || apt-get install -y -qq --no-install-recommends $$program >/dev/null || exit 1; done
+	$(BIN)/python -m gym.benchmarks.containers
 
 npm-package:
 	cd viewer && npm ci --no-audit --no-fund && mkdir -p ../dist && npm pack --pack-destination ../dist
@@ -149,7 +180,7 @@ viewer:
 
 # Its client of the API is made of the server's own document.
 app: $(VENV)/dev-ready
-	mkdir -p gym/web/build && $(BIN)/python -m walltopo_gym.api.document gym/web/build/openapi.json
+	mkdir -p gym/web/build && $(BIN)/python -m walltopo_gym.server.document gym/web/build/openapi.json
 	cd gym/web && npm ci --no-audit --no-fund && npm run api && npm run build
 
 # Asks PyPI and npm what is known of the versions that are installed and pinned; fails where it could not ask.
@@ -175,11 +206,11 @@ moves-film: $(VENV)/dev-ready
 	  $(abspath $(DEMO))/index.html ../build/film/$$who $(ROUTE) $$who) || exit 1; done
 	$(BIN)/python -m walltopo_lab.site.moves_film build/film/child build/film/tall docs/pictures/moves.webp
 
-# The browser tests want Chromium and node; where they cannot be had, those tests skip and say so.
+# The browser tests want Chromium, Firefox, WebKitGTK and node; where they cannot be had, those tests skip and say so.
 browser:
-	@command -v chromium >/dev/null && command -v npm >/dev/null \
+	@(for program in chromium firefox-esr WebKitWebDriver Xvfb npm; do command -v $$program >/dev/null || exit 1; done) \
 	  || $(MAKE) --no-print-directory system \
-	  || echo "no browser: the viewer's tests will be skipped"
+	  || echo "no browser, or not all: their tests will be skipped"
 	@if command -v npm >/dev/null; then for folder in viewer gym/web; do \
 	  [ -d $$folder/node_modules ] || (cd $$folder && npm ci --no-audit --no-fund --silent) \
 	    || echo "npm ci failed: the tests of $$folder will be skipped"; done; fi
@@ -216,7 +247,7 @@ system-compiler:
 system:
 	@command -v apt-get >/dev/null || { echo "not a Debian system: install chromium, nodejs, npm"; exit 1; }
 	$(SUDO) apt-get update -qq
-	@for package in python3-venv python3-dev g++ chromium postgresql $$(command -v npm >/dev/null || echo nodejs npm); do \
+	@for package in python3-venv python3-dev g++ chromium firefox-esr webkit2gtk-driver xvfb openssl libgl1-mesa-dri postgresql $$(command -v npm >/dev/null || echo nodejs npm); do \
 	  $(SUDO) apt-get install -y -qq $$package >/dev/null || exit 1; done
 
 clean:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 import shutil
 import subprocess
@@ -12,6 +11,8 @@ from typing import NoReturn
 
 import pytest
 from hypothesis import HealthCheck, settings
+
+from walltopo.core.locks import take_lock
 
 # How fast a machine is at the moment says nothing about the code. A test's settings that name other
 # health checks replace this list.
@@ -88,7 +89,7 @@ def once(tmp_path_factory: pytest.TempPathFactory) -> Once:
     def made(name: str, make: Callable[[Path], object]) -> Path:
         out, done = shared / name, shared / f"{name}-is-made"
         with (shared / f"{name}-lock").open("w") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX)
+            take_lock(lock, wait=True)
             if not done.exists():
                 make(out)
                 done.touch()
@@ -98,17 +99,9 @@ def once(tmp_path_factory: pytest.TempPathFactory) -> Once:
 
 
 @pytest.fixture(scope="session")
-def tiny_gym(once: Once) -> Path:
-    """A small rendered gym with its truth: `photos/` and `truth/`; nobody changes it."""
-    from walltopo_lab.synth import tiny
-
-    return once("tiny-gym", tiny)
-
-
-@pytest.fixture(scope="session")
-def tiny_photos(tiny_gym: Path) -> Path:
-    """The photos of the small rendered gym."""
-    return tiny_gym / "photos"
+def tiny_photos() -> Path:
+    """Eight photos of a small rendered gym (`walltopo_lab.synth.tiny`); nobody changes them."""
+    return Path(__file__).parent / "tests" / "data" / "tiny-gym"
 
 
 @pytest.fixture(scope="session")

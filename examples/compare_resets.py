@@ -31,8 +31,8 @@ def main(old_scan: Path, new_scan: Path) -> None:
     )
     for line in lines:
         route = after[line.number] if line.number is not None else before[line.route or 0]
-        holds = f"+{len(line.came)} -{len(line.went)}, {len(line.moved)} moved"
-        print(f"{line.fate:>8}: {route.name or route.id} ({route.colour}), holds {holds}")
+        holds = f"+{len(line.added)} -{len(line.removed)}, {len(line.moved)} moved"
+        print(f"{line.status:>8}: {route.name or route.id} ({route.colour}), holds {holds}")
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 
-from walltopo.scans.holds import HoldRow, Holds
+from walltopo.scans.holds import Hold, Holds
 from walltopo.scans.routes import Routes
 
 COLUMNS = ("wall", "route", "colour", "holds", "length_m", "steepness_deg", "kinds")
@@ -33,7 +33,7 @@ def main(scans: Iterable[Path]) -> None:
         table.writerow((scan.name, "", "", len(rest), "", "", _kinds(rest)))
 
 
-def _kinds(holds: Iterable[HoldRow]) -> str:
+def _kinds(holds: Iterable[Hold]) -> str:
     """Such as "5 jug, 2 crimp"."""
     counted = Counter(hold.type for hold in holds).most_common()
     return ", ".join(f"{count} {kind}" for kind, count in counted)

@@ -23,7 +23,7 @@ import trimesh
 from walltopo.core import Camera, View
 from walltopo.geometry.zbuffer import render_ids
 
-UNIT = 137.0  # the model's unit is 1/137 m: the lift is not told
+UNIT = 137.0  # the model's unit is 1/137 m, which the lift does not know
 
 
 def table(seed: int) -> tuple[trimesh.Trimesh, np.ndarray]:

@@ -19,7 +19,7 @@ from uuid import UUID
 
 import httpx
 import numpy as np
-from gym.benchmarks.asked import Asking, Draw, Prepare, measure, options
+from gym.benchmarks.load import Draw, Prepare, Request, measure, options
 from gym.tests.worlds import Server, make_world
 from sqlalchemy import insert, text
 
@@ -120,15 +120,15 @@ def asking(path: str, cookies: list[str], routes: list[UUID]) -> Prepare:
     """Each kind in its turn, of some climber."""
     rng = np.random.default_rng(1)
 
-    def draw(number: int) -> Asking:
+    def draw(number: int) -> Request:
         kind = list(KINDS)[number % len(KINDS)]
         cookie = cookies[int(rng.integers(len(cookies)))]
         if kind != "tick":
             where = f"{path}/{KINDS[kind].replace('YEAR', f'{now():%Y}')}"
-            return Asking(kind, where, cookie)
+            return Request(kind, where, cookie)
         route = routes[int(rng.integers(len(routes)))]
         body = {"route_id": str(route), "kind": "top", "climbed_at": now().isoformat()}
-        return Asking(kind, f"{path}/ascents/{_key(rng)}", cookie, "PUT", body=body)
+        return Request(kind, f"{path}/ascents/{_key(rng)}", cookie, "PUT", body=body)
 
     async def prepare(_: httpx.AsyncClient) -> Draw:
         return draw

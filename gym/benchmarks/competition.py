@@ -29,17 +29,16 @@ from uuid import UUID, uuid4
 
 import httpx
 import numpy as np
-from gym.benchmarks.asked import cpu_s
+from gym.benchmarks.load import cpu_s
 from gym.benchmarks.pacing import paced
 from gym.tests.competitions.reference import Reference
 from gym.tests.running import Process
 from gym.tests.worlds import Server, make_world
 from sqlalchemy import select, update
 
+from walltopo_gym.accounts.access import COOKIE
 from walltopo_gym.accounts.actor import sign_in
 from walltopo_gym.accounts.models import Person
-from walltopo_gym.api.app import PREFIX
-from walltopo_gym.api.rules import COOKIE
 from walltopo_gym.clock import now
 from walltopo_gym.competitions.ledger import Fact
 from walltopo_gym.competitions.models import (
@@ -53,6 +52,7 @@ from walltopo_gym.competitions.models import (
 from walltopo_gym.competitions.sheet import load_sheet
 from walltopo_gym.database.engine import Database
 from walltopo_gym.gyms.models import Membership
+from walltopo_gym.server.app import PREFIX
 
 CATEGORIES, COMPETITORS, PROBLEMS, JUDGES = 3, 300, 40, 40
 
@@ -134,7 +134,7 @@ def _lines(board: dict[str, Any]) -> dict[str, Any]:
 async def judge(address: str, cup: Cup, rate: float, seconds: float, seen: Seen) -> None:
     """All judges' events, at a fixed rate."""
     rng = np.random.default_rng(0)
-    said: list[tuple[str, dict[str, Any]]] = []
+    events: list[tuple[str, dict[str, Any]]] = []
     limits = httpx.Limits(max_connections=100, max_keepalive_connections=100)
     async with httpx.AsyncClient(base_url=address + PREFIX, limits=limits, timeout=60) as client:
 
@@ -154,14 +154,14 @@ async def judge(address: str, cup: Cup, rate: float, seconds: float, seen: Seen)
                     seen.answered[answer.json()["seq"]] = moment
                     seen.waited.append(moment - due)
                     seen.accepted.add(event)
-                    said.append((event, body))
+                    events.append((event, body))
 
         def drawn(number: int) -> tuple[str, dict[str, Any]]:
             moment = now().isoformat()
             body: dict[str, Any] = {"device": f"judge-{number % JUDGES}", "number": number,
                                     "made_at": moment, "sent_at": moment}  # fmt: skip
-            if said and number % 20 == 0:
-                event, taken = said[int(rng.integers(len(said)))]
+            if events and number % 20 == 0:
+                event, taken = events[int(rng.integers(len(events)))]
                 back = {name: taken[name] for name in ("entry_id", "problem_id")}
                 return str(uuid4()), body | back | {"kind": "void", "target_id": event}
             body |= {
@@ -191,7 +191,7 @@ async def load(address: str, cup: Cup, args: Any) -> Seen:
 
 def behind(seen: Seen) -> list[float]:
     """Seconds from an event's answer to the line that has it, for each listener. After the last
-    line nothing was to be told, or `stale` finds it."""
+    line nothing was missing, or `stale` finds it."""
     found = []
     for screen in seen.screens:
         numbers = np.array([number for _, number in screen.heard])
@@ -246,10 +246,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         process = Process(data, "serve", "--port", "0", **settings)
         try:
             before = cpu_s(process.pid)
-            seen = asyncio.run(load(process.said, cup, args))
+            seen = asyncio.run(load(process.first_line, cup, args))
             spent = cpu_s(process.pid) - before
-            late = stale(process.said, cup, seen)
-            lost, wrong = check(process.said, server.settings.database_url, cup, seen)
+            late = stale(process.first_line, cup, seen)
+            lost, wrong = check(process.first_line, server.settings.database_url, cup, seen)
         finally:
             process.stop()
     report(seen, lost, wrong, args)

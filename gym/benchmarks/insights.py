@@ -15,15 +15,15 @@ from uuid import UUID
 
 import httpx
 import numpy as np
-from gym.benchmarks.asked import Asking, Draw, Prepare, measure, options
+from gym.benchmarks.load import Draw, Prepare, Request, measure, options
 from gym.benchmarks.reads import fill
 from gym.tests.worlds import Server
 from sqlalchemy import select, update
 
 from walltopo_gym.accounts.actor import sign_in
 from walltopo_gym.climbing.counting import recount
-from walltopo_gym.gyms.grades import FONT
 from walltopo_gym.gyms.models import GradeSystem, Gym, Membership
+from walltopo_gym.gyms.service import FONT
 from walltopo_gym.publishing.models import Placement, Route
 
 KINDS = {
@@ -62,10 +62,10 @@ def asking(path: str, walls: Sequence[UUID], cookie: str) -> Prepare:
     """Each of `KINDS` in turn."""
 
     async def prepare(client: httpx.AsyncClient) -> Draw:
-        def draw(number: int) -> Asking:
+        def draw(number: int) -> Request:
             kind = list(KINDS)[number % len(KINDS)]
             below = KINDS[kind].format(wall=walls[number % len(walls)])
-            return Asking(kind, f"{path}/{below}", cookie)
+            return Request(kind, f"{path}/{below}", cookie)
 
         return draw
 

@@ -47,7 +47,7 @@ class Works:
         self._data, self._elsewhere, self._postgres = data, elsewhere, postgres
         # One thread, so that the same photos give the same bytes.
         (data / "quick.toml").write_text(QUICK)
-        self._settings = {"scan_settings": str(data / "quick.toml"), "silent_s": "8"}
+        self._settings = {"scan_settings": str(data / "quick.toml")}
         self._settings |= {"database": url} if url else {}
         self.server = self._serve()
         self.workers = [self._work() for _ in range(2)] if elsewhere else []
@@ -60,7 +60,7 @@ class Works:
         return Process(self._data, "worker", **self._settings)
 
     def kill(self, scan: str) -> None:
-        """Kill whoever works on the scan, or the database, and start one of its kind again."""
+        """Kill the worker of the scan, or the database, and start another one."""
         if self._postgres is not None:
             self._postgres.kill()
             time.sleep(_AWAY_S)
@@ -122,9 +122,9 @@ class Setter(threading.Thread):
         while not self.over.wait(_PACE_S):
             number += 1
             name = f"Wall {number}"
-            asked = partial(self._client.post, f"{self._path}/walls", json={"name": name})
-            answer = self._patiently(asked)
-            # What was done and not acknowledged is refused when it is asked for again.
+            announce_again = partial(self._client.post, f"{self._path}/walls", json={"name": name})
+            answer = self._patiently(announce_again)
+            # A request that was done and not acknowledged is refused the second time.
             if answer.status_code == 201:
                 self.walls.add(name)
             elif answer.status_code != 409:
@@ -135,14 +135,14 @@ class Setter(threading.Thread):
     def _send(self, name: str, content: bytes) -> None:
         """By tus; what is here of it already is not sent again."""
         path = f"{self._path}/scans/{self._scan}/photos"
-        asked = partial(announce, self._client, path, name, content)
-        told = self._patiently(asked)
-        if told.status_code == 201:
-            place, here = told.headers["location"], int(told.headers["upload-offset"])
-            told = self._patiently(partial(send, self._client, place, content, here))
-        if told.status_code == 409:  # all of it was taken, and that was not acknowledged
-            told = self._patiently(asked)
-        if told.is_success:
+        announce_again = partial(announce, self._client, path, name, content)
+        response = self._patiently(announce_again)
+        if response.status_code == 201:
+            place, here = response.headers["location"], int(response.headers["upload-offset"])
+            response = self._patiently(partial(send, self._client, place, content, here))
+        if response.status_code == 409:  # all of it was taken, and that was not acknowledged
+            response = self._patiently(announce_again)
+        if response.is_success:
             self.photos[name] = hashlib.sha256(content).hexdigest()
         else:
             self.odd += 1
@@ -179,7 +179,7 @@ def scanned(photos: Path, kill: bool, elsewhere: bool, database: bool) -> dict[s
     """One scan through the platform: what came of it."""
     with works(elsewhere, database) as (running, world, data):
         cookie = world.people["setter"].headers["cookie"].partition("=")[2]
-        client = browser(running.server.said, cookie)
+        client = browser(running.server.first_line, cookie)
         scan, other = (client.post(f"{world.path}/walls/{world.wall.id}/scans").json()["id"]
                        for _ in range(2))  # fmt: skip
         path = f"{world.path}/scans/{scan}"
@@ -188,7 +188,7 @@ def scanned(photos: Path, kill: bool, elsewhere: bool, database: bool) -> dict[s
             place = announce(client, f"{path}/photos", file.name, content).headers["location"]
             assert send(client, place, content).status_code == 204
         wait_for(lambda: {p["state"] for p in client.get(f"{path}/photos").json()} == {"usable"})
-        setter = Setter(browser(running.server.said, cookie), world, other)
+        setter = Setter(browser(running.server.first_line, cookie), world, other)
         if kill and database:
             setter.start()
         begun = time.monotonic()
@@ -217,7 +217,7 @@ def _facts(running: Works, cookie: str, path: str) -> dict[str, Any]:
     """How the scan is; asked of the server that is there now."""
     while True:
         try:
-            answer = browser(running.server.said, cookie).get(path)
+            answer = browser(running.server.first_line, cookie).get(path)
             if answer.is_success:
                 facts: dict[str, Any] = answer.json()
                 return facts

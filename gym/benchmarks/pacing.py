@@ -18,9 +18,9 @@ async def paced(
         what waits behind a slow answer counts as slow, too.
     """
     begun = time.perf_counter()
-    asked: list[asyncio.Task[None]] = []
+    requests: list[asyncio.Task[None]] = []
     for number in range(int(rate * seconds)):
         due = begun + number / rate
         await asyncio.sleep(max(0.0, due - time.perf_counter()))
-        asked.append(asyncio.create_task(one(number, due)))
-    await asyncio.gather(*asked)
+        requests.append(asyncio.create_task(one(number, due)))
+    await asyncio.gather(*requests)

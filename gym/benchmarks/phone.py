@@ -8,7 +8,7 @@ phone's size, whose processor is slowed four times, behind a line of 9 Mbit/s an
 median of the turns and the worst of them; a first visit has nothing kept. Interactive: the list of
 walls is drawn, and no long task (50 ms) comes any more. A wall is there when its first tier has
 been handed to the graphics; headless Chromium has no graphics processor, so the processor draws it,
-which no phone does: when that is done is told apart. Lighthouse is put into `gym/web/build` by
+which no phone does: that moment is listed separately. Lighthouse is put into `gym/web/build` by
 npm at the first run; nothing else uses it.
 """
 
@@ -31,9 +31,10 @@ from sqlalchemy import select
 
 from walltopo_gym.cli.place import database_of
 from walltopo_gym.demo.hall import SLUG
-from walltopo_gym.gyms.models import Gym, Wall
+from walltopo_gym.gyms.models import Gym
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.settings import load_settings
+from walltopo_gym.walls.models import Wall
 
 _ROOT = Path(__file__).resolve().parents[2]
 _WEB = _ROOT / "gym/web"
@@ -105,12 +106,12 @@ def driven(data: Path, turns: int) -> Iterator[tuple[str, Any]]:
         "public": ["/", "/sign-in", gym, wall, f"{wall}/r/{known['route']}"],
         "own": [gym, f"{wall}/r/{known['route']}", f"{gym}/progress", f"{gym}/board", "/me"],
     }
-    told = known | pages | {
+    facts = known | pages | {
         "address": address, "port": front, "target": back, "debugging": debugging,
         "turns": turns, "lighthouse": str(lighthouse()),
     }  # fmt: skip
     places = data / "places.json"
-    places.write_text(json.dumps(told))
+    places.write_text(json.dumps(facts))
     places.chmod(0o600)
     settings = {"workers": "0", "requests_per_minute": "0", "address": address}
     process = Process(data, "serve", "--port", str(back), **settings)
@@ -126,7 +127,7 @@ def driven(data: Path, turns: int) -> Iterator[tuple[str, Any]]:
         raise RuntimeError(ended.stderr[-3000:])
     for text in ended.stdout.splitlines():
         row = json.loads(text)
-        # An id says nothing to whoever reads the record.
+        # Ids mean nothing to readers of the record.
         name = row["name"].replace(known["wall"], "WALL").replace(known["route"], "ROUTE")
         yield name, row["value"]
 

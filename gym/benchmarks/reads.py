@@ -15,7 +15,7 @@ from uuid import UUID
 
 import httpx
 import numpy as np
-from gym.benchmarks.asked import Asking, Draw, Prepare, measure, options
+from gym.benchmarks.load import Draw, Prepare, Request, measure, options
 from gym.tests.worlds import Server, World, hold, make_world
 from sqlalchemy import insert, select
 
@@ -23,8 +23,9 @@ from walltopo_gym.accounts.actor import sign_in
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.climbing.models import Ascent, Opinion
 from walltopo_gym.clock import now
-from walltopo_gym.gyms.models import Membership, Wall
+from walltopo_gym.gyms.models import Membership
 from walltopo_gym.publishing.models import Route
+from walltopo_gym.walls.models import Wall
 
 WALLS, ROUTES, CLIMBERS, ASCENTS, OPINIONS = 10, 30, 4_000, 50_000, 20_000
 _SIGNED_IN = 100
@@ -83,7 +84,7 @@ def crowd(server: Server, world: World) -> list[str]:
 
 
 def asking(path: str, walls: list[UUID], cookies: list[str]) -> Prepare:
-    """By `SHARES`; the walls' ETags are asked for first."""
+    """By `SHARES`; the walls' ETags are read first."""
     rng = np.random.default_rng(1)
 
     async def prepare(client: httpx.AsyncClient) -> Draw:
@@ -92,16 +93,16 @@ def asking(path: str, walls: list[UUID], cookies: list[str]) -> Prepare:
             answer = await client.get(f"{path}/walls/{wall}/published")
             etags[wall] = answer.headers["etag"]
 
-        def draw(_: int) -> Asking:
+        def draw(_: int) -> Request:
             kind = str(rng.choice(list(SHARES), p=list(SHARES.values())))
             wall = walls[int(rng.integers(len(walls)))]
             cookie = cookies[int(rng.integers(len(cookies)))]
             if kind == "tallies":
-                return Asking(kind, f"{path}/walls/{wall}/tallies")
+                return Request(kind, f"{path}/walls/{wall}/tallies")
             if kind == "own ascents":
-                return Asking(kind, f"/me/ascents?wall={wall}", cookie)
+                return Request(kind, f"/me/ascents?wall={wall}", cookie)
             known = {"if-none-match": etags[wall]} if kind == "wall, unchanged" else {}
-            return Asking(kind, f"{path}/walls/{wall}/published", headers=known)
+            return Request(kind, f"{path}/walls/{wall}/published", headers=known)
 
         return draw
 

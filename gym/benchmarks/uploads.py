@@ -45,7 +45,7 @@ class Hall:
 
     def _start(self) -> Process:
         return Process(self._data, "serve", "--port", str(self.port), workers="0",
-                       most_photos="5000", requests_per_minute="0")  # fmt: skip
+                       max_photos="5000", requests_per_minute="0")  # fmt: skip
 
     def arrived(self) -> None:
         """Another photo is there; perhaps it is time."""
@@ -141,12 +141,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with ThreadPoolExecutor(_PHONES) as phones:
             list(phones.map(one, range(args.photos)))
         hall.stop()
-        told(data, contents, hall, counted)
+        print_figures(data, contents, hall, counted)
     return 0
 
 
-def told(data: Path, contents: dict[str, bytes], hall: Hall, counted: Counter[str]) -> None:
-    """What is in the database and in the store."""
+def print_figures(
+    data: Path, contents: dict[str, bytes], hall: Hall, counted: Counter[str]
+) -> None:
+    """Contents of the database and of the store."""
     with sqlite3.connect(data / "gym.sqlite") as base:
         rows = Counter(row[0] for row in base.execute("SELECT sha256 FROM photos"))
         waiting = base.execute("SELECT count(*) FROM photos WHERE state = 'receiving'").fetchone()

@@ -30,7 +30,7 @@ _PATIENCE_S = 7200
 
 
 def walked(data: Path, photos: Path, quick: bool) -> list[dict[str, Any]]:
-    """The parts of the way, as the browser told them; the server's folder is `data`.
+    """The parts of the way, as the browser reported them; the server's folder is `data`.
 
     Raises
     ------
@@ -45,7 +45,7 @@ def walked(data: Path, photos: Path, quick: bool) -> list[dict[str, Any]]:
     shots.mkdir(parents=True, exist_ok=True)
     places = {
         # Browsers keep the cookie of a sign-in over HTTPS and on this name only.
-        "address": process.said.replace("127.0.0.1", "localhost"),
+        "address": process.first_line.replace("127.0.0.1", "localhost"),
         "log": str(data / "serve.log"),
         "photos": str(photos.absolute()),
         "shots": str(shots),
@@ -84,10 +84,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         itself = stage_seconds(data)
     refused = parts.pop()
     for part in parts:
-        told = f" ({part['told']})" if part.get("told") else ""
-        print(f"{part['name']}{told}: {part['seconds']:.1f} s")
+        note = f" ({part['result']})" if part.get("result") else ""
+        print(f"{part['name']}{note}: {part['seconds']:.1f} s")
     scan = next(part["seconds"] for part in parts if part["name"] == "scan")
-    print(f"{refused['name']}: {refused['told']}")
+    print(f"{refused['name']}: {refused['result']}")
     print(f"stages of the scan: {itself:.1f} s; the server adds: {scan - itself:.1f} s")
     return 0
 

@@ -38,7 +38,7 @@ class Device:
         self._key = ec.generate_private_key(ec.SECP256R1())
 
     def public_key(self) -> bytes:
-        """As COSE writes it."""
+        """Return the public key in COSE."""
         point = self._key.public_key().public_numbers()
         x, y = point.x.to_bytes(32, "big"), point.y.to_bytes(32, "big")
         coded: bytes = cbor2.dumps({1: 2, 3: -7, -1: 1, -2: x, -3: y})
@@ -61,12 +61,12 @@ class Device:
         return self._answer(clientDataJSON=client, authenticatorData=data, signature=signed)
 
     def _data(self, host: str, flags: int = 0) -> bytes:
-        told = bytes([self._flags | flags]) + self._count.to_bytes(4, "big")
-        return hashlib.sha256(host.encode()).digest() + told
+        answer = bytes([self._flags | flags]) + self._count.to_bytes(4, "big")
+        return hashlib.sha256(host.encode()).digest() + answer
 
     def _client(self, kind: str, challenge: str) -> bytes:
-        told = {"type": kind, "challenge": challenge, "origin": self.origin}
-        return json.dumps(told).encode()
+        answer = {"type": kind, "challenge": challenge, "origin": self.origin}
+        return json.dumps(answer).encode()
 
     def _answer(self, **response: bytes) -> dict[str, Any]:
         return {

@@ -24,7 +24,7 @@ def postgres_programs() -> Path | None:
 
 
 class Postgres:
-    """A server that trusts whoever comes; `address` is `tester@host:port`.
+    """A server that trusts every client; `address` is `tester@host:port`.
 
     Parameters
     ----------

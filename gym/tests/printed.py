@@ -22,7 +22,7 @@ def words_of(content: bytes) -> str:
 
 
 def codes_of(page: Any, across: int = 1, down: int = 1) -> set[str]:
-    """What a phone reads when it is held over each part of a page, of which each has one code."""
+    """Return the codes that a phone reads from a page of `across` x `down` parts, one code each."""
     picture = np.asarray(page.render(scale=_SCALE).to_pil().convert("RGB"))
     found = set()
     for band in np.array_split(picture, down, axis=0):

@@ -15,8 +15,8 @@ from typing import Any
 
 import httpx
 
-from walltopo_gym.api.app import PREFIX
-from walltopo_gym.api.rules import COOKIE
+from walltopo_gym.accounts.access import COOKIE
+from walltopo_gym.server.app import PREFIX
 
 TUS = {"tus-resumable": "1.0.0"}
 PATIENCE_S = 600
@@ -55,11 +55,11 @@ class Process:
             start_new_session=True,
         )  # fmt: skip
         assert self._child.stdout is not None
-        self.said = self._child.stdout.readline().strip()
+        self.first_line = self._child.stdout.readline().strip()
 
     @property
     def pid(self) -> int:
-        """Of the command."""
+        """Process id of the command."""
         return self._child.pid
 
     def kill(self) -> None:
@@ -89,8 +89,10 @@ def browser(address: str, cookie: str) -> httpx.Client:
 
 def announce(client: httpx.Client, path: str, name: str, content: bytes) -> httpx.Response:
     """Announce a photo, as tus has it."""
-    told = {"filename": name, "sha256": hashlib.sha256(content).hexdigest()}
-    pairs = [f"{key} {base64.b64encode(value.encode()).decode()}" for key, value in told.items()]
+    metadata = {"filename": name, "sha256": hashlib.sha256(content).hexdigest()}
+    pairs = [
+        f"{key} {base64.b64encode(value.encode()).decode()}" for key, value in metadata.items()
+    ]
     headers = TUS | {"upload-length": str(len(content)), "upload-metadata": ",".join(pairs)}
     return client.post(path, headers=headers)
 
@@ -105,6 +107,6 @@ def send(client: httpx.Client, place: str, content: bytes, offset: int = 0) -> h
 
 
 def offset_of(client: httpx.Client, place: str) -> int:
-    """How much of a photo is there."""
+    """Return how much of a photo is there."""
     answer = client.head(place.partition(PREFIX)[2], headers=TUS)
     return int(answer.headers["upload-offset"])

@@ -26,7 +26,7 @@ def test_a_misspelt_name_is_refused_wherever_it_stands(tmp_path: Path) -> None:
         load_settings({"data": tmp_path}, {})
 
 
-def test_impossible_values_and_files_are_told(tmp_path: Path) -> None:
+def test_impossible_values_and_files_are_reported(tmp_path: Path) -> None:
     with pytest.raises(SettingsError, match="port"):
         load_settings({"data": tmp_path}, {"WALLTOPO_GYM_PORT": "many"})
     with pytest.raises(SettingsError, match="--data"):

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -17,35 +18,36 @@ from sqlalchemy import create_engine, event, text
 
 from walltopo.core.files import files_below
 from walltopo.scans import routes as found
-from walltopo.scans.attributes import Attributes, Hold
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import Hold, Holds
 from walltopo.scans.manifest import Manifest, StageRecord
 from walltopo.scans.scale import Scale
+from walltopo_gym.accounts.access import COOKIE
 from walltopo_gym.accounts.actor import TOKEN_PREFIX, Scope, sign_in
 from walltopo_gym.accounts.models import ApiToken
 from walltopo_gym.accounts.passwords import Passwords
 from walltopo_gym.accounts.people import add_person
 from walltopo_gym.accounts.secrets import new_secret
-from walltopo_gym.api.app import PREFIX, build_app
-from walltopo_gym.api.rules import COOKIE
 from walltopo_gym.api.services import Services
 from walltopo_gym.clock import now
+from walltopo_gym.competitions.live import LiveBoards
 from walltopo_gym.database.engine import Database
-from walltopo_gym.editing.desks import Desks
+from walltopo_gym.editing.service import EditSessions
 from walltopo_gym.gyms.members import add_member
-from walltopo_gym.gyms.models import Gym, Wall
-from walltopo_gym.gyms.opening import open_gym
+from walltopo_gym.gyms.models import Gym
 from walltopo_gym.gyms.roles import Role
+from walltopo_gym.gyms.service import open_gym
 from walltopo_gym.mail import Letter
 from walltopo_gym.migrations.run import migrate
-from walltopo_gym.scans.models import Scan
+from walltopo_gym.scans.artifacts import store_public_files
+from walltopo_gym.scans.incoming import Incoming
+from walltopo_gym.scans.models import Photo, Scan
 from walltopo_gym.scans.pictures import keep_front
-from walltopo_gym.scans.shelf import take_visible
-from walltopo_gym.scans.states import State
+from walltopo_gym.scans.service import State
+from walltopo_gym.server.app import PREFIX, build_app
 from walltopo_gym.settings import load_settings
 from walltopo_gym.storage.files import open_store
-from walltopo_gym.uploads.incoming import Incoming
-from walltopo_gym.uploads.models import Photo
+from walltopo_gym.walls.models import Wall
 
 PASSWORD = "chalk bucket overhang 7"
 ORIGIN = "https://walls.example.com"
@@ -94,7 +96,8 @@ class Server:
     """
 
     def __init__(self, folder: Path, url: str = "", **settings: object) -> None:
-        given = {"data": folder, "address": ORIGIN, "new_gyms": "anyone", "database": url}
+        given = {"data": folder, "address": ORIGIN, "new_gyms": "anyone", "database": url,
+                 "requests_per_minute": 0}  # fmt: skip
         self.settings = load_settings(given | settings, {})
         self.database = Database(self.settings.database_url)
         if self.database.is_sqlite:  # as fast as it gets; none of these tests cuts the power
@@ -104,20 +107,27 @@ class Server:
         # Argon2's costs are the library's defaults in `Passwords()`; here they would be paid often.
         self.passwords = Passwords(PasswordHasher(time_cost=1, memory_cost=8, parallelism=1))
         store = open_store(self.settings)
+        self.incoming = Incoming(folder / "incoming", keep_free_mb=0)
+        edit_sessions = EditSessions(folder / "editing", 1, self.database, store)
+        parts = (self.passwords, self.incoming, edit_sessions, LiveBoards(self.database))
         self.services = Services(
-            self.settings,
-            self.database,
-            self.passwords,
-            self.outbox,
-            store,
-            Incoming(folder / "incoming", keep_free_mb=0),
-            Desks(folder / "editing", 1, self.database, store),
+            self.settings, self.database, self.outbox, store, {type(part): part for part in parts}
         )
         self.app = build_app(self.services)
 
     def client(self) -> TestClient:
         """A browser without a cookie."""
         return TestClient(self.app, base_url=ORIGIN, raise_server_exceptions=False)
+
+    @contextmanager
+    def replacing(self, part: object) -> Iterator[None]:
+        """Serve with another object of its class for as long as the block lasts."""
+        parts = {**self.services.parts, type(part): part}
+        self.app.state.services = replace(self.services, parts=parts)
+        try:
+            yield
+        finally:
+            self.app.state.services = self.services
 
     def ask(
         self, method: str, path: str, who: Somebody = NOBODY, json: object = None,
@@ -193,7 +203,7 @@ class World:
             folder = ScanFolder(Path(name))
             made = (found.Route(id=n, colour="red", holds=tuple(h)) for n, h in routes.items())
             found.Routes(routes=tuple(made)).save(folder.routes)
-            Attributes(instances=tuple(holds)).save(folder.attributes)
+            Holds(metric=True, holds=tuple(holds)).save(folder.holds)
             scale = Scale(method="measure", scale=1.0, metric=True, up_known=True, floor_known=True)
             scale.save(folder.scale)
             stages = {
@@ -222,7 +232,7 @@ class World:
             store.put(f"scans/{scan}/{file.relative_to(folder).as_posix()}", file)
         keep_front(store, scan, made)
         with self.server.database.writing() as session:
-            session.get_one(Scan, scan).files = take_visible(store, made)
+            session.get_one(Scan, scan).files = store_public_files(store, made)
         return scan
 
     def publish(self, scan: UUID, *entries: dict[str, Any], revision: int = 0) -> httpx.Response:
@@ -232,12 +242,12 @@ class World:
         return self.server.ask("POST", path, self.people["setter"], body)
 
     def published(self) -> dict[str, Any]:
-        """What everybody sees of the wall."""
+        """Return what everybody sees of the wall."""
         path = f"{self.path}/walls/{self.wall.id}/published"
         answer = self.server.ask("GET", path, self.people["member"])
         assert answer.status_code == 200, answer.text
-        told: dict[str, Any] = answer.json()
-        return told
+        payload: dict[str, Any] = answer.json()
+        return payload
 
     def photo(self, scan: UUID, **facts: Any) -> UUID:
         """A photo of a scan."""
@@ -245,7 +255,7 @@ class World:
         with self.server.database.writing() as session:
             session.add(row)
         if row.state == "receiving":
-            self.server.services.incoming.begin(row.id, row.size)
+            self.server.incoming.begin(row.id, row.size)
         return row.id
 
     @property

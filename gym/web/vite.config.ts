@@ -30,12 +30,12 @@ async function bundled(input: string): Promise<string> {
 
 const MARK = "<!--head-->";
 
-/** `wall/early.ts` as the page's first script, which waits for none of the app's. */
+/** `walls/early.ts` as the page's first script, which waits for none of the app's. */
 const early: Plugin = {
   name: "early",
   apply: "build",
   async buildStart() {
-    this.emitFile({ type: "asset", name: "early.js", source: await bundled("src/wall/early.ts") });
+    this.emitFile({ type: "asset", name: "early.js", source: await bundled("src/walls/early.ts") });
   },
   transformIndexHtml: {
     order: "post",
@@ -54,7 +54,7 @@ export default defineConfig({
     target: "es2022",
     rollupOptions: {
       // What pages share comes in one file and not in twenty: each costs a slow phone some hundredths of a second.
-      output: { codeSplitting: { groups: [{ name: "common", test: /\/src\/(lib|wall|shell|offline|outbox)\//, minShareCount: 2 }] } },
+      output: { codeSplitting: { groups: [{ name: "common", test: /\/src\/(lib|walls|shell|offline|outbox)\//, minShareCount: 2 }] } },
     },
     outDir: "../src/walltopo_gym/web",
     emptyOutDir: true,

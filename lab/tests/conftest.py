@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -23,3 +25,11 @@ def ultralytics(tmp_path_factory: pytest.TempPathFactory) -> Any:
     return pytest.importorskip(
         "ultralytics", reason="AGPL-3.0, so not by default: make test-ultralytics"
     )
+
+
+@pytest.fixture(scope="session")
+def tiny_gym(once: Callable[..., Path]) -> Path:
+    """A small rendered gym with its truth: `photos/` and `truth/`; nobody changes it."""
+    from walltopo_lab.synth import tiny
+
+    return once("tiny-gym", tiny)

@@ -28,7 +28,7 @@ from walltopo.core import (
 )
 
 if TYPE_CHECKING:
-    from walltopo.geometry.ply import read_mesh
+    from walltopo.geometry.mesh_files import read_mesh
     from walltopo.pipeline.runner import scan
     from walltopo.pipeline.settings import Settings, load_settings
     from walltopo.scans.colmap_model import read_views
@@ -44,7 +44,7 @@ _LAZY = {
     "lift": "walltopo.segment.lift",
     "load_settings": "walltopo.pipeline.settings",
     "read_coco_masks": "walltopo.scans.detections",
-    "read_mesh": "walltopo.geometry.ply",
+    "read_mesh": "walltopo.geometry.mesh_files",
     "read_views": "walltopo.scans.colmap_model",
     "scan": "walltopo.pipeline.runner",
 }

@@ -32,8 +32,8 @@ def script(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def _offered(script: Path, words: str, folder: Path) -> set[str]:
-    asked = ASK.format(script=script, words=words)
-    command = ["bash", "--norc", "-c", asked]
+    requests = ASK.format(script=script, words=words)
+    command = ["bash", "--norc", "-c", requests]
     run = subprocess.run(command, capture_output=True, text=True, cwd=folder, check=True)
     assert run.stderr == ""
     return set(run.stdout.split())
@@ -70,9 +70,9 @@ def test_values_and_files(script: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_each_shell(shell: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["completion", shell]) == 0
-    told = capsys.readouterr().out
+    output = capsys.readouterr().out
     for word in ("export", "accept-changes", "evaluate", "painted-ply"):
-        assert word in told
+        assert word in output
     if shutil.which(shell):
-        (tmp_path / "script").write_text(told)
+        (tmp_path / "script").write_text(output)
         subprocess.run([shell, "-n", str(tmp_path / "script")], check=True)

@@ -97,9 +97,9 @@ def test_a_defect_is_70(verbose: bool, tmp_path: Path) -> None:
 
 
 def test_every_code_of_the_help_is_tried() -> None:
-    told = {int(code) for code in re.findall(r"^ +(\d+) ", EXIT_CODES, re.M)}
+    output = {int(code) for code in re.findall(r"^ +(\d+) ", EXIT_CODES, re.M)}
     signals = {130}  # test_cli_stopping.py
-    assert told == {code for code, _ in CASES} | {70} | signals
+    assert output == {code for code, _ in CASES} | {70} | signals
 
 
 def _ended(words: list[str], **how: Any) -> subprocess.CompletedProcess[bytes]:

@@ -9,14 +9,15 @@ from pathlib import Path
 import pytest
 
 from walltopo.cli import build_parser, leaf_parsers, main
-from walltopo.cli.options import Number
+from walltopo.cli.options import Number, options_given
 from walltopo.core import SettingsError
 from walltopo.pipeline.settings import load_settings, sections
+from walltopo.segment.lift.settings import LiftParams
 
 # These write what the user names as an argument; the others by `-o`, `--out` or `--output`.
 BY_ARGUMENT = {"gym backup", "synth", "train paint", "dataset convert", "dataset split"}
 # `scan` guards its folder itself (pipeline/workplace.py).
-GUARDED = {"scan"}
+GUARDED = {"scan", "import"}
 
 
 def _parsers(
@@ -118,8 +119,8 @@ def test_a_found_settings_file_names_no_program(
     for section, name in leads:
         file.write_text(f'[{section}]\n{name} = "here"\n')
         assert main(words) == 2
-        told = " ".join(capsys.readouterr().err.split())
-        assert f"walltopo.toml: {section}.{name}" in told
+        output = " ".join(capsys.readouterr().err.split())
+        assert f"walltopo.toml: {section}.{name}" in output
         # The user's own word: the file named, or the setting.
         assert main([*words, "--config", "walltopo.toml"]) == 3  # goes on: no photos
         file.write_text("")
@@ -153,7 +154,7 @@ def test_harmless_settings_of_a_found_file_count(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "output"),
     [
         (b"\xff\xfe", "not valid TOML"),
         (b"a = " + b"[" * 100_000, "nested too deeply"),
@@ -162,7 +163,7 @@ def test_harmless_settings_of_a_found_file_count(tmp_path: Path) -> None:
     ids=["not UTF-8", "deep", "folder"],
 )
 def test_settings_files_that_cannot_be_read(
-    content: bytes | None, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    content: bytes | None, output: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     config = tmp_path / "config"
     if content is None:
@@ -170,7 +171,7 @@ def test_settings_files_that_cannot_be_read(
     else:
         config.write_bytes(content)
     assert main(["scan", "p", "-o", str(tmp_path / "scan"), "--config", str(config)]) == 3
-    assert told in " ".join(capsys.readouterr().err.split())
+    assert output in " ".join(capsys.readouterr().err.split())
 
 
 def test_every_command_has_the_common_options() -> None:
@@ -187,3 +188,20 @@ def test_a_quiet_command_prints_nothing(capsys: pytest.CaptureFixture[str]) -> N
     assert capsys.readouterr().out == ""
     assert main(["doctor"]) in (0, 5)
     assert capsys.readouterr().out != ""
+
+
+def test_a_setting_for_experts_is_reached_by_set() -> None:
+    given = ["lift", "--mesh=m", "--cameras=c", "--masks=m", "-o=o"]
+    args = build_parser().parse_args([*given, "--set", "cohesion=0.4", "--set", "voters=all"])
+    params = options_given(args, LiftParams)
+    assert (params.cohesion, params.voters, params.threshold) == (0.4, "all", 0.5)
+    for word, part in (("cohesoin=0.4", "Did you mean cohesion"), ("cohesion=2", "at most")):
+        args = build_parser().parse_args([*given, "--set", word])
+        with pytest.raises(SettingsError) as failure:
+            options_given(args, LiftParams)
+        assert part in f"{failure.value} {failure.value.hint}"
+
+
+def test_the_settings_that_are_shown_fit_on_a_screen() -> None:
+    shown = [field for fields in sections().values() for field in fields.values()]
+    assert sum(not field.expert for field in shown) <= 25

@@ -11,14 +11,14 @@ import pytest
 
 from walltopo.cli import main
 from walltopo.cli.console import Terminal
-from walltopo.cli.qr import qr_lines, show_qr
+from walltopo.cli.view import qr_lines, show_qr
 from walltopo.publish.server.run import Server
 
 TOKEN = "x" * 32
 
 
 def _read(lines: list[str], dark_on_light: bool) -> str:
-    """What a camera makes of it."""
+    """Return what a camera makes of it."""
     halves = {" ": (0, 0), "▀": (1, 0), "▄": (0, 1), "█": (1, 1)}
     rows = [[halves[char][k] for char in line] for line in lines for k in (0, 1)]
     drawn = np.array(rows, dtype=np.uint8) * 255
@@ -47,7 +47,7 @@ def test_it_is_drawn_where_it_can_be_scanned(terminal: bool, width: int, drawn: 
 
 @pytest.mark.parametrize("edit", [[], ["--edit"]])
 @pytest.mark.parametrize("host", ["127.0.0.2", "127.0.0.1"])
-def test_view_shows_the_address_that_was_asked_for(
+def test_view_shows_the_address_that_was_requested(
     host: str, edit: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """127.0.0.2 is this machine too, but no name of the loopback that `view` knows."""
@@ -64,10 +64,10 @@ def test_view_shows_the_address_that_was_asked_for(
     monkeypatch.setattr(Server, "run", run)
     assert main(["view", str(tmp_path), "--port", "0", "--host", host, *edit]) == 0
     lines = [line for line in stream.getvalue().split("\n") if set(line) <= set(" ▀▄█") and line]
-    told = " ".join(stream.getvalue().split())
+    output = " ".join(stream.getvalue().split())
     if host == "127.0.0.1":
         assert not lines
         return
     assert _read(lines, dark_on_light=False) == shown[0].url
     assert ("token" in _read(lines, dark_on_light=False)) == bool(edit)
-    assert ("the code has the token" in told) == bool(edit)
+    assert ("it includes the token" in output) == bool(edit)

@@ -1,4 +1,4 @@
-"""The one bar of a scan, what a log gets of it, and what is asked of the machine before it."""
+"""The one bar of a scan, its lines in a log, and the checks of the machine before it."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ import pytest
 from walltopo.cli import main
 from walltopo.cli.console import Terminal
 from walltopo.cli.scan_progress import ScanListener, roughly
-from walltopo.pipeline.forecast import COSTS, Forecast
+from walltopo.pipeline.forecast import Forecast
 from walltopo.pipeline.runner import scan
+from walltopo.pipeline.stages import STAGES, stage_named
 from walltopo.scans.manifest import StageRecord
 
 
@@ -29,7 +30,7 @@ def _terminal(width: int = 80) -> tuple[Terminal, io.StringIO]:
 
 
 @pytest.mark.parametrize(
-    ("seconds", "told"),
+    ("seconds", "output"),
     [
         (0, "under a minute"),
         (49, "under a minute"),
@@ -39,8 +40,8 @@ def _terminal(width: int = 80) -> tuple[Terminal, io.StringIO]:
         (83 * 60, "about 1 h 25 min"),
     ],
 )
-def test_an_estimate_promises_little(seconds: float, told: str) -> None:
-    assert roughly(seconds) == told
+def test_an_estimate_promises_little(seconds: float, output: str) -> None:
+    assert roughly(seconds) == output
 
 
 def test_the_bar_says_stage_share_and_time_left() -> None:
@@ -51,8 +52,8 @@ def test_the_bar_says_stage_share_and_time_left() -> None:
     listener.stage_begins("dense")
     listener.step("depth maps", 20)
     listener.advance(7)
-    clock.now = COSTS["dense"].of(20) / 2
-    share, what, left = listener._look()
+    clock.now = stage_named("dense").cost.of(20) / 2
+    share, what, left = listener._status()
     assert what == "dense    depth maps 7/20"
     assert 0.2 < share < 0.5
     assert left == "about 1 min left"
@@ -61,7 +62,7 @@ def test_the_bar_says_stage_share_and_time_left() -> None:
 def test_it_fits_a_terminal() -> None:
     console, stream = _terminal()
     with ScanListener(console) as listener:
-        listener.scan_begins(Forecast(list(COSTS), 1200, {}))
+        listener.scan_begins(Forecast([stage.name for stage in STAGES], 1200, {}))
         listener.stage_begins("classify")
         listener.step("looking at the colours of every hold in every photo there is", 1200)
         listener.advance(1199)
@@ -85,7 +86,7 @@ def test_a_log_gets_one_line_and_none_when_nothing_is_to_do(
 ) -> None:
     first = _lines(tiny_photos, tmp_path / "scan")
     count = len(list(tiny_photos.glob("*.jpg")))
-    assert first[0] == f"  {count} photos: under a minute, by estimate"
+    assert first[0] == f"  {count} photos: under a minute (estimate)"
     again = _lines(tiny_photos, tmp_path / "scan")
     assert not [line for line in again if "estimate" in line]
 
@@ -99,7 +100,7 @@ def test_a_stage_that_fails_is_not_counted_as_measured() -> None:
 
 
 @pytest.mark.parametrize(
-    ("setting", "code", "told"),
+    ("setting", "code", "output"),
     [
         ("dense.backend=openmvs", 5, "OpenMVS"),
         ("texture.backend=openmvs", 5, "OpenMVS"),
@@ -107,10 +108,10 @@ def test_a_stage_that_fails_is_not_counted_as_measured() -> None:
         ("detect.model=no-such-detector", 3, "no-such-detector"),
     ],
 )
-def test_what_a_late_stage_lacks_is_told_before_the_first(
+def test_what_a_late_stage_lacks_is_reported_before_the_first(
     setting: str,
     code: int,
-    told: str,
+    output: str,
     tiny_photos: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -120,7 +121,7 @@ def test_what_a_late_stage_lacks_is_told_before_the_first(
     monkeypatch.chdir(tmp_path)
     words = ["scan", str(tiny_photos), "-o", "scan", "--set", setting]
     assert main(words) == code
-    assert told in " ".join(capsys.readouterr().err.split())
+    assert output in " ".join(capsys.readouterr().err.split())
     assert not (tmp_path / "scan" / "photos").exists()
     # A run that does not come so far does not ask.
     assert main([*words, "--to", "ingest", "-q"]) == 0

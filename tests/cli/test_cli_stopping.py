@@ -80,11 +80,11 @@ def test_a_signal_ends_a_command(body: str, number: signal.Signals) -> None:
         assert process.stdout is not None
         assert process.stdout.readline() == "ready\n"
         process.send_signal(number)
-        told = process.communicate(timeout=120)[1]
+        output = process.communicate(timeout=120)[1]
     finally:
         process.kill()
     assert process.returncode == 128 + number
-    assert told.strip() == "stopped; run the same command again to go on"
+    assert output.strip() == "stopped; run the same command again to continue"
 
 
 def _state(out: Path, stage: str) -> str:
@@ -100,11 +100,11 @@ def _stop(arguments: list[str], number: signal.Signals, begun: Callable[[], bool
         while process.poll() is None and not begun():
             time.sleep(0.01)
         process.send_signal(number)
-        told = process.communicate(timeout=120)[1]
+        output = process.communicate(timeout=120)[1]
     finally:
         process.kill()
     assert process.returncode == 128 + number
-    assert told.strip() == "stopped; run the same command again to go on"
+    assert output.strip() == "stopped; run the same command again to continue"
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

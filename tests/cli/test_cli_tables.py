@@ -13,15 +13,15 @@ from walltopo.cli.listener import describe_metrics
 from walltopo.cli.scan import _show_result
 from walltopo.pipeline.stages import stage_names
 from walltopo.scans.folder import ScanFolder
-from walltopo.scans.holds import HoldRow, Holds
+from walltopo.scans.holds import Hold, Holds
 from walltopo.scans.manifest import Manifest, StageRecord
 from walltopo.scans.routes import Route, Routes, route_name
 
 UP = (0.0, 0.0, 1.0)
 
 
-def _row(id: int, kind: str = "hold") -> HoldRow:
-    return HoldRow(
+def _row(id: int, kind: str = "hold") -> Hold:
+    return Hold(
         id=id,
         kind=kind,
         type="jug",
@@ -40,7 +40,7 @@ def _row(id: int, kind: str = "hold") -> HoldRow:
 
 @pytest.fixture
 def terminal(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
-    """What is shown on a terminal of 80 columns."""
+    """Tables on a terminal of 80 columns."""
     stream = io.StringIO()
     console = Terminal(file=stream, width=80, highlight=False, markup=False, emoji=False)
     monkeypatch.setattr("walltopo.cli.console.console", console)
@@ -60,9 +60,9 @@ def test_the_result_names_routes(tmp_path: Path, terminal: io.StringIO) -> None:
     rows = (_row(1), _row(2), _row(3, "volume"))
     Holds(metric=True, holds=rows).save(folder.holds)
     _show_result(tmp_path)
-    told = terminal.getvalue()
+    output = terminal.getvalue()
     for word in ("2 routes, 2 holds, 1 volume", "The Owl", "Blue 2"):
-        assert word in told
+        assert word in output
 
 
 def test_status_fits_eighty_columns(tmp_path: Path, terminal: io.StringIO) -> None:

@@ -95,9 +95,9 @@ def test_a_path_with_markup_is_named_not_obeyed(
 ) -> None:
     path = tmp_path / "[/red]\x1b[31m.ply"
     assert main([*words, str(path)]) == 3
-    told = "".join(capsys.readouterr().err.split("\n"))
-    assert r"[/red]\x1b[31m.ply" in told
-    assert "\x1b" not in told
+    output = "".join(capsys.readouterr().err.split("\n"))
+    assert r"[/red]\x1b[31m.ply" in output
+    assert "\x1b" not in output
 
 
 def test_a_name_that_is_not_utf8(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -115,9 +115,9 @@ def test_wrong_usage_shows_what_was_typed(capsys: pytest.CaptureFixture[str]) ->
 
 def test_the_doctors_advice_is_whole(capsys: pytest.CaptureFixture[str]) -> None:
     main(["doctor"])
-    told = "".join(capsys.readouterr().out.split())
-    asked = re.findall(r"pipinstall'?([\w-]+)", told)
-    assert asked.count("walltopo") == told.count("walltopo[")
+    output = "".join(capsys.readouterr().out.split())
+    requests = re.findall(r"pipinstall'?([\w-]+)", output)
+    assert requests.count("walltopo") == output.count("walltopo[")
 
 
 def _noise() -> None:
@@ -141,5 +141,5 @@ def test_verbose_shows_libraries(
     with quiet_libraries(verbose=True):
         warnings.simplefilter("always")
         warnings.warn("\x1b[31mof a library", RuntimeWarning, stacklevel=1)
-    told = capsys.readouterr().err
-    assert r"RuntimeWarning: \x1b[31mof a library" in " ".join(told.split())
+    output = capsys.readouterr().err
+    assert r"RuntimeWarning: \x1b[31mof a library" in " ".join(output.split())

@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from walltopo.core import InputError
-from walltopo.core.files import join_inside
-from walltopo.core.toml import deeper_than, read_toml
+from walltopo.core.files import deeper_than, join_inside, read_toml
 
 
 @pytest.mark.parametrize("name", ["a.jpg", "cam1/a.jpg", "ä b.jpg", "...jpg", "a..b/c", "./a.jpg"])

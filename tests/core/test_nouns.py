@@ -26,7 +26,7 @@ def test_mask_crop_and_back(bitmap: np.ndarray) -> None:
         ({"label": 0}, "label"),
         ({"score": 0.0}, "score"),
         ({"score": 1.5}, "score"),
-        ({"x": 8}, "leaves"),
+        ({"x": 8}, "extends beyond"),
         ({"bitmap": np.zeros((2, 2))}, "bool"),
     ],
 )

@@ -76,9 +76,9 @@ def test_what_comes_with_a_file_wants_overwrite_too(tmp_path: Path) -> None:
 def test_only_files_are_replaced_by_files(tmp_path: Path, overwrite: bool) -> None:
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "folder").mkdir()
-    for name, told in (("pipe", "a pipe"), ("folder", "is a folder")):
+    for name, output in (("pipe", "a pipe"), ("folder", "is a folder")):
         target = _target(tmp_path / name, overwrite=overwrite)
-        with _refused(told), written_file(target):
+        with _refused(output), written_file(target):
             pytest.fail("asked before the work, not after it")
     with _refused("is a device"), written_file(_target(Path("/dev/null"), overwrite=overwrite)):
         pytest.fail("asked before the work, not after it")

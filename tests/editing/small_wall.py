@@ -6,17 +6,18 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from msgspec import structs
 
 from walltopo.core import Mesh
-from walltopo.describe.routes.order import describe_route
-from walltopo.describe.routes.start_and_top import wall_of
+from walltopo.describe.routes.find import describe_route
+from walltopo.describe.routes.start_and_top import wall_stats
 from walltopo.editing.replay import Outcome, replay
 from walltopo.editing.settings import EditSettings
 from walltopo.editing.snapshot import ScanSnapshot
-from walltopo.scans.attributes import Doubtful, Hold, RawAttributes
 from walltopo.scans.edits import Edit, Ref
-from walltopo.scans.light import SceneLight
+from walltopo.scans.holds import Hold, Holds
 from walltopo.scans.photos import PhotoSet
+from walltopo.scans.pictures import SceneLight
 from walltopo.scans.routes import Ambiguous, Routes
 
 WIDTH, HEIGHT, CELL, RADIUS = 4.0, 4.0, 0.05, 0.1
@@ -69,7 +70,7 @@ def made_holds() -> list[Hold]:
 
 
 def made_scan(shift: int = 0, moved: float = 0.0) -> ScanSnapshot:
-    """What an edit starts from.
+    """Return what an edit starts from.
 
     Parameters
     ----------
@@ -85,8 +86,8 @@ def made_scan(shift: int = 0, moved: float = 0.0) -> ScanSnapshot:
     columns = [range(first + shift, first + shift + 6) for first, _, _ in COLUMNS.values()]
     groups = [[hold for hold in holds if hold.id in column] for column in columns]
     unsure = {holds[5].id: {1: 0.6, 2: 0.4}}
-    left_out = (Doubtful(doubtful, 0.1, "few photos confirm it"),)
-    around = wall_of(groups, holds).beside([], left_out)
+    left_out = (structs.replace(doubtful, left_out="few photos confirm it"),)
+    around = wall_stats(groups, holds).with_strays([], left_out)
     routes = [
         describe_route(number, group, around, unsure if number == 1 else {})
         for number, group in enumerate(groups, start=1)
@@ -95,14 +96,12 @@ def made_scan(shift: int = 0, moved: float = 0.0) -> ScanSnapshot:
     return ScanSnapshot(
         mesh=mesh,
         labels=np.where(labels > 0, labels + shift, 0).astype(np.int32),
-        scores={hold.id: 0.9 for hold in holds} | {doubtful.id: 0.1},
-        found=RawAttributes(instances=tuple(holds), left_out=left_out),
+        numbers=frozenset(np.unique(labels[labels > 0] + shift).tolist()),
+        found=Holds(metric=True, holds=tuple(holds), left_out=left_out),
         routes=Routes(routes=tuple(routes), volumes=(VOLUME + shift,)),
-        light=SceneLight(none, none, np.zeros(0), none, 0.5, 1.0),
+        light=SceneLight(none, none, none, 0.5, 1.0),
         views=(),
         photos=PhotoSet(Path("photos")),
-        metric=True,
-        unit=1.0,
         settings=EditSettings(),
     )
 
@@ -124,9 +123,9 @@ def route(number: int, by: int) -> Ref:
     return Ref(number, PLACE[by])
 
 
-def after(edits: Sequence[Edit], scanned: ScanSnapshot | None = None) -> Outcome:
-    """What a log makes of the small wall."""
-    return replay(scanned or SCAN, list(edits))
+def after(edits: Sequence[Edit], snapshot: ScanSnapshot | None = None) -> Outcome:
+    """Return what a log makes of the small wall."""
+    return replay(snapshot or SCAN, list(edits))
 
 
 def members(outcome: Outcome) -> dict[int, list[int]]:

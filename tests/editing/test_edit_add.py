@@ -13,14 +13,13 @@ from PIL import Image
 from small_wall import SCAN, after, members  # type: ignore[import-not-found]
 
 from walltopo.core import Camera, Mesh, View
-from walltopo.editing.crops import cutout_of
 from walltopo.editing.replay import replay
 from walltopo.editing.snapshot import ScanSnapshot
-from walltopo.editing.view_crops import looks_at
-from walltopo.scans.attributes import Hold, MeasuredWith, PaletteColour, RawAttributes
+from walltopo.editing.view_crops import cutout_of, view_crops
 from walltopo.scans.edits import Add, Edit, Paint, Ref, Remove, SetHold
-from walltopo.scans.light import SceneLight
+from walltopo.scans.holds import Hold, Holds, MeasuredWith, PaletteColour
 from walltopo.scans.photos import PhotoSet
+from walltopo.scans.pictures import SceneLight
 
 BUMP, PLACE, RADIUS = (2.5, 1.9), (2.5, 0.0, 1.9), 0.12
 TOP = 0.05  # metres that the bump stands out
@@ -62,19 +61,19 @@ def photographed(tmp_path_factory: pytest.TempPathFactory) -> ScanSnapshot:
         mesh=bumpy(),
         views=tuple(views),
         photos=PhotoSet(Path(folder)),
-        light=SceneLight(np.zeros((2, 3)), none, np.zeros(0), none, 0.5, 1.0),
+        light=SceneLight(np.zeros((2, 3)), none, none, 0.5, 1.0),
         found=_with_palette(),
     )
 
 
-def _with_palette() -> RawAttributes:
+def _with_palette() -> Holds:
     palette = (PaletteColour("red", (200, 30, 40)), PaletteColour("blue", (40, 80, 190)))
     return msgspec.structs.replace(SCAN.found, palette=palette)
 
 
-def overlap(scanned: ScanSnapshot, labels: NDArray[np.int32], number: int) -> float:
-    true, found = true_faces(scanned.mesh), labels == number
-    areas = scanned.mesh.areas
+def overlap(snapshot: ScanSnapshot, labels: NDArray[np.int32], number: int) -> float:
+    true, found = true_faces(snapshot.mesh), labels == number
+    areas = snapshot.mesh.areas
     return float(areas[true & found].sum() / areas[true | found].sum())
 
 
@@ -84,7 +83,7 @@ def test_a_hold_grows_to_its_edge(photographed: ScanSnapshot, aside: float) -> N
     found = replay(photographed, [Add(hold=Ref(52, at))])
     assert found.notes == ()
     assert overlap(photographed, found.labels, 52) > 0.7
-    hold = {row.id: row for row in found.attributes.instances}[52]
+    hold = {row.id: row for row in found.holds.holds}[52]
     assert hold.colour == "red"
     assert hold.photos
     assert hold.size == pytest.approx(2 * RADIUS, rel=0.25)
@@ -100,7 +99,7 @@ def test_relief_alone_does_without_photos(photographed: ScanSnapshot) -> None:
     blind = replace(photographed, views=())
     found = replay(blind, [Add(hold=Ref(52, (PLACE[0], -0.05, PLACE[2])))])
     assert overlap(blind, found.labels, 52) > 0.6
-    hold = {row.id: row for row in found.attributes.instances}[52]
+    hold = {row.id: row for row in found.holds.holds}[52]
     assert (hold.colour, hold.photos) == ("unknown", ())
     assert 52 in found.routes.unrouted
 
@@ -108,11 +107,11 @@ def test_relief_alone_does_without_photos(photographed: ScanSnapshot) -> None:
 def test_what_was_added_is_a_hold_like_others(photographed: ScanSnapshot) -> None:
     at = (PLACE[0], -0.05, PLACE[2])
     found = replay(photographed, [Add(hold=Ref(52, at)), Remove(hold=Ref(52, at))])
-    assert [row.id for row in found.attributes.left_out][-1] == 52
+    assert [row.id for row in found.holds.left_out][-1] == 52
     assert members(found) == members(after([]))
 
 
-def test_no_surface_there_is_told() -> None:
+def test_no_surface_there_is_reported() -> None:
     found = after([Add(hold=Ref(52, (50.0, 0.0, 1.0)))])
     assert "no free surface" in found.notes[0].text
     np.testing.assert_array_equal(found.labels, SCAN.labels)
@@ -120,19 +119,19 @@ def test_no_surface_there_is_told() -> None:
 
 def test_what_was_painted_or_cut_off_is_read_again(photographed: ScanSnapshot) -> None:
     """Painted over the red bump a hold is red, unless a setter named its colour."""
-    hold = next(h for h in photographed.found.instances if h.role == "hold" and h.colour != "red")
+    hold = next(h for h in photographed.found.holds if h.role == "hold" and h.colour != "red")
     at, here = (PLACE[0], -0.03, PLACE[2]), Ref(hold.id, hold.position)
     painted = Paint(hold=here, at=at, radius_m=RADIUS)
     away = Paint(hold=Ref(0), at=hold.position, radius_m=0.2)
 
     def after_all(*edits: Edit) -> Hold:
-        rows = replay(photographed, edits).attributes.instances
+        rows = replay(photographed, edits).holds.holds
         return next(row for row in rows if row.id == hold.id)
 
     assert after_all(painted, away).colour == "red"
     assert after_all(painted, away).photos == ("0.png", "1.png")
-    said = SetHold(hold=here, colour="blue")
-    assert after_all(said, painted, away).colour == "blue"
+    shown = SetHold(hold=here, colour="blue")
+    assert after_all(shown, painted, away).colour == "blue"
     little = Paint(hold=here, at=hold.position, radius_m=0.02)
     assert after_all(little).colour == hold.colour
 
@@ -147,11 +146,11 @@ def test_an_added_hold_has_a_picture(photographed: ScanSnapshot) -> None:
 
 
 def test_what_hides_a_place_hides_it(photographed: ScanSnapshot) -> None:
-    looks = looks_at(photographed, np.array([*PLACE[:1], -TOP, PLACE[2]]), 0.3, 5)
+    looks = view_crops(photographed, np.array([*PLACE[:1], -TOP, PLACE[2]]), 0.3, 5)
     assert sorted(look.name for look in looks) == ["0.png", "1.png"]
     for look in looks:
         assert look.picture[int(look.y), int(look.x)].tolist() == [200, 30, 40]
-    behind = looks_at(photographed, np.array([PLACE[0], 0.5, PLACE[2]]), 0.3, 5)
+    behind = view_crops(photographed, np.array([PLACE[0], 0.5, PLACE[2]]), 0.3, 5)
     assert behind == []
 
 

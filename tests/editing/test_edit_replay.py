@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec import structs
 from small_wall import (  # type: ignore[import-not-found]
     LEFT_OUT,
     PLACE,
@@ -22,7 +23,6 @@ from small_wall import (  # type: ignore[import-not-found]
 )
 
 from walltopo.editing.replay import Outcome, replay
-from walltopo.scans.attributes import Hold
 from walltopo.scans.edits import (
     Assign,
     Cut,
@@ -41,13 +41,14 @@ from walltopo.scans.edits import (
     Share,
     Split,
 )
+from walltopo.scans.holds import Hold
 from walltopo.scans.routes import Route
 
 COLUMN = {1: [*range(1, 7)], 2: [*range(11, 17)], 3: [*range(21, 27)]}
 
 
 def hold(outcome: Outcome, number: int) -> Hold | None:
-    return {h.id: h for h in outcome.attributes.instances}.get(number)
+    return {h.id: h for h in outcome.holds.holds}.get(number)
 
 
 def route_of(outcome: Outcome, number: int) -> Route:
@@ -55,9 +56,8 @@ def route_of(outcome: Outcome, number: int) -> Route:
 
 
 def same(one: Outcome, two: Outcome) -> bool:
-    """Whether nothing of two outcomes differs."""
-    tables = (one.attributes, one.routes, one.holds, one.notes) == (
-        two.attributes,
+    """Return whether nothing of two outcomes differs."""
+    tables = (one.routes, one.holds, one.notes) == (
         two.routes,
         two.holds,
         two.notes,
@@ -68,8 +68,9 @@ def same(one: Outcome, two: Outcome) -> bool:
 def test_no_entry_changes_nothing() -> None:
     found = after([])
     assert found.routes == SCAN.routes
-    assert found.attributes.instances == SCAN.found.instances
-    assert [row.id for row in found.attributes.left_out] == [LEFT_OUT]
+    unrouted = [structs.replace(hold, route=None) for hold in found.holds.holds]
+    assert tuple(unrouted) == SCAN.found.holds
+    assert [row.id for row in found.holds.left_out] == [LEFT_OUT]
     np.testing.assert_array_equal(found.labels, SCAN.labels)
     assert found.notes == ()
 
@@ -80,7 +81,7 @@ def test_merge_keeps_the_first_id() -> None:
     assert route_of(found, 1).ambiguous == ()
 
 
-def test_split_makes_a_new_route_with_the_id_that_was_asked_for() -> None:
+def test_split_makes_a_new_route_with_the_id_that_was_requested() -> None:
     found = after([Split(route=route(1, 1), holds=(ref(5), ref(6)), new=4)])
     assert members(found) == {1: [1, 2, 3, 4], 2: COLUMN[2], 3: COLUMN[3], 4: [5, 6]}
     assert not any(row.ambiguous for row in found.routes.routes)
@@ -99,23 +100,23 @@ def test_assign_moves_a_hold_or_takes_it_out() -> None:
     assert found.routes.unrouted == (12,)
 
 
-def test_what_is_said_of_a_route() -> None:
-    said = {"name": "The Owl", "grade": "6b+", "setter": "Ada", "description": "Mind the foot."}
+def test_what_is_reported_of_a_route() -> None:
+    shown = {"name": "The Owl", "grade": "6b+", "setter": "Ada", "description": "Mind the foot."}
     found = after(
         [
             SetRoute(
                 route=route(1, 1),
-                name=said["name"],
-                grade=said["grade"],
-                setter=said["setter"],
-                description=said["description"],
+                name=shown["name"],
+                grade=shown["grade"],
+                setter=shown["setter"],
+                description=shown["description"],
                 date="2026-03-01",
                 colour="blue",
             )
         ]
     )
     row = route_of(found, 1)
-    assert {name: getattr(row, name) for name in said} == said
+    assert {name: getattr(row, name) for name in shown} == shown
     assert (row.date, row.colour) == ("2026-03-01", "blue")
     assert row.colour_rgb == (40, 80, 190), "as blue looks on this wall"
     cleared = [SetRoute(route=route(1, 1), name="Owl"), SetRoute(route=route(1, 1), name="")]
@@ -143,7 +144,7 @@ def test_a_role_is_about_its_own_hold() -> None:
     lost = after([SetRole(hold=ref(1), route=route(2, 12), role="top")])
     (note,) = lost.notes
     assert (note.reason, note.numbers[1]) == ("other_route", 2)
-    assert "not of route 2" in note.text
+    assert "no longer in route 2" in note.text
     assert lost.routes == SCAN.routes
 
 
@@ -187,17 +188,17 @@ def test_what_is_taken_out_can_be_brought_back() -> None:
     gone = after([Remove(hold=ref(2))])
     assert hold(gone, 2) is None
     assert members(gone)[1] == [1, 3, 4, 5, 6]
-    assert [row.reason for row in gone.attributes.left_out if row.id == 2] == ["taken out by hand"]
+    assert [row.left_out for row in gone.holds.left_out if row.id == 2] == ["taken out by hand"]
     back = after([Remove(hold=ref(2)), Keep(hold=ref(2))])
     assert members(back) == COLUMN
-    assert [row.id for row in back.attributes.left_out] == [LEFT_OUT]
+    assert [row.id for row in back.holds.left_out] == [LEFT_OUT]
 
 
 def test_what_the_scan_left_out_can_be_kept() -> None:
     found = after([Keep(hold=ref(LEFT_OUT))])
     assert hold(found, LEFT_OUT) is not None
     assert LEFT_OUT in members(found)[1]
-    assert found.attributes.left_out == ()
+    assert found.holds.left_out == ()
 
 
 def test_paint_gives_triangles_and_measures_anew() -> None:
@@ -269,7 +270,7 @@ def test_edits_survive_a_rescan_with_other_ids_and_a_small_shift() -> None:
 def test_the_place_decides_before_the_id() -> None:
     def removed(number: int, at: tuple[float, float, float] | None) -> set[int]:
         found = after([Remove(hold=Ref(number, at))])
-        return {row.id for row in found.attributes.left_out} - {LEFT_OUT}
+        return {row.id for row in found.holds.left_out} - {LEFT_OUT}
 
     x, y, z = PLACE[12]
     assert removed(1, PLACE[12]) == {12}
@@ -295,12 +296,12 @@ def test_the_place_decides_before_the_id() -> None:
         Paint(hold=Ref(99, (7.5, 0.0, 3.9)), at=PLACE[1], radius_m=0.1),
     ],
 )
-def test_an_entry_that_finds_nothing_is_told_and_changes_nothing(edit: Edit) -> None:
+def test_an_entry_that_finds_nothing_is_reported_and_changes_nothing(edit: Edit) -> None:
     found = after([edit])
     assert len(found.notes) == 1
     assert found.notes[0].text.startswith("edit 1 (")
     assert found.routes == SCAN.routes
-    assert found.attributes == after([]).attributes
+    assert found.holds == after([]).holds
     np.testing.assert_array_equal(found.labels, SCAN.labels)
 
 
@@ -376,8 +377,8 @@ ENTRIES: Any = st.one_of(
 def test_any_log_leaves_a_scan_that_holds_together(edits: list[Edit]) -> None:
     found = after(edits)
     assert same(found, after(edits)), "the same log gives the same"
-    ids = {h.id for h in found.attributes.instances}
-    out = {row.id for row in found.attributes.left_out}
+    ids = {h.id for h in found.holds.holds}
+    out = {row.id for row in found.holds.left_out}
     volumes = set(found.routes.volumes)
     assert not ids & out
     assert set(np.unique(found.labels).tolist()) - {0} <= ids | out
@@ -405,6 +406,6 @@ def test_an_entry_counts_once_and_undo_is_the_log_without_it(edits: list[Edit]) 
 
 
 def test_the_unit_of_the_scan_goes_into_its_table() -> None:
-    scan = replace(SCAN, unit=2.5)
+    scan = replace(SCAN, found=structs.replace(SCAN.found, unit=2.5))
     found = replay(scan, ())
-    assert found.holds.unit == found.attributes.unit == 2.5
+    assert found.holds.unit == 2.5

@@ -10,8 +10,8 @@ from small_wall import SCAN  # type: ignore[import-not-found]
 
 from walltopo.core import Camera, View
 from walltopo.editing.view_crops import _window
-from walltopo.geometry.triangle_index import triangles_of_mesh
-from walltopo.geometry.zbuffer import render_ids, render_part
+from walltopo.geometry.rays import triangle_index_of
+from walltopo.geometry.zbuffer import render_culled, render_ids
 
 TURN = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])  # x right, y down, z forward
 VIEW = View(
@@ -31,7 +31,7 @@ CAMERAS = [
 def test_a_window_shows_what_the_whole_mesh_does(camera: Camera, corner: tuple[int, int]) -> None:
     window = _window(camera, *corner, 120, 100)
     mesh = SCAN.mesh
-    face, depth = render_part(mesh, window, VIEW.cam_from_world)
+    face, depth = render_culled(mesh, window, VIEW.cam_from_world)
     whole = render_ids(mesh.vertices, mesh.faces, window, VIEW.cam_from_world)
     np.testing.assert_array_equal(face, whole[0])
     np.testing.assert_array_equal(depth, whole[1])
@@ -52,7 +52,7 @@ def test_a_cone_misses_no_triangle(
     if length < 1e-6:
         return
     axis /= length
-    found = triangles_of_mesh(mesh).towards(tip, axis, half_angle)
+    found = triangle_index_of(mesh).in_cone(tip, axis, half_angle)
     assert (np.diff(found) > 0).all()
     towards = mesh.vertices[mesh.faces] - tip
     away = np.linalg.norm(towards, axis=2)

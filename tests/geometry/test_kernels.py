@@ -24,7 +24,7 @@ def test_every_index_is_worked_on_once(count: int, least: int, threads: int) -> 
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(kernels, "cores", lambda: threads)
-        in_ranges(work, count, 3, least=least)
+        in_ranges(work, count, 3, min_size=least)
     assert (met == 3).all()
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from walltopo.core import InputError, Mesh
-from walltopo.geometry.ply import read_mesh, write_ply
+from walltopo.geometry.mesh_files import read_mesh, write_ply
 
 HEAD = "ply\nformat {format} 1.0\nelement vertex {vertices}\nproperty float x\nproperty float y\n"
 HEAD += "property float z\nelement face {faces}\n"
@@ -30,7 +30,7 @@ def test_a_whole_one_is_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize("which", ["vertices", "faces"])
 def test_counts_beyond_the_file_are_refused(tmp_path: Path, count: str, which: str) -> None:
     path = _ascii(tmp_path, POINTS + "3 0 1 2\n", **{which: count})
-    with pytest.raises(InputError, match=r"m\.ply: damaged: it claims"):
+    with pytest.raises(InputError, match=r"m\.ply: damaged: it declares"):
         read_mesh(path)
 
 
@@ -109,5 +109,5 @@ def test_counts_of_gltf_beyond_the_file_are_refused(
         )
     assert at > 0
     path.write_bytes(grown)
-    with pytest.raises(InputError, match=r"claims|JSON"):
+    with pytest.raises(InputError, match=r"declares|JSON"):
         read_mesh(path)

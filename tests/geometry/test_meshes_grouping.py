@@ -1,4 +1,4 @@
-"""Edges, repeated faces and parts by counting are those that sorting gives."""
+"""Edges, duplicate_faces faces and parts by counting are those that sorting gives."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from walltopo.geometry.graphs import components
-from walltopo.geometry.grouping import grouped_edges, linked, repeated
+from walltopo.geometry.graphs import components, duplicate_faces, grouped_edges, linked
 
 few_faces = st.integers(0, 30).flatmap(
     lambda n: arrays(np.int32, (n, 3), elements=st.integers(0, 9))
@@ -36,7 +35,7 @@ def test_a_face_is_repeated_where_an_earlier_one_has_its_vertices(faces: np.ndar
     for face in faces.tolist():
         expected.append(tuple(sorted(face)) in met)
         met.add(tuple(sorted(face)))
-    assert repeated(faces).tolist() == expected
+    assert duplicate_faces(faces).tolist() == expected
 
 
 @settings(deadline=None, max_examples=60)

@@ -1,4 +1,4 @@
-"""Edges, neighbours, parts, fans and holes: against plain loops on triangle soups."""
+"""Edges, neighbours, face_components, fans and holes: against plain loops on triangle soups."""
 
 from __future__ import annotations
 
@@ -11,18 +11,20 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.geometry.borders import boundary_loops, close_loops
-from walltopo.geometry.graphs import components, renumber
+from walltopo.geometry.graphs import components, duplicate_faces, renumber
 from walltopo.geometry.mesh_check import check_mesh
-from walltopo.geometry.neighbours import face_neighbours, parts, patches
 from walltopo.geometry.topology import (
+    boundary_loops,
+    close_loops,
     compact,
-    doubled,
     edges_of,
+    face_components,
+    face_neighbours,
     glued_fans,
-    opposed_pairs,
+    opposite_half_edges,
+    patches,
     split_fans,
-    vertex_parts,
+    vertex_components,
 )
 
 Faces = NDArray[np.int32]
@@ -80,20 +82,20 @@ def test_patches_are_regions_of_one_label(faces: Faces, data: st.DataObject) -> 
 @settings(deadline=None)
 @given(soups())
 def test_parts_share_edges_or_vertices(faces: Faces) -> None:
-    part = parts(faces)
+    part = face_components(faces)
     edge, order = edges_of(faces).of_face.ravel(), np.arange(3 * len(faces)) // 3
     link = components(len(faces) + int(edge.max()) + 1, order, edge + len(faces))
     np.testing.assert_array_equal(part, link[: len(faces)])
-    of_vertex = vertex_parts(faces, int(faces.max()) + 1)
+    of_vertex = vertex_components(faces, int(faces.max()) + 1)
     assert (of_vertex[faces] == of_vertex[faces[:, :1]]).all()
-    # Faces that share an edge share vertices: parts by edges are at least as many.
+    # Faces that share an edge share vertices: face_components by edges are at least as many.
     assert len(np.unique(of_vertex[faces])) <= part.max() + 1
 
 
 @given(soups())
 def test_doubled_faces_are_those_that_came_before(faces: Faces) -> None:
     seen: set[frozenset[int]] = set()
-    for face, again in zip(faces.tolist(), doubled(faces).tolist(), strict=True):
+    for face, again in zip(faces.tolist(), duplicate_faces(faces).tolist(), strict=True):
         assert again == (frozenset(face) in seen)
         seen.add(frozenset(face))
 
@@ -106,13 +108,13 @@ def test_fans_split_a_mesh_and_move_nothing(faces: Faces) -> None:
     np.testing.assert_array_equal(split.vertices[split.faces], vertices[faces])
     again = split_fans(split)
     np.testing.assert_array_equal(again.faces, renumber(split.faces.ravel()).reshape(-1, 3))
-    oriented = split_fans(mesh, glued_fans(faces, *opposed_pairs(faces)))
+    oriented = split_fans(mesh, glued_fans(faces, *opposite_half_edges(faces)))
     np.testing.assert_array_equal(oriented.vertices[oriented.faces], vertices[faces])
 
 
 @given(soups())
 def test_opposed_half_edges_run_against_each_other_and_pair_once(faces: Faces) -> None:
-    first, second = opposed_pairs(faces)
+    first, second = opposite_half_edges(faces)
     start, stop = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     np.testing.assert_array_equal(start[first], stop[second])
     np.testing.assert_array_equal(stop[first], start[second])
@@ -140,7 +142,7 @@ def test_closed_loops_leave_a_manifold_without_a_border(gone: set[int]) -> None:
     np.testing.assert_array_equal(points[: len(torn.vertices)], torn.vertices)
     np.testing.assert_array_equal(closed[: len(torn.faces)], torn.faces)
     # Two loops of the same three vertices (one face alone) close to a face that comes twice.
-    assume(not doubled(closed).any())
+    assume(not duplicate_faces(closed).any())
     report = check_mesh(Mesh(points, closed))
     assert report.border_edges == report.flipped_edges == report.edges_of_many_faces == 0
 
@@ -157,6 +159,6 @@ def test_a_triangular_hole_is_closed_by_one_face() -> None:
 @pytest.mark.parametrize("count", [0, 1])
 def test_hardly_any_faces(count: int) -> None:
     faces = sheet()[:count]
-    assert parts(faces).tolist() == [0] * count
+    assert face_components(faces).tolist() == [0] * count
     assert face_neighbours(faces).tolist() == [[-1] * 3] * count
     assert len(boundary_loops(faces)) == count

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from walltopo.core import Camera, Mesh
-from walltopo.geometry.zbuffer import faces_before, own_vertices, render_ids, render_part
+from walltopo.geometry.zbuffer import faces_in_view, render_culled, render_ids, submesh
 
 CAMERAS = [
     Camera("PINHOLE", 64, 48, (50.0, 52.0, 32.0, 24.0)),
@@ -38,7 +38,7 @@ def pose(rng: np.random.Generator) -> np.ndarray:
 @settings(max_examples=15, deadline=None)
 def test_the_part_shows_what_the_whole_does(camera: Camera, seed: int) -> None:
     mesh, view = hall(seed), pose(np.random.default_rng(seed + 1))
-    face, depth = render_part(mesh, camera, view)
+    face, depth = render_culled(mesh, camera, view)
     whole_face, whole_depth = render_ids(mesh.vertices, mesh.faces, camera, view)
     # A triangle cut at the near plane is cut at that of what is drawn.
     same = face == whole_face
@@ -48,15 +48,15 @@ def test_the_part_shows_what_the_whole_does(camera: Camera, seed: int) -> None:
 
 def test_few_triangles_of_a_hall_are_before_a_photo() -> None:
     mesh = hall(3)
-    rows = faces_before(mesh, CAMERAS[0], np.eye(4)[:3])
+    rows = faces_in_view(mesh, CAMERAS[0], np.eye(4)[:3])
     assert 0 < len(rows) < 0.4 * len(mesh.faces)
-    vertices, faces = own_vertices(mesh, rows)
+    vertices, faces = submesh(mesh, rows)
     assert len(vertices) == 3 * len(rows)
     np.testing.assert_array_equal(vertices[faces], mesh.vertices[mesh.faces[rows]])
 
 
 def test_a_mesh_without_triangles_shows_nothing() -> None:
     empty = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
-    face, depth = render_part(empty, CAMERAS[0], np.eye(4)[:3])
+    face, depth = render_culled(empty, CAMERAS[0], np.eye(4)[:3])
     assert (face == -1).all()
     assert np.isinf(depth).all()

@@ -8,15 +8,11 @@ import importlib
 import pytest
 
 MODULES = (
-    "walltopo.core.camera",
     "walltopo.core.instances",
-    "walltopo.core.mask",
     "walltopo.core.mesh",
     "walltopo.core.view",
     "walltopo.segment.lift",
     "walltopo.pipeline.settings",
-    "walltopo_lab.evaluate.instances",
-    "walltopo_lab.site.docstrings",
 )
 
 

@@ -31,8 +31,8 @@ def copied(tiny_scan: Path, tmp_path: Path) -> Path:
 @pytest.mark.slow
 def test_correct_and_export(copied: Path) -> None:
     before = len(Holds.load(copied / "holds.json").holds)
-    told = run("correct_and_export", copied)
-    assert "edit, export" in told
+    output = run("correct_and_export", copied)
+    assert "edit, export" in output
     assert Routes.load(copied / "routes.json").routes[0].name == "The Owl"
     assert len(Holds.load(copied / "holds.json").holds) == before - 1
     assert len(EditLog.load(copied / "edits.json").edits) == 2
@@ -43,9 +43,9 @@ def test_compare_resets(tiny_scan: Path) -> None:
     """A wall compared with itself: all stayed."""
     holds = len(Holds.load(tiny_scan / "holds.json").holds)
     routes = len(Routes.load(tiny_scan / "routes.json").routes)
-    told = run("compare_resets", tiny_scan, tiny_scan)
-    assert f"{holds} stayed" in told
-    assert told.count("kept:") == routes
+    output = run("compare_resets", tiny_scan, tiny_scan)
+    assert f"{holds} stayed" in output
+    assert output.count("kept:") == routes
 
 
 def test_gym_statistics(tiny_scan: Path) -> None:
@@ -61,16 +61,16 @@ def test_lift_own_data_of_a_scene_that_is_not_climbing(tmp_path: Path) -> None:
     """Twelve things and the table top; both layouts of cameras give the same."""
     run("table_scene", tmp_path)
     cameras = ("sparse", "transforms.json")
-    told = {
+    output = {
         run("lift_own_data", tmp_path / "table.ply", tmp_path / name, tmp_path / "ids")
         for name in cameras
     }
-    assert len(told) == 1
-    assert len(told.pop().splitlines()) == 12
+    assert len(output) == 1
+    assert len(output.pop().splitlines()) == 12
 
 
 def test_scan_photos(tiny_photos: Path, tiny_scan: Path) -> None:
     """On a scan that is up to date: what the others made is not made again."""
-    told = run("scan_photos", tiny_photos, tiny_scan, "sparse.threads=1", "texture.size=512")
-    assert "nothing, all was up to date" in told
-    assert "route 1" in told
+    output = run("scan_photos", tiny_photos, tiny_scan, "sparse.threads=1", "texture.size=512")
+    assert "nothing, all was up to date" in output
+    assert "route 1" in output

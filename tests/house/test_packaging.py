@@ -1,4 +1,4 @@
-"""What is beside the wheels agrees with them: conda recipe, containers, workflows, licences."""
+"""Files beside the wheels agree with them: conda recipe, containers, workflows, licences."""
 
 from __future__ import annotations
 
@@ -36,10 +36,12 @@ def test_the_conda_recipe_wants_what_the_wheel_wants() -> None:
 
 def test_containers_install_extras_that_are_there() -> None:
     for file in (ROOT / "Containerfile", ROOT / "gym" / "deploy" / "Containerfile"):
-        asked = set(re.findall(r"'(?:\.|\./gym|walltopo|walltopo-gym)\[(\w+)\]'", file.read_text()))
+        requests = set(
+            re.findall(r"'(?:\.|\./gym|walltopo|walltopo-gym)\[(\w+)\]'", file.read_text())
+        )
         extras = {*project()["optional-dependencies"], *project("gym")["optional-dependencies"]}
-        assert asked
-        assert asked <= extras
+        assert requests
+        assert requests <= extras
 
 
 def test_workflows_run_what_is_there() -> None:
@@ -74,9 +76,9 @@ def test_all_that_is_needed_may_be_passed_on() -> None:
     for name in names:
         about = distribution(name).metadata
         fields = ("License-Expression", "License")
-        told = [about[field][:200] for field in fields if field in about]
-        told += [line for line in about.get_all("Classifier") or () if line.startswith("License")]
-        bad = [line for line in told if REFUSED.search(line) and "LGPL" not in line]
+        output = [about[field][:200] for field in fields if field in about]
+        output += [line for line in about.get_all("Classifier") or () if line.startswith("License")]
+        bad = [line for line in output if REFUSED.search(line) and "LGPL" not in line]
         if bad:
             refused[name] = bad
     assert len(names) > 60

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from walltopo.images.files import hushed, read_rgb
+from walltopo.images.files import read_rgb, silence_stderr
 
 
 def test_a_scratched_jpeg_is_read_in_silence(
@@ -28,7 +28,7 @@ def test_a_scratched_jpeg_is_read_in_silence(
 
 def test_the_terminal_comes_back(capfd: pytest.CaptureFixture[str]) -> None:
     def decode(number: int) -> None:
-        with hushed():
+        with silence_stderr():
             os.write(2, b"noise\n")
 
     with ThreadPoolExecutor(8) as pool:

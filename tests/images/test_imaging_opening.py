@@ -91,6 +91,6 @@ def test_a_pipe_is_not_opened(tmp_path: Path) -> None:
 def test_a_file_that_would_be_read_whole_is_bounded(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("walltopo.images.files._MOST_WHOLE_BYTES", 100)
+    monkeypatch.setattr("walltopo.images.files._MAX_WHOLE_BYTES", 100)
     with pytest.raises(InputError, match="too large"), open_picture(_bytes("WEBP")):
         raise AssertionError("it was opened")

@@ -17,14 +17,14 @@ side = st.floats(0.001, 200)
 @given(
     extents=st.lists(st.tuples(side, side), min_size=1, max_size=60),
     pad=st.integers(0, 3),
-    most=st.sampled_from([1.0, 1000.0]),
+    max_scale=st.sampled_from([1.0, 1000.0]),
     fixed=st.integers(0, 60),
 )
 def test_packed_rectangles_do_not_overlap(
-    extents: list[tuple[float, float]], pad: int, most: float, fixed: int
+    extents: list[tuple[float, float]], pad: int, max_scale: float, fixed: int
 ) -> None:
-    scale, sizes, places = fit_scale(np.array(extents), 512, pad, most, fixed=fixed)
-    assert 0 < scale <= most
+    scale, sizes, places = fit_scale(np.array(extents), 512, pad, max_scale, fixed=fixed)
+    assert 0 < scale <= max_scale
     assert len(sizes) == len(extents) + (fixed > 0)
     assert (sizes[: len(extents)] >= np.array(extents) * scale + 2 * pad).all()
     assert (places >= 0).all()
@@ -36,15 +36,17 @@ def test_packed_rectangles_do_not_overlap(
 
 
 def test_what_fits_as_it_is_stays_as_it_is() -> None:
-    assert fit_scale(np.full((4, 2), 20.0), 64, 2, most=1.0)[0] == 1.0
+    assert fit_scale(np.full((4, 2), 20.0), 64, 2, max_scale=1.0)[0] == 1.0
 
 
 def test_the_scale_is_the_largest_to_one_per_cent() -> None:
     # A square's picture is its extent rounded up and one pixel more.
-    assert fit_scale(np.full((1, 2), 10.0), 513, 0, most=1e6)[0] == pytest.approx(51.2, rel=0.01)
+    assert fit_scale(np.full((1, 2), 10.0), 513, 0, max_scale=1e6)[0] == pytest.approx(
+        51.2, rel=0.01
+    )
 
 
 @pytest.mark.parametrize(("count", "least"), [(5000, 0.0), (40, 0.5)])
 def test_too_many_charts_are_an_error(count: int, least: float) -> None:
     with pytest.raises(StageError, match="do not fit"):
-        fit_scale(np.full((count, 2), 20.0), 64, 0, most=1.0, least=least)
+        fit_scale(np.full((count, 2), 20.0), 64, 0, max_scale=1.0, min_scale=least)

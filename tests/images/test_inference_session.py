@@ -11,31 +11,31 @@ from walltopo.images.networks import Network, open_network
 from walltopo.segment.detect.detector import shipped_model
 
 
-def told(**metadata: str) -> Network:
+def output(**metadata: str) -> Network:
     return Network(Path("m.onnx"), None, metadata)
 
 
 @pytest.mark.parametrize("text", ["{0: 'hold', 1: 'volume'}", '["hold", "volume"]'])
 def test_class_names_of_either_kind(text: str) -> None:
-    assert told(names=text).names == ("hold", "volume")
+    assert output(names=text).names == ("hold", "volume")
 
 
 @pytest.mark.parametrize("text", ["{1: 'hold'}", "hold", "{}", "[1", ""])
 def test_unreadable_class_names(text: str) -> None:
     with pytest.raises(InputError, match=r"m\.onnx"):
-        _ = told(names=text).names
+        _ = output(names=text).names
 
 
 def test_class_names_are_needed_and_numbers_have_defaults() -> None:
     with pytest.raises(InputError, match="lack `names`"):
-        _ = told().names
-    assert told().number("score", 0.3) == 0.3
-    assert told(score="0.5").number("score", 0.3) == 0.5
-    assert told(sides="[1, 2.5]").numbers("sides", [0.0, 0.0]) == [1.0, 2.5]
+        _ = output().names
+    assert output().number("score", 0.3) == 0.3
+    assert output(score="0.5").number("score", 0.3) == 0.5
+    assert output(sides="[1, 2.5]").numbers("sides", [0.0, 0.0]) == [1.0, 2.5]
     with pytest.raises(InputError, match="expected a number"):
-        told(score="high").number("score", 0.3)
+        output(score="high").number("score", 0.3)
     with pytest.raises(InputError, match="expected 3 numbers"):
-        told(sides="[1, 2.5]").numbers("sides", [0.0] * 3)
+        output(sides="[1, 2.5]").numbers("sides", [0.0] * 3)
 
 
 def test_a_network_is_loaded_with_its_metadata() -> None:

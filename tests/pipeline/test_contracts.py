@@ -14,8 +14,7 @@ from walltopo.pipeline.runner import run_stage
 from walltopo.pipeline.settings import Settings
 from walltopo.pipeline.stage import Stage
 from walltopo.pipeline.stages import STAGES
-from walltopo.scans.artifacts import artifacts_of, figures, of
-from walltopo.scans.context import Context
+from walltopo.scans.artifacts import Context, artifacts_of, figures, of
 from walltopo.scans.folder import ARTIFACTS, ScanFolder
 from walltopo.scans.manifest import Metrics
 from walltopo.scans.photos import Photo, PhotoList
@@ -80,7 +79,7 @@ def test_a_stage_cannot_read_what_it_does_not_declare(tmp_path: Path) -> None:
     photos = PhotoList(photos=(Photo("a.jpg", 640, 480, None, "a.jpg", 1.0),))
     photos.save(scan.photo_list)
     # Files that it does not declare are there, and broken: nobody looks at them.
-    for path in (scan.mesh, scan.attributes, scan.edits):
+    for path in (scan.mesh, scan.holds, scan.edits):
         path.write_text("broken")
     assert run_stage(scan, small(calls), None) == {"photos": 1}
     ((reads, context),) = calls

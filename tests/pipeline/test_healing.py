@@ -13,7 +13,7 @@ import pytest
 
 from walltopo.cli import main
 from walltopo.core import InputError
-from walltopo.core.hashes import Ledger
+from walltopo.core.files import HashCache
 from walltopo.pipeline.health import stages_health
 from walltopo.pipeline.runner import scan
 from walltopo.pipeline.settings import load_settings
@@ -21,14 +21,14 @@ from walltopo.pipeline.stages import STAGES
 from walltopo.scans.edits import EditLog, Ref, SetRoute
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.manifest import Manifest
-from walltopo.scans.sources import SourceFile, SourceList
+from walltopo.scans.photos import SourceFile, SourceList
 
 SETTINGS = load_settings(None, ["sparse.threads=1", "texture.size=512"])  # of `tiny_scan`
 
 
 @pytest.fixture
 def wall(tiny_scan: Path, tmp_path: Path) -> Path:
-    # Of the same name, which stands in what is made.
+    # A photo of the same name, which is part of the outputs.
     return Path(shutil.copytree(tiny_scan, tmp_path / tiny_scan.name))
 
 
@@ -95,7 +95,7 @@ def test_damage_that_left_size_and_times_is_found_by_verify(wall: Path) -> None:
     table.write_bytes(data)
     # A disk that fails changes no time: what is now there looks to the ledger as what was.
     entries = json.loads(ledger.read_text())
-    damaged = Ledger(tmp_ledger := wall / "work" / "other.json")
+    damaged = HashCache(tmp_ledger := wall / "work" / "other.json")
     damaged.hash(table)
     damaged.save()
     entries[str(table)][0] = json.loads(tmp_ledger.read_text())[str(table)][0]
@@ -126,7 +126,7 @@ def test_what_a_user_put_there_can_be_accepted(wall: Path) -> None:
     assert b"Sloper Troopers" in (wall / "wall.glb").read_bytes()
 
 
-def test_photos_that_cannot_be_made_again_are_told(wall: Path, tmp_path: Path) -> None:
+def test_photos_that_cannot_be_made_again_are_reported(wall: Path, tmp_path: Path) -> None:
     moved = os.fsencode(tmp_path / "moved-away.jpg")
     listed = msgspec.json.decode((wall / "sources.json").read_bytes(), type=SourceList)
     files = tuple(SourceFile(moved, item.content) for item in listed.files)
@@ -136,7 +136,7 @@ def test_photos_that_cannot_be_made_again_are_told(wall: Path, tmp_path: Path) -
     manifest.save(wall / "scan.json")
     photo = next((wall / "photos").iterdir())
     photo.write_bytes(photo.read_bytes()[:-100])
-    with pytest.raises(InputError, match=r"moved-away.jpg is gone since the scan was made"):
+    with pytest.raises(InputError, match=r"moved-away.jpg was deleted after the scan was made"):
         scan([], wall, SETTINGS)
     assert photo.exists()
 

@@ -10,20 +10,18 @@ from typing import Any
 import pytest
 
 from walltopo.core import EnvironmentLacksError, InputError, StageError
-from walltopo.core.files import read_json
+from walltopo.core.files import read_json, shipped_file
 from walltopo.pipeline import runner, stages
 from walltopo.pipeline.runner import scan
 from walltopo.pipeline.settings import Settings
 from walltopo.pipeline.stage import Stage
-from walltopo.scans.artifacts import figures, of
+from walltopo.scans.artifacts import Context, figures, of
 from walltopo.scans.colmap_model import SparseModel
-from walltopo.scans.context import Context
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.manifest import Metrics
-from walltopo.scans.photos import Photo, PhotoList, PhotoSet
+from walltopo.scans.photos import Photo, PhotoList, PhotoSet, SourceList
 from walltopo.scans.routes import Route, Routes
 from walltopo.scans.scale import Aligned, Frame
-from walltopo.scans.sources import SourceList
 
 
 @dataclass(frozen=True)
@@ -157,6 +155,29 @@ def test_a_setting_runs_its_stage(pipeline: Pipeline, photo: Path, tmp_path: Pat
     assert scan(photo, tmp_path / "scan", changed).ran == ("ingest",)
 
 
+def test_another_shipped_model_runs_its_stage(
+    pipeline: Pipeline, photo: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = tmp_path / "net.onnx"
+    model.write_text("first weights")
+    monkeypatch.setattr("walltopo.pipeline.workplace.shipped_file", tmp_path.joinpath)
+    used = [
+        replace(stage, models=(model.name,)) if stage.name == "sparse" else stage
+        for stage in stages.STAGES
+    ]
+    monkeypatch.setattr("walltopo.pipeline.runner.STAGES", tuple(used))
+    scan(photo, tmp_path / "scan")
+    assert scan(photo, tmp_path / "scan").ran == ()
+    model.write_text("other weights")
+    assert scan(photo, tmp_path / "scan").ran == ("sparse",)
+
+
+def test_every_model_is_some_stages_input() -> None:
+    named = {name for stage in stages.STAGES for name in stage.models}
+    folder = shipped_file("holds.onnx").parent
+    assert named == {path.name for path in folder.iterdir() if path.suffix != ".md"}
+
+
 def test_a_missing_output_is_made_again(pipeline: Pipeline, photo: Path, tmp_path: Path) -> None:
     folder = scan(photo, tmp_path / "scan").folder
     shutil.rmtree(folder.sparse_raw)
@@ -196,7 +217,7 @@ def test_failures_are_recorded_and_resumed(
     assert scan(photo, tmp_path / "scan").ran == ("sparse", "routes")
 
 
-def test_a_full_disk_is_told(pipeline: Pipeline, photo: Path, tmp_path: Path) -> None:
+def test_a_full_disk_is_reported(pipeline: Pipeline, photo: Path, tmp_path: Path) -> None:
     pipeline.fail = OSError(28, "No space left on device")
     with pytest.raises(EnvironmentLacksError, match="space"):
         scan(photo, tmp_path / "scan")
@@ -258,7 +279,7 @@ def test_two_runs_at_once_are_refused(
     routes = replace(stages.STAGES[2], run=again)
     monkeypatch.setattr(runner, "STAGES", (*stages.STAGES[:2], routes))
     scan(photo, out)
-    assert "another walltopo is at work" in str(caught[0])
+    assert "another walltopo process is working" in str(caught[0])
 
 
 def test_half_written_leftovers_are_swept(pipeline: Pipeline, photo: Path, tmp_path: Path) -> None:
@@ -276,7 +297,7 @@ def test_half_written_leftovers_are_swept(pipeline: Pipeline, photo: Path, tmp_p
         ('{"version": 1}', "missing"),
     ],
 )
-def test_a_damaged_manifest_is_told(
+def test_a_damaged_manifest_is_reported(
     pipeline: Pipeline, photo: Path, tmp_path: Path, content: str, message: str
 ) -> None:
     out = tmp_path / "scan"

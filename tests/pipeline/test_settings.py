@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from walltopo.core import InputError, SettingsError, WalltopoError
@@ -29,7 +30,7 @@ def test_file_then_overrides(tmp_path: Path) -> None:
         ("ingest.min_sde=100", "Did you mean ingest.min_side"),
         ("lift.treshold=0.4", "Did you mean lift.threshold"),
         ("nonsense=1", "unknown setting"),
-        ("ingest.min_side", "expected section.key=value"),
+        ("ingest.min_side", "expected KEY=VALUE"),
         ("ingest.min_side=tall", "expected int, got 'tall'"),
         ("ingest.min_side=1.5", "expected int, got 1.5"),
         ("ingest.min_side=true", "expected int, got True"),
@@ -71,3 +72,8 @@ def test_every_setting_is_documented_and_survives_a_round_trip() -> None:
         field for fields in sections().values() for field in fields.values() if not field.text
     ] == []
     assert Settings().as_dict()["ingest"]["min_side"] == 320
+
+
+def test_settings_of_an_older_scan_get_the_sections_that_they_lack() -> None:
+    known = msgspec.convert({"export": {"title": "Cave"}}, Settings)
+    assert known.as_dict() == {**Settings().as_dict(), "export": known.as_dict()["export"]}

@@ -14,9 +14,7 @@ from walltopo.core.files import read_json
 def test_the_larger_room_is_kept(
     tiny_photos: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from walltopo_lab.synth import tiny
-
-    other = tiny(tmp_path / "other", photos=5, seed=11) / "photos"
+    other = tiny_photos.parent / "second-room"
     out = tmp_path / "scan"
     assert main(["scan", str(tiny_photos), str(other), "-o", str(out), "--to", "sparse"]) == 0
     output = " ".join(capsys.readouterr().out.split())

@@ -30,11 +30,11 @@ def test_every_line_is_a_kernel_with_types(line: str) -> None:
 
 
 def test_a_kernel_of_the_table_is_compiled() -> None:
-    line = next(line for line in LINES if "lift.by_face _count " in line)
+    line = next(line for line in LINES if "lift.label_image _count " in line)
     compile_line(line)
-    from walltopo.segment.lift import by_face
+    from walltopo.segment.lift import label_image
 
-    kinds = [str(kinds) for kinds in by_face._count.signatures]
+    kinds = [str(kinds) for kinds in label_image._count.signatures]
     assert any("int32" in kind for kind in kinds)
 
 
@@ -42,7 +42,7 @@ def test_a_kernel_of_the_table_is_compiled() -> None:
     ("line", "error"),
     [
         ("walltopo.segment.lift.vote nothing ()", AttributeError),
-        ("walltopo.segment.lift.by_face _count (secret(1),)", ValueError),
+        ("walltopo.segment.lift.label_image _count (secret(1),)", ValueError),
     ],
 )
 def test_a_wrong_line_is_an_error(line: str, error: type[Exception]) -> None:
@@ -54,7 +54,6 @@ def test_every_module_of_a_scan_with_kernels_is_in_the_table() -> None:
     """Those that no scan with the default settings calls are named here."""
     elsewhere = {
         "geometry.screen",
-        "reconstruct.dense.depth_maps",
         "segment.lift.distance",
         "segment.lift.fast",
     }

@@ -40,6 +40,6 @@ def difference(one: Image.Image, other: Image.Image) -> tuple[float, float]:
 
 
 def alike(one: Image.Image, other: Image.Image) -> bool:
-    """Whether both differences are within their bounds."""
+    """Return whether both differences are within their bounds."""
     mean, tile = difference(one, other)
     return mean <= MEAN_BOUND and tile <= TILE_BOUND

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from walltopo.core import Mesh, Progress, Silent
-from walltopo.geometry.ply import write_ply
+from walltopo.geometry.mesh_files import write_ply
 from walltopo.pipeline.runner import run_stage
 from walltopo.publish.outputs import export_wall
 from walltopo.publish.settings import ExportSettings
-from walltopo.publish.wall_data import Wall
-from walltopo.scans.attributes import Attributes, Hold, RawAttributes
+from walltopo.publish.wall_data import WallModel
 from walltopo.scans.folder import ScanFolder
-from walltopo.scans.holds import Holds, hold_rows
+from walltopo.scans.holds import Hold, Holds, with_routes
 from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
-from walltopo.scans.light import SceneLight
 from walltopo.scans.manifest import Manifest, Metrics, StageRecord
 from walltopo.scans.photos import Photo, PhotoList, SkippedFile
-from walltopo.scans.pictures import INDEX, CutoutIndex, TextureUv
+from walltopo.scans.pictures import INDEX, CutoutIndex, SceneLight, TextureUv
 from walltopo.scans.routes import Route, Routes
 from walltopo.scans.scale import Plate, Scale
 
@@ -107,8 +106,7 @@ def build_scan(
     rows = max(2, round(np.sqrt(all_holds * HEIGHT / WIDTH)))
     colour_of = [names[(k // rows) % 3] for k in range(all_holds)]
     instances = [made_hold(k, places[k - 1], radius, colour_of[k - 1]) for k in range(1, holds + 1)]
-    Attributes(instances=tuple(instances)).save(scan.attributes)
-    RawAttributes(instances=tuple(instances)).save(scan.attributes_raw)
+    Holds(metric=metric, holds=tuple(instances)).save(scan.holds_raw)
     InstanceRecords(
         classes={"1": "hold"},
         instances=tuple(
@@ -122,9 +120,7 @@ def build_scan(
     routes = [made_route(k, ids, colour_of[ids[0] - 1]) for k, ids in members.items()]
     for path in (scan.routes, scan.routes_raw):
         Routes(routes=tuple(routes)).save(path)
-    scores = {k: 0.4 + 0.05 * (k % 12) for k in range(1, holds + 1)}
-    rows = hold_rows(tuple(instances), scores, tuple(routes))
-    Holds(metric=metric, holds=rows).save(scan.holds)
+    Holds(metric=metric, holds=with_routes(instances, routes)).save(scan.holds)
     made_light(len(COLOURS)).save(scan.light)
     made_scale(metric).save(scan.scale)
     write_texture(scan.texture, places, radius, [COLOURS[c] for c in colour_of])
@@ -151,7 +147,7 @@ def made_hold(number: int, place: Any, radius: float, colour: str) -> Hold:
         number, "hold", type="jug", type_confidence=0.7, colour=colour,
         colour_rgb=(red, green, blue), colour_confidence=0.9, position=(x, -0.5 * float(radius), z),
         size=2 * float(radius), area=0.05, steepness_deg=10.0, photos=("IMG_1.jpg",),
-        review=number == 2,
+        review=number == 2, score=0.4 + 0.05 * (number % 12),
     )  # fmt: skip
 
 
@@ -166,11 +162,11 @@ def made_route(number: int, holds: list[int], colour: str) -> Route:
 def made_light(photos: int) -> SceneLight:
     """The same light in all photos, and all over the wall."""
     none = np.zeros((0, 3))
-    return SceneLight(np.zeros((photos, 3)), none, np.zeros(0), none, 0.5, 1.0)
+    return SceneLight(np.zeros((photos, 3)), none, none, 0.5, 1.0)
 
 
 def made_scale(metric: bool) -> Scale:
-    """By one plate."""
+    """Return the scale of one plate."""
     plate = Plate(
         (0, 1, 2, 3), "a plate", used=metric, way="corners", scale=1.0, residual_mm=0.8,
         error_px=0.2, photos=("IMG_1.jpg",), problem="",
@@ -199,19 +195,20 @@ def write_photos(scan: ScanFolder) -> None:
 def export_scan(
     scan: ScanFolder, settings: ExportSettings | None = None, progress: Progress | None = None
 ) -> Metrics:
-    """Run the export stage, told as in a scan what the other stages said; its figures."""
+    """Run the export stage with the records of the other stages; return its metrics."""
     records = Manifest.load(scan.manifest).stages
     return run_stage(scan, "export", settings or ExportSettings(), progress, records=records)
 
 
-def export_alone(root: Path, wall: Wall, settings: ExportSettings) -> ScanFolder:
+def export_alone(root: Path, wall: WallModel, settings: ExportSettings) -> ScanFolder:
     """The page and the files of a wall, without a scan: no report."""
     scan, scratch = ScanFolder(root), root / "scratch"
     scratch.mkdir(parents=True)
-    made = export_wall(wall, settings, scratch, Silent())
+    made = export_wall(wall, settings, scratch, Silent(), root / "tiers")
     Holds(metric=wall.metric, holds=tuple(wall.holds)).save(scan.holds)
     made.glb.save(scan.glb)
     made.page_assets.save(scan.page_assets)
     made.page.save(scan.page)
     scratch.rmdir()
+    shutil.rmtree(root / "tiers")
     return scan

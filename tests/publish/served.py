@@ -65,14 +65,14 @@ def talk(server: Server, *parts: bytes) -> bytes:
 
 
 def rest(wire: socket.socket) -> bytes:
-    """What comes until the end of the connection."""
-    said = b""
+    """Return what comes until the end of the connection."""
+    shown = b""
     try:
         while part := wire.recv(65536):
-            said += part
+            shown += part
     except ConnectionError:
         pass
-    return said
+    return shown
 
 
 def head(method: str, path: str, **headers: str) -> bytes:

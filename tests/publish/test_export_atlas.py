@@ -9,7 +9,7 @@ import numpy as np
 from walltopo.core import Mesh
 from walltopo.publish.atlas import retexture
 from walltopo.publish.settings import ExportSettings
-from walltopo.publish.surface import Look, split_at_borders
+from walltopo.publish.surface import TexturedSurface, split_at_borders
 from walltopo.publish.tiers import TierBuilder
 from walltopo.publish.wall_data import read_wall
 from walltopo.scans.folder import ScanFolder
@@ -37,7 +37,7 @@ def test_a_mat_does_not_hide_the_foot_of_an_overhang() -> None:
     picture = np.zeros((8, 8, 3), np.uint8)
     picture[:, :4, 0], picture[:, 4:, 2] = 200, 200
     mesh, wall_alone = Mesh(vertices, faces), np.zeros(256, np.int32)
-    detailed = Look(split_at_borders(mesh, wall_alone, uv), picture)
+    detailed = TexturedSurface(split_at_borders(mesh, wall_alone, uv), picture)
     new = retexture(split_at_borders(mesh, wall_alone), detailed, 256)
     surface, atlas = new.surface, new.picture
     assert surface.uv is not None
@@ -54,7 +54,7 @@ def test_colours_stay_on_the_surface(make_scan: MakeScan) -> None:
     """The new atlas shows at each place what the old one shows there."""
     wall = read_wall(make_scan(cells=120))
     builder = TierBuilder(wall, ExportSettings(first_triangles=1500, first_texture=512))
-    first, full = builder.look("first"), builder.look("archive")
+    first, full = builder.textured_surface("first"), builder.textured_surface("archive")
     assert first.surface.uv is not None
     assert first.picture is not None
     assert full.picture is not None

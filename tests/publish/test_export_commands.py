@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import subprocess
-import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -75,9 +72,9 @@ def test_export_leaves_foreign_files_alone(
     before = _bytes(out)
     path = out if kind == "labelme" else out / f"wall.{kind}"
     assert _run("export", scan.root, "--format", kind, "-o", path) == 3
-    told = " ".join(capsys.readouterr().err.split())
-    assert "--overwrite" in told
-    assert "another -o" in told
+    output = " ".join(capsys.readouterr().err.split())
+    assert "--overwrite" in output
+    assert "another -o" in output
     assert _bytes(out) == before
     assert _run("export", scan.root, "--format", kind, "-o", path, "--overwrite") == 0
     assert (out / "a").read_text() == "mine"
@@ -145,64 +142,17 @@ def test_merge_asks_which_reference(
     _register(other, "a frame elsewhere")
     out = tmp_path / "out"
     assert _run("merge", a.root, other.root, "-o", out) == 3
-    assert "a frame of its own" in " ".join(capsys.readouterr().err.split())
+    assert "its own frame" in " ".join(capsys.readouterr().err.split())
     assert _run("merge", a.root, b.root, "-o", out) == 0
     # The reference was scanned anew where it lay: what was registered before is in another frame.
     (ref.sparse / "images.txt").write_text("")
     assert _run("merge", ref.root, a.root, "-o", out) == 3
     _register(b, "")
     assert _run("merge", a.root, b.root, "-o", out) == 3
-    assert "older walltopo" in " ".join(capsys.readouterr().err.split())
+    assert "older version" in " ".join(capsys.readouterr().err.split())
     assert _run("merge", a.root, b.root, "-o", out, "--same-frame") == 0
 
 
 def test_a_copied_scan_keeps_its_frame(pair: tuple[ScanFolder, ScanFolder], tmp_path: Path) -> None:
     copy = shutil.copytree(pair[0].root, tmp_path / "moved" / "elsewhere")
     assert _run("merge", copy, pair[1].root, "-o", tmp_path / "joined") == 0
-
-
-@pytest.mark.parametrize("section", ["nan:3", "0:inf", "3:1", "a:b", "1", "1:2:3"])
-def test_sections_are_two_numbers(scan: ScanFolder, section: str, tmp_path: Path) -> None:
-    out = tmp_path / "x.glb"
-    assert _run("export", scan.root, "--section", section, "-o", out) == 2
-    assert not out.exists()
-
-
-def test_a_stopped_export_writes_nothing(make_scan: MakeScan, tmp_path: Path) -> None:
-    scan = make_scan("large", holds=12, cells=500)
-    out = tmp_path / "out"
-    out.mkdir()
-    command = [sys.executable, "-m", "walltopo", "export", str(scan.root), "--format", "page"]
-    process = subprocess.Popen(
-        [*command, "-o", str(out / "wall.html")], stderr=subprocess.PIPE, text=True
-    )
-    try:
-        while process.poll() is None and not list(out.glob(".partial-*")):
-            time.sleep(0.01)
-        process.terminate()
-        told = process.communicate(timeout=120)[1]
-    finally:
-        process.kill()
-    assert process.returncode == 143
-    assert told.strip() == "stopped; run the same command again to go on"
-    assert not (out / "wall.html").exists()
-
-
-@pytest.mark.parametrize(
-    ("kind", "said"), [("csv", "2 routes, 4 holds"), ("glb", "triangles, 2 routes, 4 holds")]
-)
-def test_export_says_what_it_wrote(
-    scan: ScanFolder, kind: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert _run("export", scan.root, "--format", kind, "-o", tmp_path / f"w.{kind}") == 0
-    told = capsys.readouterr().out
-    assert said in told
-    assert ("triangles" in told) == (kind == "glb")
-    assert ("w.routes.csv" in told) == (kind == "csv")
-
-
-def test_the_routes_beside_a_csv_are_not_replaced(scan: ScanFolder, tmp_path: Path) -> None:
-    (tmp_path / "w.routes.csv").write_text("mine")
-    assert _run("export", scan.root, "--format", "csv", "-o", tmp_path / "w.csv") == 3
-    assert not (tmp_path / "w.csv").exists()
-    assert (tmp_path / "w.routes.csv").read_text() == "mine"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import json
 import threading
 from collections.abc import Iterator
@@ -21,13 +20,11 @@ from walltopo.editing.log_file import log_version, read_log, save_log
 from walltopo.pipeline.edit_session import open_session
 from walltopo.pipeline.runner import refresh
 from walltopo.publish.server.run import Server
-from walltopo.scans.edits import EditLog, Paint, Ref, Remove, SetRole, SetRoute
+from walltopo.scans.edits import EditLog, Paint, Ref, Remove, SetProblem, SetRole, SetRoute
 from walltopo.scans.folder import ScanFolder
-from walltopo.scans.holds import HoldRow, Holds
+from walltopo.scans.holds import Hold, Holds
 from walltopo.scans.manifest import Manifest
 from walltopo.scans.routes import Routes
-from walltopo_climb.problems.put import as_problem
-from walltopo_climb.problems.rows import Proposal
 
 SMALL = {
     "first_triangles": 1000, "detail_triangles": 2000, "first_texture": 64, "detail_texture": 64,
@@ -62,17 +59,17 @@ def spray(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 
 
 def ask(server: Server, path: str, body: object = None) -> Any:
-    """What the server answers; a body makes it a POST."""
+    """Return what the server answers; a body makes it a POST."""
     host = f"localhost:{server.address.port}"
-    said = {"Host": host, "X_Walltopo_Token": server.token, "Connection": "close"}
+    detail = {"Host": host, "X_Walltopo_Token": server.token, "Connection": "close"}
     data = b"" if body is None else json.dumps(body).encode()
     if body is not None:
-        said |= {
+        detail |= {
             "Origin": f"http://{host}",
             "Content_Type": "application/json",
             "Content_Length": str(len(data)),
         }
-    answer = talk(server, head("GET" if body is None else "POST", path, **said), data)
+    answer = talk(server, head("GET" if body is None else "POST", path, **detail), data)
     top, _, text = answer.partition(b"\r\n\r\n")
     assert b" 200 " in top.splitlines()[0], text
     return json.loads(text)
@@ -80,16 +77,20 @@ def ask(server: Server, path: str, body: object = None) -> Any:
 
 def test_problems_are_proposed_for_the_wall_as_a_log_makes_it(spray: Server) -> None:
     before = (spray.scan.root / "routes.json").read_bytes()
-    wish = {"grade": "6C-7B", "moves": 3, "count": 1}
-    found = ask(spray, "/api/edits/problems", {"edits": log_of(), "wish": wish})
+    spec = {"grade": "6C-7B", "moves": 3, "count": 1}
+    found = ask(spray, "/api/edits/problems", {"edits": log_of(), "spec": spec})
     (one,) = found["proposals"]
     assert found["unit"] == 1
     assert {*one["start"], *one["top"]} <= {*one["hands"]}
     gone = {"do": "remove", "hold": {"id": one["hands"][0]}}
-    other = ask(spray, "/api/edits/problems", {"edits": log_of(gone), "wish": wish})
+    other = ask(spray, "/api/edits/problems", {"edits": log_of(gone), "spec": spec})
     assert all(one["hands"][0] not in row["hands"] + row["feet"] for row in other["proposals"])
-    made = EditLog(edits=(as_problem(msgspec.convert(one, Proposal), rows_of(spray.scan)),))
-    edits = msgspec.to_builtins(made)
+    rows = rows_of(spray.scan)
+    parts = {
+        name: tuple(Ref(number, rows[number].position) for number in one[name])
+        for name in ("hands", "start", "top", "feet")
+    }
+    edits = msgspec.to_builtins(EditLog(edits=(SetProblem(**parts, new=0, proposed=True),)))
     tried = ask(spray, "/api/edits/try", {"edits": edits})["result"]
     new = next(route for route in tried["routes"] if route["proposed"])
     assert {*new["holds"]} == {*one["hands"], *one["feet"]}
@@ -98,7 +99,7 @@ def test_problems_are_proposed_for_the_wall_as_a_log_makes_it(spray: Server) -> 
     assert (spray.scan.root / "routes.json").read_bytes() == before, "nothing is written"
 
 
-def rows_of(scan: ScanFolder) -> dict[int, HoldRow]:
+def rows_of(scan: ScanFolder) -> dict[int, Hold]:
     return {row.id: row for row in Holds.load(scan.holds).holds}
 
 
@@ -140,33 +141,26 @@ def test_an_edit_is_tried_saved_and_written(running: Server) -> None:
     # What was tried is what was written.
     shown = {r["id"]: r for r in tried["holds"] if not r["left_out"]}
     written = json.loads(scan.holds.read_text(encoding="utf-8"))["holds"]
-    of_page = {"left_out", "cutout"}
-    told = [{k: v for k, v in shown[r["id"]].items() if k not in of_page} for r in written]
-    assert told == written
+    of_page = {"cutout"}
+    output = [{k: v for k, v in shown[r["id"]].items() if k not in of_page} for r in written]
+    assert output == written
     assert Manifest.load(scan.manifest).stages["edit"].metrics["edits"] == 3
 
 
-def test_the_surface_of_a_result_is_all_that_may_differ(running: Server) -> None:
+def test_a_result_says_what_differs_from_the_patches_of_the_tiers(running: Server) -> None:
     hold = row(running.scan, 3)
     x, y, z = hold.position
     paint = {"do": "paint", "hold": {"id": 3, "at": [x, y, z]}, "at": [x, y, z], "radius_m": 0.3}
-    result = ask(running, "/api/edits/try", {"edits": log_of(paint)})["result"]
-    regions = result["surface"]["regions"]
-    labels, near = [], []
-    for region in regions:
-        centroids = np.frombuffer(base64.b64decode(region["centroids"]), "<f4").reshape(-1, 3)
-        values = np.frombuffer(base64.b64decode(region["labels"]), "<i4")
-        assert len(values) == len(centroids)
-        apart = np.linalg.norm(centroids - region["at"], axis=1)
-        assert (apart <= region["radius_m"] + 1e-4).all()
-        labels.append(values)
-        near.append(np.linalg.norm(centroids - hold.position, axis=1) < 0.3)
-    assert (np.concatenate(labels)[np.concatenate(near)] == 3).all()
-    # Taken back, the same places are told as they were.
-    back = ask(running, "/api/edits/try", {"edits": log_of()})["result"]["surface"]["regions"]
-    assert len(back) >= 1
-    none = np.frombuffer(base64.b64decode(back[0]["labels"]), "<i4")
-    assert len(none)
+    surface = ask(running, "/api/edits/try", {"edits": log_of(paint)})["result"]["surface"]
+    (painted,) = [group for group in surface["changed"] if group["label"] == 3]
+    places = np.array(painted["places"]).reshape(-1, 3).cumsum(axis=0) * surface["step"]
+    places += surface["origin"]
+    assert len(places) > 10
+    assert (np.linalg.norm(places - hold.position, axis=1) < 0.3 + surface["step"]).all()
+    assert surface["unchanged"], "the triangles around say where the change ends"
+    # Taken back, everything is as the tiers have it.
+    back = ask(running, "/api/edits/try", {"edits": log_of()})["result"]["surface"]
+    assert back["changed"] == []
 
 
 def test_photos_of_a_place(running: Server) -> None:
@@ -187,14 +181,14 @@ def wait_until_written(server: Server) -> None:
     assert state["done_version"] == log_version(server.scan)
 
 
-def test_what_cannot_follow_is_told(tmp_path: Path) -> None:
+def test_what_cannot_follow_is_reported(tmp_path: Path) -> None:
     scan = built(tmp_path / "scan")
-    desk = open_session(scan)
-    assert not desk.status().stale
+    session = open_session(scan)
+    assert not session.status().stale
     scan.texture.unlink()
-    desk.save(EditLog(edits=(SetRoute(route=Ref(1), name="Owl"),)), desk.read()[1])
-    desk.close()
-    state = desk.status()
+    session.save(EditLog(edits=(SetRoute(route=Ref(1), name="Owl"),)), session.read()[1])
+    session.close()
+    state = session.status()
     assert state.stale
     assert "texture" in state.problem
     assert EditLog.load(scan.edits).edits, "the log is safe"
@@ -248,10 +242,10 @@ def test_edits_by_hand_count_as_a_change(tmp_path: Path) -> None:
     assert EditLog.load(scan.edits) == by_hand
 
 
-def test_something_in_the_way_is_told(tmp_path: Path) -> None:
+def test_something_in_the_way_is_reported(tmp_path: Path) -> None:
     scan = ScanFolder(tmp_path)
     scan.edits.mkdir()
-    with pytest.raises(InputError, match="in the way"):
+    with pytest.raises(InputError, match="is not a file"):
         save_log(scan, EditLog(), log_version(scan))
 
 

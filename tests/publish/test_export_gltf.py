@@ -14,24 +14,24 @@ from glbfile import Glb  # type: ignore[import-not-found]
 from walltopo.publish.settings import ExportSettings
 from walltopo.publish.surface import Surface
 from walltopo.publish.tiers import TierBuilder
-from walltopo.publish.wall_data import Wall, read_wall
+from walltopo.publish.wall_data import WallModel, read_wall
 from walltopo.scans.folder import ScanFolder
 
 MakeScan = Callable[..., ScanFolder]
 
 
-def build_tier(wall: Wall, name: str, settings: ExportSettings) -> tuple[bytes, Surface]:
+def build_tier(wall: WallModel, name: str, settings: ExportSettings) -> tuple[bytes, Surface]:
     builder = TierBuilder(wall, settings)
-    return builder.glb(name), builder.look(name).surface
+    return builder.glb(name), builder.textured_surface(name).surface
 
 
 @pytest.fixture
-def wall(make_scan: MakeScan) -> Wall:
+def wall(make_scan: MakeScan) -> WallModel:
     return read_wall(make_scan())
 
 
 @pytest.mark.parametrize("tier", ["archive", "first", "detail"])
-def test_ids_and_tables(wall: Wall, tier: str) -> None:
+def test_ids_and_tables(wall: WallModel, tier: str) -> None:
     data, surface = build_tier(wall, tier, ExportSettings(first_triangles=2000))
     glb = Glb(data)
     ids = glb.attribute("_FEATURE_ID_0").astype(int)
@@ -53,7 +53,7 @@ def test_ids_and_tables(wall: Wall, tier: str) -> None:
     assert extras["routes"] == json.loads(msgspec.json.encode(wall.routes))
 
 
-def test_wall_glb_tells_guesses_apart(wall: Wall) -> None:
+def test_wall_glb_tells_guesses_apart(wall: WallModel) -> None:
     guessed = np.zeros(len(wall.mesh.faces), dtype=np.bool_)
     guessed[::3] = True
     wall = replace(wall, mesh=replace(wall.mesh, guessed=guessed))
@@ -70,7 +70,7 @@ def test_wall_glb_tells_guesses_apart(wall: Wall) -> None:
     assert "_FEATURE_ID_1" not in Glb(builder.glb("first")).primitive["attributes"]
 
 
-def test_quantised_positions_land_where_they_were(wall: Wall) -> None:
+def test_quantised_positions_land_where_they_were(wall: WallModel) -> None:
     data, surface = build_tier(wall, "first", ExportSettings())
     glb = Glb(data)
     node = glb.json["nodes"][1]
@@ -79,7 +79,7 @@ def test_quantised_positions_land_where_they_were(wall: Wall) -> None:
     assert np.abs(places - surface.positions).max() <= 0.51 * 6.0 / 65535
 
 
-def test_archive_needs_no_extension(wall: Wall) -> None:
+def test_archive_needs_no_extension(wall: WallModel) -> None:
     """Any viewer opens it: what is not core glTF is optional."""
     data, surface = build_tier(wall, "archive", ExportSettings())
     glb = Glb(data)
@@ -88,7 +88,7 @@ def test_archive_needs_no_extension(wall: Wall) -> None:
     assert glb.json["images"][0]["mimeType"] == "image/jpeg"
 
 
-def test_a_gap_in_the_ids_keeps_its_row(wall: Wall) -> None:
+def test_a_gap_in_the_ids_keeps_its_row(wall: WallModel) -> None:
     """A deleted hold leaves a row of class none, so that ids stay those of holds.json."""
     holds = [hold for hold in wall.holds if hold.id != 5]
     keep = np.where(wall.face_instance == 5, 0, wall.face_instance)

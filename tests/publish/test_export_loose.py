@@ -4,31 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, Mesh, View
-from walltopo.geometry.neighbours import face_neighbours
-from walltopo.publish.floaters import Hidden, outline_vertices
+from walltopo.geometry.topology import face_neighbours
+from walltopo.publish.floaters import Floaters, outline_vertices
 from walltopo.publish.settings import ExportSettings
 from walltopo.publish.tiers import TierBuilder
-from walltopo.publish.wall_data import Wall, read_wall
+from walltopo.publish.wall_data import WallModel, read_wall
 from walltopo.scans.folder import ScanFolder
 
 MakeScan = Callable[..., ScanFolder]
 
 
-def loose_faces(wall: Wall) -> NDArray[np.bool_]:
-    return Hidden(wall).of(wall.face_instance)
+def floaters(wall: WallModel) -> Floaters:
+    return Floaters(wall, TierBuilder(wall, ExportSettings()).coverage)
 
 
-def without_loose(wall: Wall) -> Wall:
-    return Hidden(wall).without(wall)
+def loose_faces(wall: WallModel) -> NDArray[np.bool_]:
+    return floaters(wall).of(wall.face_instance)
 
 
-def with_scrap(wall: Wall, size: float, label: int) -> Wall:
+def without_loose(wall: WallModel) -> WallModel:
+    return floaters(wall).without(wall)
+
+
+def with_scrap(wall: WallModel, size: float, label: int) -> WallModel:
     """The wall and one triangle of `size` metres, 2 m before it, that belongs to hold `label`."""
     count = len(wall.mesh.vertices)
     scrap = np.array([[0, -2, 1], [size, -2, 1], [0, -2, 1 + size]], dtype=float)
@@ -39,6 +42,7 @@ def with_scrap(wall: Wall, size: float, label: int) -> Wall:
         mesh=Mesh(np.vstack([wall.mesh.vertices, scrap]), faces),
         face_instance=np.append(wall.face_instance, label).astype(np.int32),
         uv=np.concatenate([wall.uv, wall.uv[:1]]),
+        patches=None,
     )
 
 
@@ -60,11 +64,14 @@ def test_page_leaves_out_what_the_archive_keeps(make_scan: MakeScan) -> None:
     plain = read_wall(make_scan())
     builder = TierBuilder(with_scrap(plain, 0.3, 0), ExportSettings())
     count = len(plain.mesh.faces)
-    sizes = {name: len(builder.look(name).surface.triangles) for name in ("archive", "detail")}
+    sizes = {
+        name: len(builder.textured_surface(name).surface.triangles)
+        for name in ("archive", "detail")
+    }
     assert sizes == {"archive": count + 1, "detail": count}
 
 
-def slab(hold: int = 0, lean: float = 1.5) -> Wall:
+def slab(hold: int = 0, lean: float = 1.5) -> WallModel:
     """A sheet of 4 by 2 m in squares of 10 cm with a hole in it; its right quarter is before a
     place that two of five cameras see, and leans forward by `lean` metres a metre. One square there
     is of `hold`."""
@@ -84,30 +91,21 @@ def slab(hold: int = 0, lean: float = 1.5) -> Wall:
         # Each sees 2 m to both sides of its place; the last two see 3 m.
         centre = np.array([place, -2.0 if number < 3 else -3.0, 1.0])
         views.append(View(f"{number}.jpg", camera, np.column_stack([turn, -turn @ centre])))
-    return Wall(mesh, labels, None, None, [], [], metric=True, views=tuple(views))
+    return WallModel(mesh, labels, None, None, [], [], metric=True, views=tuple(views))
 
 
 def test_a_slab_that_few_photos_see_is_left_out() -> None:
     wall = slab()
-    left = wall.mesh.centroids[Hidden(wall).of(wall.face_instance)]
+    left = wall.mesh.centroids[loose_faces(wall)]
     assert left[:, 0].min() > 2.9
     right = wall.mesh.centroids[:, 0] > 3.3
-    assert Hidden(wall).of(wall.face_instance)[right].all()
+    assert loose_faces(wall)[right].all()
     held = slab(hold=7)
-    assert not Hidden(held).of(held.face_instance).any()
+    assert not loose_faces(held).any()
     edge = slab(lean=0.0)  # few photos see it, but it is the wall's own
-    assert not Hidden(edge).of(edge.face_instance).any()
+    assert not loose_faces(edge).any()
     unknown = replace(wall, views=wall.views[:3])
-    assert not Hidden(unknown).of(wall.face_instance).any()
-
-
-def test_what_photos_see_is_kept_for_the_next_time(tmp_path: Path) -> None:
-    wall, cache = slab(), tmp_path / "tiers" / "thin.npz"
-    first = Hidden(wall, cache).of(wall.face_instance)
-    assert cache.exists()
-    np.testing.assert_array_equal(Hidden(wall, cache).of(wall.face_instance), first)
-    cache.write_bytes(b"broken")
-    np.testing.assert_array_equal(Hidden(wall, cache).of(wall.face_instance), first)
+    assert not loose_faces(unknown).any()
 
 
 def test_a_hole_is_no_outline() -> None:

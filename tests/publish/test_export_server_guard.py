@@ -1,4 +1,4 @@
-"""Who may ask the local server for what; the promises of docs/security.md."""
+"""Access rules of the local server: the promises of docs/security.md."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from served import connect, head, rest, served, talk  # type: ignore[import-not-
 from walltopo.core import SettingsError
 from walltopo.editing.log_file import read_log
 from walltopo.publish.server.address import check_origin, listen
-from walltopo.publish.server.guard import MOST_BODY
+from walltopo.publish.server.guard import MAX_BODY
 from walltopo.publish.server.run import Server
 from walltopo.scans.edits import SetHold
 from walltopo.scans.folder import ScanFolder
@@ -67,13 +67,13 @@ def host(server: Server) -> str:
 
 def get(server: Server, path: str, **headers: str) -> tuple[int, str]:
     """Status and everything else that came."""
-    asked = {"Host": host(server), "Connection": "close"} | headers
-    said = talk(server, head("GET", path, **asked)).decode("latin-1")
-    return int(said.split()[1]), said
+    requests = {"Host": host(server), "Connection": "close"} | headers
+    shown = talk(server, head("GET", path, **requests)).decode("latin-1")
+    return int(shown.split()[1]), shown
 
 
 def write_headers(server: Server, **changed: str | None) -> dict[str, str]:
-    """Of a save as the page sends it, but for what a test changes (None: left out)."""
+    """Return a save's headers as the page sends them, with a test's changes (None: left out)."""
     own: dict[str, Any] = {
         "Host": host(server),
         "Origin": f"http://{host(server)}",
@@ -85,12 +85,12 @@ def write_headers(server: Server, **changed: str | None) -> dict[str, str]:
 
 
 def test_a_save_as_the_page_sends_it(server: Server, scan: ScanFolder) -> None:
-    asked = write_headers(server, Connection="close", Sec_Fetch_Site="same-origin")
-    said = talk(server, head("POST", "/api/edits", **asked), BODY)
-    assert said.startswith(b"HTTP/1.1 200")
+    requests = write_headers(server, Connection="close", Sec_Fetch_Site="same-origin")
+    shown = talk(server, head("POST", "/api/edits", **requests), BODY)
+    assert shown.startswith(b"HTTP/1.1 200")
     log, version = read_log(scan)
     assert [type(edit) for edit in log.edits] == [SetHold]
-    answer = json.loads(said.split(b"\r\n\r\n")[1])
+    answer = json.loads(shown.split(b"\r\n\r\n")[1])
     assert answer["version"] == version
     assert [row["colour"] for row in answer["result"]["holds"] if row["id"] == 3] == ["red"]
 
@@ -121,7 +121,7 @@ WRONG: dict[str, tuple[dict[str, str | None], int]] = {
     "two lengths": ({"Content_Length": "5, 6"}, 400),
     "a length without end": ({"Content_Length": "9" * 19}, 413),
     "a length of 5,000 digits": ({"Content_Length": "9" * 5000}, 400),
-    "too much": ({"Content_Length": str(MOST_BODY + 1)}, 413),
+    "too much": ({"Content_Length": str(MAX_BODY + 1)}, 413),
 }
 
 
@@ -133,14 +133,14 @@ def test_a_refused_write_saves_nothing_and_its_body_is_no_request(
     """The attack: the body of a request that is refused is a whole request that would not be."""
     changed, status = WRONG[kind]
     inner = head("POST", "/api/edits", **write_headers(server)) + BODY
-    asked = write_headers(server, Content_Length=str(len(inner)))
-    asked = {name: value for name, value in (asked | changed).items() if value is not None}
-    outer = head("POST", "/api/edits", **asked)
-    said = talk(server, outer, inner) if cut else talk(server, outer + inner)
-    codes = [int(code) for code in re.findall(rb"HTTP/1\.1 (\d+)", said)]
+    requests = write_headers(server, Content_Length=str(len(inner)))
+    requests = {name: value for name, value in (requests | changed).items() if value is not None}
+    outer = head("POST", "/api/edits", **requests)
+    shown = talk(server, outer, inner) if cut else talk(server, outer + inner)
+    codes = [int(code) for code in re.findall(rb"HTTP/1\.1 (\d+)", shown)]
     # A body that is no chunk may be seen before the head is refused.
     assert codes == [status] or (kind == "chunks" and codes == [400])
-    assert b"connection: close" in said.lower()
+    assert b"connection: close" in shown.lower()
     assert not scan.edits.exists()
     # The inner one alone is saved: the attack was a real one.
     with connect(server) as wire:
@@ -150,14 +150,14 @@ def test_a_refused_write_saves_nothing_and_its_body_is_no_request(
 
 
 def test_a_save_on_old_edits_is_refused(server: Server, scan: ScanFolder) -> None:
-    asked = head("POST", "/api/edits", **write_headers(server))
+    requests = head("POST", "/api/edits", **write_headers(server))
     with connect(server) as wire:
-        wire.sendall(asked + BODY)
+        wire.sendall(requests + BODY)
         assert wire.recv(12) == b"HTTP/1.1 200"
     before = scan.edits.read_bytes()
-    said = talk(server, asked, BODY.replace(b"red", b"tan"))
-    assert said.startswith(b"HTTP/1.1 412")
-    assert b"other edits were saved" in said
+    shown = talk(server, requests, BODY.replace(b"red", b"tan"))
+    assert shown.startswith(b"HTTP/1.1 412")
+    assert b"other edits were saved" in shown
     assert scan.edits.read_bytes() == before
 
 
@@ -167,9 +167,9 @@ def test_a_body_where_none_belongs_is_no_request(
     server: Server, scan: ScanFolder, method: str, path: str
 ) -> None:
     inner = head("POST", "/api/edits", **write_headers(server)) + BODY
-    asked = {"Host": host(server), "Content_Length": str(len(inner))}
-    said = talk(server, head(method, path, **asked) + inner)
-    codes = re.findall(rb"HTTP/1\.1 (\d+)", said)
+    requests = {"Host": host(server), "Content_Length": str(len(inner))}
+    shown = talk(server, head(method, path, **requests) + inner)
+    codes = re.findall(rb"HTTP/1\.1 (\d+)", shown)
     assert len(codes) == 1
     assert codes[0] in (b"400", b"403", b"405")
     assert not scan.edits.exists()
@@ -194,10 +194,10 @@ def test_a_body_where_none_belongs_is_no_request(
 def test_a_body_that_cannot_be_saved_gives_a_sentence(
     server: Server, scan: ScanFolder, body: bytes
 ) -> None:
-    asked = write_headers(server, Content_Length=str(len(body)))
-    said = talk(server, head("POST", "/api/edits", **asked), body)
-    assert said.startswith(b"HTTP/1.1 400")
-    text = json.loads(said.split(b"\r\n\r\n")[1])["error"]
+    requests = write_headers(server, Content_Length=str(len(body)))
+    shown = talk(server, head("POST", "/api/edits", **requests), body)
+    assert shown.startswith(b"HTTP/1.1 400")
+    text = json.loads(shown.split(b"\r\n\r\n")[1])["error"]
     assert len(text) > 10
     assert str(scan.root) not in text
     assert not scan.edits.exists()
@@ -251,15 +251,15 @@ def test_names_it_once(server: Server) -> None:
 def test_what_other_pages_may_ask_for(
     server: Server, site: str, mode: str, dest: str, status: int
 ) -> None:
-    said = get(
+    shown = get(
         server, "/page/first.js", Sec_Fetch_Site=site, Sec_Fetch_Mode=mode, Sec_Fetch_Dest=dest
     )
-    assert said[0] == status
+    assert shown[0] == status
 
 
 @pytest.mark.parametrize("path", ["/", "/page/first.js", "/cutouts/1.png", "/none", "/api/edits"])
 def test_every_answer_keeps_other_pages_out(server: Server, path: str) -> None:
-    _, said = get(server, path)
+    _, shown = get(server, path)
     for line in (
         "cross-origin-resource-policy: same-origin",
         "x-content-type-options: nosniff",
@@ -267,20 +267,20 @@ def test_every_answer_keeps_other_pages_out(server: Server, path: str) -> None:
         "frame-ancestors 'none'",
         "default-src 'none'",
     ):
-        assert line in said
-    assert "access-control-allow" not in said
+        assert line in shown
+    assert "access-control-allow" not in shown
 
 
 def test_a_frame_is_by_a_flag_and_never_for_the_editor(scan: ScanFolder) -> None:
     with served(scan.root, edit=True, embed=["https://gym.example/"]) as server:
-        asked = {
+        requests = {
             "Sec_Fetch_Site": "cross-site",
             "Sec_Fetch_Mode": "navigate",
             "Sec_Fetch_Dest": "iframe",
         }
-        status, said = get(server, "/", **asked)
+        status, shown = get(server, "/", **requests)
         assert status == 200
-        assert "frame-ancestors https://gym.example\r\n" in said
+        assert "frame-ancestors https://gym.example\r\n" in shown
         assert get(server, "/page/first.js", Sec_Fetch_Site="cross-site")[0] == 403
         assert "frame-ancestors 'none'" in get(server, f"/?token={server.token}")[1]
 
@@ -297,7 +297,7 @@ def test_a_frame_is_by_a_flag_and_never_for_the_editor(scan: ScanFolder) -> None
     ],
 )
 def test_what_is_no_origin_reaches_no_header(origin: str) -> None:
-    with pytest.raises(SettingsError, match="no origin"):
+    with pytest.raises(SettingsError, match="not an origin"):
         check_origin(origin)
 
 
@@ -308,14 +308,14 @@ def test_the_token_is_given_only_to_who_has_it(server: Server) -> None:
     assert get(server, "/")[0] == 200
     assert " edit " not in get(server, "/")[1]
     assert get(server, "/?token=wrong")[0] == 403
-    status, said = get(server, f"/?token={server.token}")
+    status, shown = get(server, f"/?token={server.token}")
     assert status == 200
-    assert f'<wall-topo edit token="{server.token}" ' in said
-    assert "cache-control: no-store" in said
+    assert f'<wall-topo edit token="{server.token}" ' in shown
+    assert "cache-control: no-store" in shown
     assert get(server, "/api/edits")[0] == 403
-    status, said = get(server, "/api/edits", X_Walltopo_Token=server.token)
+    status, shown = get(server, "/api/edits", X_Walltopo_Token=server.token)
     assert status == 200
-    assert "cache-control: no-store" in said
+    assert "cache-control: no-store" in shown
 
 
 def test_each_run_has_a_token_of_its_own(scan: ScanFolder) -> None:
@@ -330,9 +330,9 @@ def test_each_run_has_a_token_of_its_own(scan: ScanFolder) -> None:
 def test_without_edit_nothing_is_read_or_saved(scan: ScanFolder) -> None:
     with served(scan.root, edit=False) as server:
         for token in (None, "", "None"):
-            asked = write_headers(server, X_Walltopo_Token=token)
-            said = talk(server, head("POST", "/api/edits", **asked), BODY)
-            assert said.startswith(b"HTTP/1.1 404")
+            requests = write_headers(server, X_Walltopo_Token=token)
+            shown = talk(server, head("POST", "/api/edits", **requests), BODY)
+            assert shown.startswith(b"HTTP/1.1 404")
         assert get(server, "/api/edits")[0] == 404
         assert " edit " not in get(server, "/?token=None")[1]
     assert not scan.edits.exists()
@@ -351,10 +351,10 @@ SECRETS = [
 
 @pytest.mark.parametrize("path", SECRETS)
 def test_nothing_else_of_the_disk_is_served(server: Server, scan: ScanFolder, path: str) -> None:
-    status, said = get(server, path)
+    status, shown = get(server, path)
     assert status == 404
-    assert str(scan.root.parent) not in said
-    assert "secret" not in said
+    assert str(scan.root.parent) not in shown
+    assert "secret" not in shown
 
 
 def test_a_linked_folder_is_not_followed(tmp_path: Path) -> None:
@@ -366,27 +366,27 @@ def test_a_linked_folder_is_not_followed(tmp_path: Path) -> None:
 
 
 def test_parts_heads_and_what_has_not_changed(server: Server) -> None:
-    status, said = get(server, "/page/first.js")
-    assert (status, said[-10:]) == (200, "0123456789")
-    assert "content-type: text/javascript" in said
-    tag = re.findall(r"etag: (\S+)", said)[0]
+    status, shown = get(server, "/page/first.js")
+    assert (status, shown[-10:]) == (200, "0123456789")
+    assert "content-type: text/javascript" in shown
+    tag = re.findall(r"etag: (\S+)", shown)[0]
     assert get(server, "/page/first.js", If_None_Match=tag)[0] == 304
-    status, said = get(server, "/page/first.js", Range="bytes=2-4")
-    assert (status, said[-7:]) == (206, "\r\n\r\n234")
+    status, shown = get(server, "/page/first.js", Range="bytes=2-4")
+    assert (status, shown[-7:]) == (206, "\r\n\r\n234")
     assert get(server, "/page/first.js", Range="bytes=50-")[0] == 416
-    asked = {"Host": host(server), "Connection": "close"}
-    said = talk(server, head("HEAD", "/page/first.js", **asked)).decode()
-    assert "content-length: 10" in said
-    assert said.endswith("\r\n\r\n")
+    requests = {"Host": host(server), "Connection": "close"}
+    shown = talk(server, head("HEAD", "/page/first.js", **requests)).decode()
+    assert "content-length: 10" in shown
+    assert shown.endswith("\r\n\r\n")
 
 
 def test_many_requests_on_one_connection(server: Server) -> None:
     with connect(server) as wire:
         for _ in range(20):
             wire.sendall(head("GET", "/page/first.js", Host=host(server)))
-            said = b""
-            while not said.endswith(b"0123456789"):
-                said += wire.recv(4096)
+            shown = b""
+            while not shown.endswith(b"0123456789"):
+                shown += wire.recv(4096)
         wire.sendall(head("GET", "/none", Host=host(server)))
         assert rest(wire).startswith(b"HTTP/1.1 404")
 
@@ -396,10 +396,10 @@ def test_many_requests_on_one_connection(server: Server) -> None:
     [
         ("0.0.0.0", "every address"),
         ("::", "every address"),
-        ("localhost.", "neither a name nor a number"),
-        ("evil.example/", "neither a name nor a number"),
-        ("a\r\nb", "neither a name nor a number"),
-        ("", "neither a name nor a number"),
+        ("localhost.", "neither a name nor an address"),
+        ("evil.example/", "neither a name nor an address"),
+        ("a\r\nb", "neither a name nor an address"),
+        ("", "neither a name nor an address"),
         ("192.0.2.1", "not an address of this machine"),
     ],
 )
@@ -425,9 +425,11 @@ def test_in_a_network_reading_is_open_and_saving_needs_the_token(tmp_path: Path)
         assert get(server, "/", Host=host(server))[0] == 403
         with pytest.raises(ConnectionRefusedError):
             socket.create_connection(("127.0.0.1", server.address.port), timeout=10)
-        asked = write_headers(server, Host=own, Origin=f"http://{own}")
-        without = head("POST", "/api/edits", **asked | {"X_Walltopo_Token": ""})
+        requests = write_headers(server, Host=own, Origin=f"http://{own}")
+        without = head("POST", "/api/edits", **requests | {"X_Walltopo_Token": ""})
         assert talk(server, without, BODY).startswith(b"HTTP/1.1 403")
         assert not scan.edits.exists()
-        assert talk(server, head("POST", "/api/edits", **asked), BODY).startswith(b"HTTP/1.1 200")
-        assert any("Nothing is encrypted" in line for line in server.notes())
+        assert talk(server, head("POST", "/api/edits", **requests), BODY).startswith(
+            b"HTTP/1.1 200"
+        )
+        assert any("not encrypted" in line for line in server.notes())

@@ -39,8 +39,8 @@ def own(server: Server) -> str:
 
 
 def whole_page(server: Server) -> bytes:
-    said: bytes = talk(server, head("GET", "/", Host=own(server), Connection="close"))
-    return said
+    shown: bytes = talk(server, head("GET", "/", Host=own(server), Connection="close"))
+    return shown
 
 
 def until(holds: Callable[[], bool]) -> None:
@@ -81,17 +81,17 @@ def test_connections_above_the_limit_are_refused_until_others_end(server: Server
     ],
 )
 def test_what_is_no_request_is_refused_and_closed(server: Server, sent: bytes) -> None:
-    said = talk(server, sent.replace(b"HOST", own(server).encode()))
-    assert not said or int(said.split()[1]) in (400, 404, 431, 501)
-    assert said.count(b"HTTP/1.1 ") <= 1
+    shown = talk(server, sent.replace(b"HOST", own(server).encode()))
+    assert not shown or int(shown.split()[1]) in (400, 404, 431, 501)
+    assert shown.count(b"HTTP/1.1 ") <= 1
     assert whole_page(server).startswith(b"HTTP/1.1 200")
 
 
 def test_who_goes_in_the_middle_leaves_nothing_behind(server: Server, scan: ScanFolder) -> None:
-    asked = head("GET", "/page/detail.glb", Host=own(server))
+    requests = head("GET", "/page/detail.glb", Host=own(server))
     for k in range(40):
         with connect(server) as wire:
-            wire.sendall(asked[: 10 + k] if k % 2 else asked)
+            wire.sendall(requests[: 10 + k] if k % 2 else requests)
             if not k % 2:
                 wire.recv(1000)
     assert whole_page(server).startswith(b"HTTP/1.1 200")

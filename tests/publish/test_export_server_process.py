@@ -83,12 +83,12 @@ def test_ends_well_by_a_signal_with_connections_open(root: Path, number: signal.
         idle = socket.create_connection(("127.0.0.1", port))
         half = socket.create_connection(("127.0.0.1", port))
         half.sendall(b"GET / HT")
-        said = view.end(number)
+        shown = view.end(number)
         idle.close()
         half.close()
     assert view.process.returncode == 0
-    assert said.splitlines()[-1] == "stopped"
-    assert "Traceback" not in said
+    assert shown.splitlines()[-1] == "stopped"
+    assert "Traceback" not in shown
 
 
 def test_strangers_do_not_write_into_the_terminal(root: Path) -> None:
@@ -110,9 +110,9 @@ def test_strangers_do_not_write_into_the_terminal(root: Path) -> None:
             wire.sendall(request(port) * 3)
             wire.close()
         assert ask(port, request(port)) == b"HTTP/1.1 200"
-        said = view.end()
-    began = [line.split()[0] for line in said.splitlines()[1:]]
-    assert began == ["Whoever", "token", "Ctrl-C", "stopped"]
+        shown = view.end()
+    began = [line.split()[0] for line in shown.splitlines()[1:]]
+    assert began == ["Anyone", "token", "Ctrl-C", "stopped"]
 
 
 def mutated(requests: list[bytes], chance: random.Random) -> bytes:
@@ -163,8 +163,8 @@ def test_nor_do_hundreds_of_broken_requests(root: Path) -> None:
                 wire.shutdown(socket.SHUT_WR)
                 wire.recv(4096)
         assert ask(port, request(port)) == b"HTTP/1.1 200"
-        said = view.end()
-    assert len(said.splitlines()) == 5, said
+        shown = view.end()
+    assert len(shown.splitlines()) == 5, shown
 
 
 def test_a_defect_is_one_line_for_the_terminal_and_none_for_the_asker(root: Path) -> None:
@@ -174,11 +174,11 @@ def test_a_defect_is_one_line_for_the_terminal_and_none_for_the_asker(root: Path
         with socket.create_connection(("127.0.0.1", port), timeout=30) as wire:
             wire.sendall(request(port, path))
             answer = b"".join(iter(lambda: wire.recv(4096), b""))
-        said = view.end()
+        shown = view.end()
     assert answer.startswith(b"HTTP/1.1 500")
-    assert answer.endswith(b"walltopo failed here\n")
-    assert "a request failed: UnicodeDecodeError" in said
-    assert "Traceback" not in said
+    assert answer.endswith(b"walltopo failed to answer\n")
+    assert "a request failed: UnicodeDecodeError" in shown
+    assert "Traceback" not in shown
 
 
 def refused(root: Path, *given: str) -> int:
@@ -196,7 +196,7 @@ def refused(root: Path, *given: str) -> int:
         (["--port", "-1"], "-1"),
         (["--host", "0.0.0.0"], "Give the one that others will open"),
         (["--host", "192.0.2.1", "--port", "0"], "not an address of this machine"),
-        (["--embed", "gym"], "is no origin"),
+        (["--embed", "gym"], "is not an origin"),
     ],
 )
 def test_addresses_that_cannot_be(
@@ -222,4 +222,4 @@ def test_a_port_of_the_system() -> None:
         "os.getuid() or os.setuid(65534); listen('127.0.0.1', 1)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert "SettingsError: port 1 is kept for programs of the system" in done.stderr
+    assert "SettingsError: port 1 is reserved for system programs" in done.stderr

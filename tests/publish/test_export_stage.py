@@ -21,11 +21,11 @@ from walltopo.publish.wall_data import read_wall
 from walltopo.publish.wall_files import PageFiles
 from walltopo.publish.web_page import render
 from walltopo.scans.artifacts import artifacts_of
-from walltopo.scans.attributes import Attributes, LeftOut
 from walltopo.scans.folder import ScanFolder, write_moves
-from walltopo.scans.holds import Holds
+from walltopo.scans.holds import Hold, Holds
 from walltopo.scans.instances import InstanceTable
 from walltopo.scans.moves import Moves, moves_basis
+from walltopo.scans.page_labels import PageLabels
 from walltopo.scans.routes import Routes
 
 MakeScan = Callable[..., ScanFolder]
@@ -40,11 +40,15 @@ def test_writes_everything(make_scan: MakeScan) -> None:
     assert rows.metric is True
     assert [row.route for row in rows.holds] == [1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4]
     names = {path.name for path in (scan.root / "page").iterdir()}
-    assert names == {"viewer.js", "start.js", "first.glb", "first.js", "detail.glb", "detail.js"}
+    tiers = {f"{name}.{kind}" for name in ("first", "detail") for kind in ("glb", "js")}
+    assert names == {"viewer.js", "start.js", "labels.json", "labels.js"} | tiers
     script = (scan.root / "page" / "first.js").read_text()
     packed = re.search(r'="([^"]+)"', script)
     assert packed is not None
     assert base64.b64decode(packed.group(1)) == (scan.root / "page" / "first.glb").read_bytes()
+    labels = (scan.root / "page" / "labels.json").read_text()
+    assert f'["labels.json"]={labels};' in (scan.root / "page" / "labels.js").read_text()
+    assert PageLabels.load(scan.root / "page" / "labels.json").holds == rows.holds
     assert not list(scan.root.rglob(".partial-*"))
 
 
@@ -80,9 +84,9 @@ def test_names_stay_text(make_scan: MakeScan) -> None:
     first, second, *others = table.holds
     renamed = structs.replace(second, type=hostile, review=True)
     structs.replace(table, holds=(first, renamed, *others)).save(scan.holds)
-    doubtful = LeftOut(99, "hold", (0.0, 1.0, 2.5), 0.1, (), 0.1, hostile)
-    found = Attributes.load(scan.attributes)
-    structs.replace(found, left_out=(doubtful,)).save(scan.attributes)
+    doubtful = Hold(99, "hold", position=(0.0, 1.0, 2.5), left_out=hostile)
+    found = Holds.load(scan.holds)
+    structs.replace(found, left_out=(doubtful,)).save(scan.holds)
     export_scan(scan, ExportSettings(title=hostile))
     page, report = Opened(scan.page), Opened(scan.report)
     assert ("heading", hostile) in page.attributes
@@ -130,7 +134,7 @@ def test_what_is_missing_is_named_with_the_stage_that_makes_it(
     path.rename(path.with_name("gone"))
     with pytest.raises(InputError, match=re.escape(str(path))) as caught:
         export_scan(scan)
-    assert f"stage {made_by} makes" in str(caught.value)
+    assert f"stage {made_by} writes" in str(caught.value)
     assert not scan.glb.exists()
 
 
@@ -174,7 +178,7 @@ def test_same_input_same_files(make_scan: MakeScan) -> None:
     one, two = make_scan("one"), make_scan("two")
     for scan in (one, two):
         export_scan(scan, ExportSettings(title="same"))
-    for name in ("wall.glb", "holds.json", "page/first.glb", "index.html"):
+    for name in ("wall.glb", "holds.json", "page/first.glb", "page/labels.json", "index.html"):
         assert (one.root / name).read_bytes() == (two.root / name).read_bytes()
 
 

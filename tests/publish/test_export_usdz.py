@@ -14,18 +14,18 @@ import pytest
 from PIL import Image
 
 from walltopo.publish.convert import convert
-from walltopo.publish.wall_data import Wall, read_wall
+from walltopo.publish.wall_data import WallModel, read_wall
 from walltopo.scans.folder import ScanFolder
 
 MakeScan = Callable[..., ScanFolder]
 
 
 @pytest.fixture
-def wall(make_scan: MakeScan) -> Wall:
+def wall(make_scan: MakeScan) -> WallModel:
     return read_wall(make_scan(cells=40))
 
 
-def test_archive_follows_the_rules(wall: Wall, tmp_path: Path) -> None:
+def test_archive_follows_the_rules(wall: WallModel, tmp_path: Path) -> None:
     path = tmp_path / "wall.usdz"
     convert(wall, "usdz", path)
     data = path.read_bytes()
@@ -46,7 +46,7 @@ def test_archive_follows_the_rules(wall: Wall, tmp_path: Path) -> None:
     assert (tmp_path / "again.usdz").read_bytes() == data
 
 
-def test_names_with_markup_do_not_get_in(wall: Wall, tmp_path: Path) -> None:
+def test_names_with_markup_do_not_get_in(wall: WallModel, tmp_path: Path) -> None:
     convert(replace(wall, title='"\n} bad'), "usdz", tmp_path / "wall.usdz")
     with zipfile.ZipFile(tmp_path / "wall.usdz") as archive:
         assert b"bad" not in archive.read("wall.usda")

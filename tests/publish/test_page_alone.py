@@ -50,9 +50,11 @@ def test_the_page_is_one_file(scan: ScanFolder, tmp_path: Path) -> None:
     assert main(["export", str(scan.root), "--format", "page", "-o", str(out)]) == 0
     assert [path.name for path in out.parent.iterdir()] == ["wall.html"]
     text = out.read_text(encoding="utf-8")
-    asked = re.findall(r'<(?:script|link|wall-topo)[^>]* (?:src|href|detail)="([^"]{0,12})', text)
-    assert asked
-    assert all(start.startswith("data:") for start in asked)
+    requests = re.findall(
+        r'<(?:script|link|wall-topo)[^>]* (?:src|href|detail)="([^"]{0,12})', text
+    )
+    assert requests
+    assert all(start.startswith("data:") for start in requests)
 
 
 def test_the_site_needs_nothing_beside_it(scan: ScanFolder, tmp_path: Path) -> None:

@@ -1,10 +1,9 @@
-"""The viewer in a real browser: the checks of `viewer/tests/checks.mjs`, on scans made here."""
+"""The viewer in a real browser: `viewer/tests`, on scans made here."""
 
 from __future__ import annotations
 
 import json
 import os
-import re
 import shutil
 import struct
 import subprocess
@@ -24,34 +23,16 @@ from served import served  # type: ignore[import-not-found]
 from walltopo.describe.classify.low_confidence import BUMP, FAINT, PLATED
 from walltopo.describe.routes.start_and_top import START_REASONS, TOP_REASONS
 from walltopo.editing.entries import REMOVED
-from walltopo.editing.notes import REASONS
+from walltopo.editing.messages import REASONS
 from walltopo.pipeline.edit_session import open_session
 from walltopo.publish.settings import ExportSettings
 from walltopo.publish.wall_data import read_wall
-from walltopo.scans.attributes import FLAT
 from walltopo.scans.edits import EditLog
 from walltopo.scans.folder import ScanFolder
-from walltopo.scans.holds import HoldRow, count_words, steepness_words
+from walltopo.scans.holds import FLAT, Hold, count_words, steepness_words
 
 VIEWER = Path(__file__).resolve().parents[2] / "viewer"
 SMALL = ExportSettings(first_triangles=6000, title="Test wall")
-FILES = [
-    VIEWER / "tests" / f"{name}.mjs"
-    for name in (
-        "checks",
-        "hands",
-        "frames",
-        "editing",
-        "foreign",
-        "page",
-        "borders",
-        "tasks",
-        "reset",
-    )
-]
-NAMES = [
-    name for file in FILES for name in re.findall(r'^  async "(.+?)"\(', file.read_text(), re.M)
-]
 REFERENCES = Path(__file__).parent / "references"
 # Where the screenshots of the last run lie for looking at.
 SHOTS = Path(os.environ.get("WALLTOPO_SHOTS", VIEWER.parent / "build" / "viewer-shots"))
@@ -81,8 +62,8 @@ wall-topo::part(card){background:rgb(1 2 3)}</style>
 </wall-topo></main><script src="page/viewer.js"></script>"""
 
 
-def said() -> dict[str, Any]:
-    """What the terminal and the report say, for the page to say too."""
+def terminal_words() -> dict[str, Any]:
+    """Return the words of the terminal and the report, which the page must have too."""
     degrees = (-20.4, -6, -5.4, -3, 0, 3.4, 4.6, 5.4, 5.6, 6.9, 10, 16.7, 34.6, 60)
     counts = ((0, 0, 0), (1, 1, 0), (4, 31, 2), (2, 5, 1))
     kind = {"hold": made_row(1, "hold"), "volume": made_row(2, "volume")}
@@ -99,12 +80,10 @@ def said() -> dict[str, Any]:
     }
 
 
-def made_row(number: int, kind: str) -> HoldRow:
+def made_row(number: int, kind: str) -> Hold:
     """A row of `holds.json`."""
     place, normal = (0.0, 0.0, 1.0), (0.0, -1.0, 0.0)
-    return HoldRow(
-        number, kind, "jug", "red", (200, 40, 40), place, normal, 0.1, 0.01, 0, (), 1, None
-    )
+    return Hold(number, kind, "jug", "red", (200, 40, 40), place, normal, 0.1, 0.01, 0, (), 1, None)
 
 
 def missing() -> str:
@@ -114,7 +93,7 @@ def missing() -> str:
         return "node is not installed (make system)"
     if not Path(chromium).exists():
         return f"no browser at {chromium} (make system)"
-    if not (VIEWER / "node_modules" / "playwright-core").is_dir():
+    if not (VIEWER / "node_modules" / "@playwright").is_dir():
         return "viewer/node_modules is missing (cd viewer && npm ci)"
     return ""
 
@@ -153,27 +132,25 @@ def without_ids(scan: ScanFolder, folder: Path) -> Path:
     return folder / "index.html"
 
 
-def strange(scan: ScanFolder, folder: Path) -> Path:
-    """A page whose model has tables of another program beside one hold and one route of ours."""
-    from walltopo.publish.web_page import write_tier
-
+def with_labels(scan: ScanFolder, folder: Path, document: object) -> Path:
+    """A page with other labels beside its tiers."""
     shutil.copytree(scan.root / "page", folder / "page")
     shutil.copyfile(scan.page, folder / "index.html")
-    data = (scan.root / "page" / "first.glb").read_bytes()
-    length = struct.unpack_from("<I", data, 12)[0]
-    document = json.loads(data[20 : 20 + length])
-    tables = document["scenes"][0]["extras"]["walltopo"]
+    text = json.dumps(document)
+    (folder / "page" / "labels.json").write_text(text)
+    script = f'(window.wallTopoTiers??={{}})["labels.json"]={text};'
+    (folder / "page" / "labels.js").write_text(script)
+    return folder / "index.html"
+
+
+def strange(scan: ScanFolder, folder: Path) -> Path:
+    """A page with tables of another program beside one hold and one route of ours."""
+    tables = json.loads((scan.root / "page" / "labels.json").read_text())
     good = tables["holds"][0]
     tables["holds"] = [None, 7, {"id": "x"}, {"id": 3}, {"id": 4, "position": [0, None, 1]}, good]
     tables["holds"].append({"id": 2, "position": [1, -0.1, 2], "colour_rgb": "red", "type": "foot"})
     tables["routes"] = [{"id": 9}, {"id": 8, "holds": [1, 2, 99], "colour": None}, "none"]
-    text = json.dumps(document).encode()
-    text += b" " * (-len(text) % 4)
-    rest = data[20 + length :]
-    head = struct.pack("<4sIIII", b"glTF", 2, 20 + len(text) + len(rest), len(text), 0x4E4F534A)
-    for name in ("first", "detail"):
-        write_tier(folder / "page", name, head + text + rest)
-    return folder / "index.html"
+    return with_labels(scan, folder, tables)
 
 
 def broken(scan: ScanFolder, folder: Path, data: bytes | None) -> Path:
@@ -253,7 +230,7 @@ def endless_model() -> bytes:
 
 
 def edited_files(scan: ScanFolder) -> str:
-    """What is wrong with the log that the editor's checks saved; "" when nothing is."""
+    """Return the faults of the log that the editor's tests saved; "" without any."""
     found = [msgspec.to_builtins(edit) for edit in EditLog.load(scan.edits).edits]
     for edit in found:
         for key in ("hold", "route"):
@@ -276,20 +253,13 @@ def edited_files(scan: ScanFolder) -> str:
     return "" if same else json.dumps(found)
 
 
-def run_checks(listing: Path, word: str = "", sabotage: str = "") -> dict[str, str]:
-    """Check name to its problem ("" where it passed)."""
-    done = subprocess.run(
-        ["node", "tests/run.mjs", str(listing), *([word] if word else [])],
-        cwd=VIEWER,
-        capture_output=True,
-        text=True,
-        timeout=900,
-        check=False,
-        env={**os.environ, "WALLTOPO_SABOTAGE": sabotage},
-    )
-    lines = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
-    assert lines, f"the browser did not start: {done.stderr[-2000:]}"
-    return {line["name"]: line["problem"] for line in lines}
+def run_npx(*command: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run a program of the viewer's packages."""
+    return subprocess.run(
+        [str(VIEWER / "node_modules" / ".bin" / command[0]), *command[1:]],
+        cwd=VIEWER, capture_output=True, text=True, timeout=1200, check=False,
+        env={**os.environ, **environment},
+    )  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -303,6 +273,7 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Sca
     shutil.copyfile(VIEWER.parent / "examples" / "embed.html", scan.root / "example.html")
     good = (scan.root / "page" / "first.glb").read_bytes()
     pages = [
+        with_labels(scan, room / "labels", {"holds": [], "routes": [], "surface": {"patches": 7}}),
         broken(scan, room / "absent", None),
         broken(scan, room / "cut", good[: len(good) // 2]),
         broken(scan, room / "text", b"this is no model"),
@@ -321,7 +292,6 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Sca
         "report": scan.report.as_uri(),
         "embed": (scan.root / "embed.html").as_uri(),
         "lazy": (scan.root / "lazy.html").as_uri(),
-        "words": said(),
         "example": (scan.root / "example.html").as_uri(),
         "broken": [page.as_uri() for page in pages],
         "large": model_alone(room / "large", large_model()).as_uri(),
@@ -352,26 +322,31 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Sca
 
 
 @pytest.fixture(scope="module")
-def results(places: tuple[Path, ScanFolder]) -> dict[str, str]:
-    """Check name to its problem ("" where it passed)."""
-    listing, editing = places
-    found = run_checks(listing)
-    found["the files"] = edited_files(editing)
-    return found
+def browsed(places: tuple[Path, ScanFolder]) -> subprocess.CompletedProcess[str]:
+    """All browser tests, done."""
+    return run_npx("playwright", "test", WALLTOPO_PLACES=str(places[0]))
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_in_browser(results: dict[str, str], name: str) -> None:
-    assert name in results, "the check did not run: the browser ended before it"
-    assert not results[name], results[name]
+def test_in_browser(browsed: subprocess.CompletedProcess[str]) -> None:
+    assert browsed.returncode == 0, browsed.stdout[-8000:] + browsed.stderr[-2000:]
 
 
-def test_edits_are_in_the_files(results: dict[str, str]) -> None:
-    assert not results["the files"], results["the files"]
+def test_units(tmp_path: Path) -> None:
+    words = tmp_path / "words.json"
+    words.write_text(json.dumps(terminal_words()))
+    done = run_npx("vitest", "run", WALLTOPO_WORDS=str(words))
+    assert done.returncode == 0, done.stdout[-6000:] + done.stderr[-2000:]
+
+
+@pytest.mark.usefixtures("browsed")
+def test_edits_are_in_the_files(places: tuple[Path, ScanFolder]) -> None:
+    problem = edited_files(places[1])
+    assert not problem, problem
 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in REFERENCES.glob("*.jpg")))
-def test_looks_as_it_did(results: dict[str, str], name: str) -> None:
+@pytest.mark.usefixtures("browsed")
+def test_looks_as_it_did(name: str) -> None:
     """Each screenshot against its reference; WALLTOPO_WRITE_REFERENCES=1 replaces those."""
     shot, reference = SHOTS / f"{name}.png", REFERENCES / f"{name}.jpg"
     if os.environ.get("WALLTOPO_WRITE_REFERENCES"):
@@ -385,15 +360,14 @@ def test_looks_as_it_did(results: dict[str, str], name: str) -> None:
 def test_checks_fail_on_broken_pages(
     places: tuple[Path, ScanFolder], way: str, tmp_path: Path
 ) -> None:
+    """These tests are marked as failing: Playwright reports one that passes."""
     listing = tmp_path / "places.json"
     listing.write_text(json.dumps(json.loads(places[0].read_text()) | {"shots": str(tmp_path)}))
-    passed = [
-        name
-        for word in SABOTAGE[way]
-        for name, problem in run_checks(listing, word, way).items()
-        if not problem
-    ]
-    assert not passed, f"pass on pages where {way} is broken: {passed}"
+    done = run_npx(
+        "playwright", "test", "--grep", "|".join(SABOTAGE[way]), f"--output={tmp_path / 'out'}",
+        WALLTOPO_PLACES=str(listing), WALLTOPO_SABOTAGE=way,
+    )  # fmt: skip
+    assert done.returncode == 0, f"pass on pages where {way} is broken: {done.stdout[-4000:]}"
 
 
 @pytest.mark.parametrize("tier", ["wall.glb", "page/first.glb", "page/detail.glb"])

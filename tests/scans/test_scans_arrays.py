@@ -94,7 +94,7 @@ def test_tables_of_another_mesh_are_refused() -> None:
 
 @settings(max_examples=150, deadline=None)
 @given(st.data())
-def test_a_damaged_archive_is_told_or_harmless(
+def test_a_damaged_archive_is_reported_or_harmless(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
 ) -> None:
     path = tmp_path_factory.getbasetemp() / "damaged.npz"
@@ -199,5 +199,5 @@ def test_an_archive_that_unpacks_to_gigabytes_is_refused(tmp_path: Path) -> None
     # The directory at the end tells the sizes.
     at = data.index(b"PK\x01\x02") + 24
     (tmp_path / "i.npz").write_bytes(data[:at] + (2**32 - 2).to_bytes(4, "little") + data[at + 4 :])
-    with pytest.raises(InputError, match=r"i\.npz: face_instance claims 4294967294 bytes"):
+    with pytest.raises(InputError, match=r"i\.npz: face_instance declares 4294967294 bytes"):
         InstanceTable.load(tmp_path / "i.npz")

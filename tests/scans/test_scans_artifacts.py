@@ -14,7 +14,7 @@ from walltopo.scans.folder import ARTIFACTS, ScanFolder
 from walltopo.scans.scale import Frame
 
 READ = sorted({item for stage in STAGES for item in stage.reads}, key=lambda item: item.name)
-LATE = {"photos", "texture"}  # their pixels are read by who needs them
+LATE = {"photos", "texture", "given_texture"}  # their pixels are read by who needs them
 
 
 def test_no_two_artifacts_have_one_path() -> None:

@@ -12,8 +12,7 @@ from hypothesis import given, settings
 from msgspec.structs import replace
 
 from walltopo.core import InputError
-from walltopo.scans.attributes import Attributes, Hold
-from walltopo.scans.holds import Holds, hold_rows
+from walltopo.scans.holds import Hold, Holds, with_routes
 from walltopo.scans.instances import InstanceRecords
 from walltopo.scans.manifest import Manifest
 from walltopo.scans.photos import PhotoList
@@ -23,7 +22,6 @@ from walltopo.scans.scale import Aligned, Scale
 
 DOCUMENTS: list[Any] = [
     Aligned,
-    Attributes,
     CutoutIndex,
     Holds,
     InstanceRecords,
@@ -82,7 +80,7 @@ def test_what_is_no_number_is_not_read(kind: Any, number: str, tmp_path: Path) -
 
 
 GOOD: dict[Any, dict[str, Any]] = {
-    Attributes: {"instances": [{"id": 1, "class": "hold"}]},
+    Holds: {"metric": True, "holds": [{"id": 1, "class": "hold"}]},
     InstanceRecords: {
         "classes": {},
         "instances": [
@@ -100,12 +98,12 @@ GOOD: dict[Any, dict[str, Any]] = {
     },
 }  # fmt: skip
 BROKEN: list[tuple[Any, tuple[Any, ...], Any, str]] = [
-    (Attributes, ("instances", 0, "position"), [0, 0], r"instances\[0\]\.position"),
-    (Attributes, ("instances", 0, "role"), "boss", r"instances\[0\]\.role"),
-    (Attributes, ("instances", 0, "colour_rgb"), [0, 0, 0.5], r"instances\[0\]\.colour_rgb"),
-    (Attributes, ("instances", 0, "type_confidence"), 1.5, "type_confidence"),
-    (Attributes, ("instances", 0, "class"), None, "class"),
-    (Attributes, ("instances",), {}, "instances"),
+    (Holds, ("holds", 0, "position"), [0, 0], r"holds\[0\]\.position"),
+    (Holds, ("holds", 0, "role"), "boss", r"holds\[0\]\.role"),
+    (Holds, ("holds", 0, "colour_rgb"), [0, 0, 0.5], r"holds\[0\]\.colour_rgb"),
+    (Holds, ("holds", 0, "type_confidence"), 1.5, "type_confidence"),
+    (Holds, ("holds", 0, "class"), None, "class"),
+    (Holds, ("holds",), {}, "holds"),
     (InstanceRecords, ("instances", 0, "views"), [["a.jpg"]], r"views\[0\]"),
     (InstanceRecords, ("instances", 0, "id"), "1", r"instances\[0\]\.id"),
     (Manifest, ("stages", "lift", "state"), "asleep", r"stages\[.*\]\.state"),
@@ -156,12 +154,12 @@ def test_keys_of_another_version_are_passed_over(tmp_path: Path) -> None:
     assert Scale.load(path) == METRES
 
 
-def test_rows_of_holds_tell_score_and_first_route() -> None:
+def test_a_hold_has_the_first_route_that_lists_it() -> None:
     holds = (Hold(2, "hold"), Hold(1, "volume", role="volume"), Hold(3, "hold"))
     routes = (Route(4, holds=(2,)), Route(5, holds=(2, 3)))
-    rows = hold_rows(holds, {2: 0.123456, 3: 1.0}, routes)
-    assert [(row.id, row.kind, row.score, row.route) for row in rows] == [
-        (1, "volume", 0.0, None),
-        (2, "hold", 0.1235, 4),
-        (3, "hold", 1.0, 5),
+    rows = with_routes(holds, routes)
+    assert [(row.id, row.kind, row.route) for row in rows] == [
+        (1, "volume", None),
+        (2, "hold", 4),
+        (3, "hold", 5),
     ]

@@ -42,7 +42,7 @@ def test_hash_sees_content_and_names(tmp_path: Path) -> None:
     assert len({first, second, hash_path(folder), hash_path(tmp_path / "none")}) == 4
 
 
-def test_no_space_left_is_told(tmp_path: Path) -> None:
+def test_no_space_left_is_reported(tmp_path: Path) -> None:
     with pytest.raises(EnvironmentLacksError, match="space"), atomic_path(tmp_path / "a"):
         raise OSError(28, "No space left on device")
 

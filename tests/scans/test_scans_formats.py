@@ -12,7 +12,7 @@ import pytest
 
 from walltopo.core import InputError, Mask, Mesh
 from walltopo.geometry.colmap import pycolmap
-from walltopo.geometry.ply import read_mesh, write_ply
+from walltopo.geometry.mesh_files import read_mesh, write_ply
 from walltopo.scans.colmap_model import read_views
 from walltopo.scans.detections import Detections, read_coco_masks
 
@@ -82,11 +82,11 @@ def test_guesses_there_and_back(tmp_path: Path) -> None:
     np.testing.assert_array_equal(alone.vertices, corners[:3])
     np.testing.assert_array_equal(alone.faces, [[0, 1, 2]])
     assert replace(mesh, guessed=np.zeros(3, np.bool_)).guessed is None
-    with pytest.raises(InputError, match="guesses"):
+    with pytest.raises(InputError, match="guessed"):
         replace(mesh, guessed=np.array([True]))
 
 
-def test_a_list_of_guesses_is_told(tmp_path: Path) -> None:
+def test_a_list_of_guesses_is_reported(tmp_path: Path) -> None:
     path = tmp_path / "m.ply"
     path.write_text(
         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
@@ -98,7 +98,7 @@ def test_a_list_of_guesses_is_told(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("content", [b"", b"not a mesh", b"ply\nformat ascii 1.0\nend_header\n"])
-def test_broken_meshes_are_told(tmp_path: Path, content: bytes) -> None:
+def test_broken_meshes_are_reported(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "m.ply"
     path.write_bytes(content)
     with pytest.raises(InputError, match=str(path)):
@@ -112,7 +112,7 @@ def test_colmap_views_project_like_pycolmap(gym_a: Path) -> None:
     np.testing.assert_allclose(views[7].cam_from_world, truth[7], atol=1e-6)
 
 
-def test_empty_colmap_folder_is_told(tmp_path: Path) -> None:
+def test_empty_colmap_folder_is_reported(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="COLMAP"):
         read_views(tmp_path)
     pycolmap.Reconstruction().write(str(tmp_path))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from walltopo.scans.holds import HoldRow, count_words, steepness_words
+from walltopo.scans.holds import Hold, count_words, steepness_words
 
 
 @pytest.mark.parametrize(
@@ -22,8 +22,8 @@ def test_steepness(degrees: float, words: str) -> None:
     assert steepness_words(degrees) == words
 
 
-def row(number: int, kind: str) -> HoldRow:
-    return HoldRow(
+def row(number: int, kind: str) -> Hold:
+    return Hold(
         number, kind, "jug", "red", (200, 40, 40), (0, 0, 1), (0, -1, 0), 0.1, 0.01, 0, (), 1, None
     )
 

@@ -35,7 +35,7 @@ def test_a_whole_model_is_read(model: Path) -> None:
 def test_a_file_that_was_cut_is_named(model: Path, name: str, share: float) -> None:
     data = (model / name).read_bytes()
     (model / name).write_bytes(data[: int(share * len(data))])
-    with pytest.raises(InputError, match=rf"{name}: is cut off or damaged"):
+    with pytest.raises(InputError, match=rf"{name}: truncated or damaged"):
         open_model(model)
 
 
@@ -49,7 +49,7 @@ def test_a_count_beyond_the_file_is_named(model: Path, name: str, count: int) ->
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_what_comes_after_the_last_entry_is_told(model: Path, name: str) -> None:
+def test_what_comes_after_the_last_entry_is_reported(model: Path, name: str) -> None:
     """A count that is too small would give a smaller model in silence."""
     with (model / name).open("ab") as stream:
         stream.write(b"\0" * 8)
@@ -64,7 +64,7 @@ def test_the_table_of_camera_models_is_colmaps() -> None:
             assert len(camera.params) == model_files._PARAMETERS[int(number)], name
 
 
-def test_an_unknown_camera_model_is_told(model: Path) -> None:
+def test_an_unknown_camera_model_is_reported(model: Path) -> None:
     data = bytearray((model / "cameras.bin").read_bytes())
     data[12:16] = (99).to_bytes(4, "little")
     (model / "cameras.bin").write_bytes(data)
@@ -112,8 +112,8 @@ def test_a_text_model_is_read(model: Path) -> None:
     assert len(read_views(model)) == 4
 
 
-def test_a_name_that_is_not_utf8_is_told(model: Path) -> None:
+def test_a_name_that_is_not_utf8_is_reported(model: Path) -> None:
     data = (model / "images.bin").read_bytes()
     (model / "images.bin").write_bytes(data.replace(b"camera000001", b"camer\xff000001"))
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="unreadable COLMAP model"):
         open_model(model)

@@ -1,4 +1,4 @@
-/** Reading a wall before there is an element for it: whoever knows what will be shown need not wait for the page. */
+/** Reads a wall before its element exists, for pages that know early which wall they will show. */
 
 import { Background } from "./background";
 import { readWall } from "./load";

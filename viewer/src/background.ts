@@ -1,7 +1,7 @@
-/** Work that is done beside the page: a worker of our own, asked for one thing after the other. */
+/** Work beside the page: a worker of our own that answers one request after the other. */
 
 import { say } from "./languages";
-import type { Answer, Asked, Jobs } from "./worker";
+import type { Answer, JobRequest, Jobs } from "./worker";
 import OwnWorker from "./worker?worker&inline";
 
 interface Waiting {
@@ -13,6 +13,8 @@ export class Background {
   private readonly worker = new OwnWorker();
   private readonly waiting = new Map<number, Waiting>();
   private count = 0;
+  /** Labels that tiers named, by address. */
+  readonly labels = new Map<string, Promise<unknown>>();
 
   constructor() {
     this.worker.addEventListener("message", ({ data }: MessageEvent<Answer>) => this.answered(data));
@@ -26,14 +28,14 @@ export class Background {
   /** What is `handed` over is gone here. Rejects with an Error for people; a RangeError: too large. */
   ask<J extends keyof Jobs>(job: J, given: Jobs[J][0], handed: Transferable[] = []): Promise<Jobs[J][1]> {
     const number = this.count++;
-    const asked: Asked<J> = { number, job, given };
+    const request: JobRequest<J> = { number, job, given };
     return new Promise((resolve, reject) => {
       this.waiting.set(number, { resolve, reject });
-      this.worker.postMessage(asked, handed);
+      this.worker.postMessage(request, handed);
     });
   }
 
-  /** Nothing that was asked for is wanted any more; what waits for it waits for ever. */
+  /** Drop all requests; their promises never settle. */
   end(): void {
     this.worker.terminate();
     this.waiting.clear();

@@ -2,8 +2,8 @@
 
 import { h, icon } from "./dom";
 import { say } from "./languages";
-import type { RouteMoves } from "./moves";
 import type { Hold, Route, Tables } from "./types";
+import type { RouteMoves } from "./wire";
 import {
   capital,
   colourName,
@@ -36,7 +36,7 @@ function button(label: string, shape: Parameters<typeof icon>[0], act: () => voi
   return h("button", { class: "tool", "aria-label": label, title: label, onClick: act }, icon(shape));
 }
 
-/** Swatch (or picture), name and what is said below it. */
+/** Swatch (or picture), name and the line below it. */
 function top(colour: string, name: string, text: string, close: HTMLElement, cutout?: string): HTMLElement {
   return h(
     "div",
@@ -76,9 +76,9 @@ export function routeCard(
   const text = routeFacts(route, tables.metric);
   const parts = [top(swatch(route, tables), routeName(route), text, close)];
   const origin = routeOrigin(route);
-  if (origin) parts.push(h("p", { class: "told" }, origin));
-  if (route.proposed) parts.push(h("p", { class: "told warn" }, say().setting.proposed));
-  if (route.description) parts.push(h("p", { class: "told" }, route.description));
+  if (origin) parts.push(h("p", { class: "note" }, origin));
+  if (route.proposed) parts.push(h("p", { class: "note warn" }, say().setting.proposed));
+  if (route.description) parts.push(h("p", { class: "note" }, route.description));
   const may = mayGo(grade, act);
   if (may) parts.push(may);
   return [...parts, actions(act)];

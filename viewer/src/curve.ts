@@ -1,8 +1,8 @@
 /** A hold's border as a smooth closed curve in space. Unit-free: sizes follow the loop's own edges. */
 
 const SPREAD = 2.2; // edges over which a border is evened out
-const MOST_SPREAD = 0.05; // of the loop's length, so that a small hold keeps its shape
-const MOST_SAMPLES = 400;
+const MAX_SPREAD = 0.05; // of the loop's length, so that a small hold keeps its shape
+const MAX_SAMPLES = 400;
 
 /** Places and outward directions at even steps along the curve, three numbers each. */
 export interface Curve {
@@ -63,9 +63,9 @@ export function smoothCurve(places: Float64Array, outward: Float64Array): Curve 
       along[k - 1]! + Math.hypot(places[b]! - places[a]!, places[b + 1]! - places[a + 1]!, places[b + 2]! - places[a + 2]!);
   }
   const length = loopLength(places);
-  const count = Math.min(MOST_SAMPLES, Math.max(24, 2 * corners));
+  const count = Math.min(MAX_SAMPLES, Math.max(24, 2 * corners));
   const even = resample(places, along, length, count);
-  const sigma = Math.max(1, Math.min((SPREAD * count) / corners, MOST_SPREAD * count));
+  const sigma = Math.max(1, Math.min((SPREAD * count) / corners, MAX_SPREAD * count));
   const once = blur(even, sigma);
   const twice = blur(once, sigma);
   // Twice the smooth one less the smoother one: a plain blur would shrink what is round.

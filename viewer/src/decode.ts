@@ -4,10 +4,12 @@ import { Box3, Matrix4, Mesh, Vector3 } from "three";
 import type { BufferAttribute, InterleavedBufferAttribute, MeshBasicMaterial } from "three";
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
 import { MeshoptDecoder } from "three/examples/jsm/libs/meshopt_decoder.module.js";
-import { frontOf } from "./front";
+import { framingOf } from "./framing";
+import { extended, labelled, Labels } from "./labels";
 import { pictureOf } from "./strips";
 import type { Packed, Surface, Tier } from "./surface";
-import { tablesOf } from "./tables";
+import { labelsFileOf, tablesOf } from "./tables";
+import type { LabelsFile } from "./tables";
 
 type Attribute = BufferAttribute | InterleavedBufferAttribute;
 
@@ -47,16 +49,25 @@ function placesOf(position: Attribute, toWorld: Matrix4): Float32Array {
   return places;
 }
 
-function surfaceOf(mesh: Mesh): Surface {
+/** With more vertices, in the middle between others. */
+function grown(packed: Packed | null, count: number, parents: number[]): Packed | null {
+  return packed && { ...packed, array: extended(packed.array, packed.size, count, parents) };
+}
+
+/** The mesh with labels; null: what its file has are labels. */
+function surfaceOf(mesh: Mesh, labels: Labels | null): Surface {
   const { geometry } = mesh;
-  const position = placesOf(geometry.getAttribute("position"), TO_Z_UP.clone().multiply(mesh.matrixWorld));
-  const count = position.length / 3;
+  const places = placesOf(geometry.getAttribute("position"), TO_Z_UP.clone().multiply(mesh.matrixWorld));
+  const count = places.length / 3;
   const ids = geometry.getAttribute("_feature_id_0") as Attribute | undefined;
-  const feature = new Float32Array(count);
-  if (ids) for (let k = 0; k < count; k++) feature[k] = ids.getX(k);
+  const patch = new Float32Array(count);
+  if (ids) for (let k = 0; k < count; k++) patch[k] = ids.getX(k);
   const given = geometry.getIndex()?.array;
-  const index = given instanceof Uint16Array ? given : given ? new Uint32Array(given) : Uint32Array.from(feature.keys());
-  const uv = packed(geometry.getAttribute("uv"));
+  const triangles = given instanceof Uint16Array ? given : given ? new Uint32Array(given) : Uint32Array.from(patch.keys());
+  const patches = { position: places, index: triangles, patch };
+  const { index, feature, parents } = labels ? labelled(patches, labels) : { index: triangles, feature: patch, parents: [] };
+  const position = parents.length ? extended(places, 3, count, parents) : places;
+  const uv = grown(packed(geometry.getAttribute("uv")), count, parents);
   const box = new Box3().setFromArray(position);
   return {
     position,
@@ -64,8 +75,9 @@ function surfaceOf(mesh: Mesh): Surface {
     feature,
     depth: feature.map((id) => (id > 0 ? 1 : -1)),
     uv,
-    color: packed(geometry.getAttribute("color")),
+    color: grown(packed(geometry.getAttribute("color")), count, parents),
     picture: uv && pictureOf((mesh.material as MeshBasicMaterial).map),
+    patches,
     low: box.min.toArray(),
     high: box.max.toArray(),
   };
@@ -75,33 +87,40 @@ export interface Source {
   source: ArrayBuffer | string;
   /** For a file that says none. */
   title: string;
+  /** The file that it names for its labels, as JSON. */
+  labels?: unknown;
 }
 
 /** A tier from its bytes (or their base64). Throws an Error: a key of `words`, or what a library says. */
-export async function read({ source, title }: Source): Promise<Tier> {
+export async function read({ source, title, labels: raw }: Source): Promise<Tier> {
   const bytes = typeof source === "string" ? bytesOf(source) : source;
   const magic = new Uint8Array(bytes.slice(0, 4));
   if (String.fromCharCode(...magic) !== "glTF") throw new Error("noGlb");
   const gltf = await new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).parseAsync(bytes, "");
   gltf.scene.updateMatrixWorld(true);
+  const file: LabelsFile | null = raw === undefined ? null : labelsFileOf(raw);
+  const labels = file && new Labels(file.surface);
   const surfaces: Surface[] = [];
   gltf.scene.traverse((node) => {
-    if (node instanceof Mesh) surfaces.push(surfaceOf(node));
+    if (node instanceof Mesh) surfaces.push(surfaceOf(node, labels));
   });
   if (surfaces.length === 0) throw new Error("noSurface");
-  const tables = tablesOf((gltf.scene.userData["walltopo"] ?? {}) as Record<string, unknown>, title);
+  const tables = tablesOf(file ?? (gltf.scene.userData["walltopo"] as Record<string, unknown>) ?? {}, title);
   const box = new Box3();
   let most = 0;
   for (const { low, high, feature } of surfaces) {
     box.expandByPoint(new Vector3(...low)).expandByPoint(new Vector3(...high));
     for (const id of feature) if (id > most) most = id;
   }
-  return { surfaces, tables, most, front: frontOf({ surfaces, tables, box }) };
+  return { surfaces, tables, labels: file?.surface ?? null, most, framing: framingOf({ surfaces, tables, box }) };
 }
 
 /** What of a tier can be handed over instead of copied. */
 export function buffersOf({ surfaces }: Tier): Transferable[] {
-  return surfaces.flatMap(({ position, index, feature, depth, uv, color }) =>
-    [position, index, feature, depth, uv?.array, color?.array].flatMap((array) => (array ? [array.buffer as ArrayBuffer] : [])),
+  const buffers = surfaces.flatMap(({ position, index, feature, depth, uv, color, patches }) =>
+    [position, index, feature, depth, uv?.array, color?.array, patches.position, patches.index, patches.patch].flatMap((array) =>
+      array ? [array.buffer as ArrayBuffer] : [],
+    ),
   );
+  return [...new Set(buffers)]; // a tier that no edit changed is as its file has it
 }

@@ -1,9 +1,11 @@
 /** A tier as it is drawn: its meshes, materials and the smooth borders of its holds. */
 
-import { Mesh } from "three";
-import type { BufferAttribute, Material, Scene, ShaderMaterial, Texture } from "three";
+import { BufferAttribute, Mesh } from "three";
+import type { Material, Scene, ShaderMaterial, Texture } from "three";
 import type { Background } from "./background";
 import { breath } from "./breath";
+import { extended, labelled } from "./labels";
+import type { Labels } from "./labels";
 import { netOf } from "./load";
 import type { Part, Wall } from "./load";
 import { maskMaterial, wallMaterial } from "./shaders";
@@ -41,6 +43,25 @@ export class Drawn {
       }
     }
     done();
+  }
+
+  /** Draw other labels. Until smooth borders are found, holds end where their triangles do. */
+  relabel(labels: Labels): void {
+    for (const { geometry, patches } of this.parts) {
+      const { index, feature, parents } = labelled(patches, labels);
+      geometry.dispose(); // what of it the GPU holds; it gets all of it anew
+      for (const name of ["position", "uv", "color"]) {
+        const given = geometry.getAttribute(name) as BufferAttribute | undefined;
+        if (!given) continue;
+        const { array, itemSize, normalized } = given;
+        const longer = extended(array as Float32Array, itemSize, patches.patch.length, parents);
+        geometry.setAttribute(name, new BufferAttribute(longer, itemSize, normalized));
+      }
+      geometry.setAttribute("feature", new BufferAttribute(feature, 1));
+      geometry.setAttribute("near", new BufferAttribute(feature.slice(), 1));
+      geometry.setAttribute("depth", new BufferAttribute(feature.map((id) => (id > 0 ? 1 : -1)), 1));
+      geometry.setIndex(new BufferAttribute(index, 1));
+    }
   }
 
   /** Free what the GPU holds. */

@@ -22,7 +22,7 @@ import { readWall, reasonOf } from "./load";
 import type { Wall } from "./load";
 import { Message } from "./message";
 import { readMoves } from "./moves";
-import type { Moves } from "./moves";
+import type { Moves, Person } from "./moves";
 import { Overlay } from "./overlay";
 import { Panel } from "./panel";
 import { Player } from "./player";
@@ -37,7 +37,16 @@ import { Toast } from "./toast";
 import { Tools } from "./tools";
 import type { Hold, Route, Tables, Vec3 } from "./types";
 import { Views } from "./views";
+import type { ClimberRow } from "./wire";
 import { holdName, routeFacts, routeName, swatch, wallFacts } from "./words";
+
+/** Holds of a climb that is no route of the scan, by id: all of them, and those with a flag. */
+export interface HoldSet {
+  holds: number[];
+  start: number[];
+  top: number[];
+  feet: number[];
+}
 
 const EMPTY: Tables = { title: "", metric: true, holds: new Map(), routes: new Map() };
 
@@ -69,8 +78,10 @@ export class WallTopo extends HTMLElement {
   private readonly thread = h("div", { class: "thread", hidden: true }, h("i"));
   private route: number | null = null;
   private hold: number | null = null;
+  /** Holds that the page shows in the stead of a route. */
+  private set: HoldSet | null = null;
   private touched: Vector3 | null = null;
-  private measuring = false;
+  private isMeasuring = false;
   private editor: Editor | null = null;
   /** How routes may go, where the scan has it; and the one that is shown. */
   private moves: Moves | null = null;
@@ -79,7 +90,7 @@ export class WallTopo extends HTMLElement {
   private reader: Background | null = null;
   private loading: AbortController | null = null;
   private gone = new AbortController();
-  private wished: "low" | "half" | "full" = "half";
+  private preferredHeight: "low" | "half" | "full" = "half";
   private readonly address = new Address();
   private readonly dark = matchMedia("(prefers-color-scheme: dark)");
 
@@ -187,11 +198,25 @@ export class WallTopo extends HTMLElement {
     return this.hold;
   }
 
+  /** Whether taps measure a distance; each second tap emits `measure`. */
+  get measuring(): boolean {
+    return this.isMeasuring;
+  }
+
+  set measuring(on: boolean) {
+    this.isMeasuring = on;
+    this.bar.press(this.isMeasuring);
+    this.view.classList.toggle("measuring", this.isMeasuring);
+    this.overlay?.clearMeasure();
+    this.stage?.redraw();
+    if (this.isMeasuring) this.say(say().words.twoPoints);
+  }
+
   /** Light up a route (null: show all); `move` turns the camera to it. */
   selectRoute(id: number | null, options: { move?: boolean } = {}): void {
     this.choose(id !== null && this.tables.routes.has(id) ? id : null, null);
     const route = this.route === null ? null : this.tables.routes.get(this.route)!;
-    if (options.move && route) this.views?.route(route, this.tables);
+    if (options.move && route) this.views?.route(route, this.tables, true, this.player?.places);
   }
 
   /** Show only these routes, in the list and on the wall, where the others fade; null: all. */
@@ -209,13 +234,45 @@ export class WallTopo extends HTMLElement {
     this.repaint();
   }
 
+  /**
+   * Light up these holds in the stead of a route, with flags, while taps emit `hold-tap` and choose nothing; `move`
+   * turns the camera to them. null: routes again.
+   */
+  showHolds(set: HoldSet | null, options: { move?: boolean } = {}): void {
+    if (set && !this.set) this.choose(null, null);
+    this.set = set;
+    this.repaint();
+    if (options.move && set?.holds.length) this.views?.route(set, this.tables);
+  }
+
   /** Choose a hold and light up its route. */
   selectHold(id: number | null): void {
     const hold = id === null ? undefined : this.tables.holds.get(id);
     this.choose(hold ? hold.route : this.route, hold ? hold.id : null);
   }
 
-  /** The whole wall, from the front. */
+  /**
+   * A figure climbs the selected route, as the file of the attribute `moves` has it, which is read now if it was not
+   * before. It is the climber who reaches about as high as `person`. Returns that climber; null where no moves are
+   * known.
+   */
+  async showMoves(person: Person | null = null): Promise<ClimberRow | null> {
+    const signal = this.loading?.signal;
+    if (!this.moves && signal) await this.askMoves(signal);
+    if (signal?.aborted) return null;
+    const player = this.climbRoute(person);
+    if (!matchMedia("(prefers-reduced-motion: reduce)").matches) player?.play();
+    return player?.shown ?? null;
+  }
+
+  /** The figure goes, and the card of the route comes back. */
+  hideMoves(): void {
+    if (!this.player) return;
+    this.stopMoves();
+    this.showCard();
+  }
+
+  /** The whole wall, from the framing. */
   home(): void {
     this.views?.wall(true);
   }
@@ -257,7 +314,7 @@ export class WallTopo extends HTMLElement {
 
   /** Eye and target, six numbers in the scan's frame; null before a wall stands. */
   get camera(): number[] | null {
-    if (!this.stage?.front) return null;
+    if (!this.stage?.framing) return null;
     const { controls } = this.stage;
     const eye = controls.getPosition(new Vector3());
     const target = controls.getTarget(new Vector3());
@@ -363,21 +420,27 @@ export class WallTopo extends HTMLElement {
   }
 
   /** A figure that climbs the chosen route; gives its player, or null where no moves are known. */
-  private showMoves(): Player | null {
-    this.stopMoves();
+  private climbRoute(person: Person | null = null): Player | null {
     const one = this.moves?.routes.get(this.route ?? -1);
-    if (!this.stage || !this.moves || !one?.climbers.some(({ moves }) => moves.length > 0)) return null;
-    this.player = new Player(this.stage, this.tables, one, this.moves.unit, () => {
+    if (!this.stage || !this.moves || !one?.climbers.some(({ moves }) => moves.length > 0)) {
       this.stopMoves();
-      this.showCard();
+      return null;
+    }
+    this.player?.dispose();
+    this.player = new Player(this.stage, this.tables, one, this.moves.unit, {
+      close: () => this.hideMoves(),
+      person,
+      shows: (climber) => this.emit("moves-show", { climber }),
     });
     this.showCard();
     return this.player;
   }
 
   private stopMoves(): void {
-    this.player?.dispose();
+    if (!this.player) return;
+    this.player.dispose();
     this.player = null;
+    this.emit("moves-show", { climber: null });
   }
 
   private startEditor(): void {
@@ -482,15 +545,16 @@ export class WallTopo extends HTMLElement {
 
   private repaint(): void {
     const chosen = this.route === null ? undefined : this.tables.routes.get(this.route);
-    const route = this.editor?.preview ?? chosen;
+    const route = this.set ?? this.editor?.preview ?? chosen;
     const outlines = new Map<number, number>();
     for (const id of route?.holds ?? []) outlines.set(id, Outline.route);
     if (this.hold !== null) outlines.set(this.hold, Outline.chosen);
     for (const id of this.editor?.marked ?? []) outlines.set(id, Outline.marked);
     const alone = this.hold === null ? [] : [this.hold];
-    const lit = this.heat.shown ? new Set(alone) : route ? new Set([...route.holds, ...alone]) : this.panel.lit;
+    const isEmpty = this.set?.holds.length === 0;
+    const lit = isEmpty ? null : this.heat.shown ? new Set(alone) : route ? new Set([...route.holds, ...alone]) : this.panel.lit;
     this.stage?.paint(lit, outlines, this.heat.holds(this.tables));
-    this.overlay?.flags(route ?? null, this.tables);
+    this.overlay?.flags(route ?? null, this.tables, this.set?.feet);
   }
 
   private showCard(): void {
@@ -505,7 +569,7 @@ export class WallTopo extends HTMLElement {
     const hold = this.hold === null ? undefined : this.tables.holds.get(this.hold);
     const route = this.route === null ? undefined : this.tables.routes.get(this.route);
     const may = this.moves?.routes.get(this.route ?? -1);
-    if (may?.climbers.some(({ moves }) => moves.length > 0)) act.moves = () => void this.showMoves()?.play();
+    if (may?.climbers.some(({ moves }) => moves.length > 0)) act.moves = () => this.climbRoute()?.play();
     const plain = this.player
       ? [this.player.root]
       : hold
@@ -525,8 +589,8 @@ export class WallTopo extends HTMLElement {
     this.shell.classList.toggle("chosen", !this.card.hidden);
     // On a phone the card takes the list's place, and gives it back.
     const { sheet } = this.panel;
-    if (before) this.wished = sheet.height;
-    sheet.set(before ? "low" : this.wished);
+    if (before) this.preferredHeight = sheet.height;
+    sheet.set(before ? "low" : this.preferredHeight);
   }
 
   private step(by: number): void {
@@ -559,16 +623,16 @@ export class WallTopo extends HTMLElement {
 
   private layout(animate = false): void {
     this.arrange();
-    if (!this.stage?.front) return;
+    if (!this.stage?.framing) return;
     this.views?.refit(animate);
     this.stage.drawNow();
   }
 
   private arrange(): void {
-    this.arrangement.arrange(this.stage?.front?.aspect, this.insets());
+    this.arrangement.arrange(this.stage?.framing?.aspect, this.insets());
     this.chooseGrab();
     // Before there is a wall to draw its size would be set, and the canvas made anew, for nothing.
-    if (this.stage?.front) this.stage.resize(this.view.clientWidth, this.view.clientHeight);
+    if (this.stage?.framing) this.stage.resize(this.view.clientWidth, this.view.clientHeight);
   }
 
   private insets(): Insets {
@@ -608,7 +672,7 @@ export class WallTopo extends HTMLElement {
 
   /** With a mouse, the pointer tells what can be chosen. */
   private hover({ pointerType, buttons, offsetX, offsetY }: PointerEvent): void {
-    if (pointerType !== "mouse" || buttons !== 0 || !this.stage?.front) return;
+    if (pointerType !== "mouse" || buttons !== 0 || !this.stage?.framing) return;
     const hold = this.stage.pick(offsetX, offsetY)?.hold ?? 0;
     this.canvas.classList.toggle("on-hold", this.tables.holds.has(hold));
   }
@@ -616,15 +680,16 @@ export class WallTopo extends HTMLElement {
   private tapped(x: number, y: number): void {
     const hit = this.stage!.pick(x, y);
     this.touched = hit?.point ?? null;
-    if (this.measuring) {
+    if (this.isMeasuring) {
       if (!hit) return;
       const length = this.overlay!.measure(hit.point, this.tables.metric);
       this.stage!.redraw();
       if (!length) return this.say(say().words.secondPoint);
       this.toast.announce(length);
-      this.emit("measure", { text: length });
+      this.emit("measure", { text: length, ends: this.overlay!.measured });
       return;
     }
+    if (this.set) return this.emit("hold-tap", { hold: this.tables.holds.get(hit?.hold ?? 0) ?? null });
     if (this.editor?.tapped(hit)) return;
     if (hit && hit.hold > 0 && this.tables.holds.has(hit.hold)) this.selectHold(hit.hold);
     else this.choose(null, null);
@@ -632,7 +697,7 @@ export class WallTopo extends HTMLElement {
 
   /** Closer to where the first of two taps was: what it chose may have moved the picture since. */
   private lookCloser(): void {
-    if (this.touched && !this.measuring) this.views!.closer(this.touched);
+    if (this.touched && !this.isMeasuring) this.views!.closer(this.touched);
   }
 
   private key(event: KeyboardEvent): void {
@@ -641,7 +706,7 @@ export class WallTopo extends HTMLElement {
       controls,
       moved: () => this.views!.let(),
       step: (by) => this.step(by),
-      escape: () => (this.measuring ? this.toggleMeasure() : this.choose(null, null)),
+      escape: () => (this.isMeasuring ? this.toggleMeasure() : this.choose(null, null)),
       home: () => this.home(),
       climber: () => this.climberView(),
       measure: () => this.toggleMeasure(),
@@ -650,12 +715,7 @@ export class WallTopo extends HTMLElement {
   }
 
   private toggleMeasure(): void {
-    this.measuring = !this.measuring;
-    this.bar.press(this.measuring);
-    this.view.classList.toggle("measuring", this.measuring);
-    this.overlay?.clearMeasure();
-    this.stage?.redraw();
-    if (this.measuring) this.say(say().words.twoPoints);
+    this.measuring = !this.isMeasuring;
   }
 
   private async savePicture(): Promise<void> {
@@ -665,8 +725,8 @@ export class WallTopo extends HTMLElement {
   }
 
   private applyTheme(): void {
-    const wish = this.getAttribute("theme");
-    const dark = wish === "dark" || (wish !== "light" && this.dark.matches);
+    const theme = this.getAttribute("theme");
+    const dark = theme === "dark" || (theme !== "light" && this.dark.matches);
     this.classList.toggle("dark", dark);
     this.stage?.backdrop(dark ? "#15171b" : "#eef0f3");
   }

@@ -1,4 +1,4 @@
-/** A value for each route, shown as the colour of its holds: from pale to dark, told apart without hue too. */
+/** A value for each route, shown as the colour of its holds: from pale to dark, distinct without hue too. */
 
 import { Color } from "three";
 import { h } from "./dom";

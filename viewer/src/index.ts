@@ -5,9 +5,10 @@
 
 import "./main";
 import type { WallTopo } from "./element";
-import type { Hold, Route } from "./types";
+import type { Hold, Route, Vec3 } from "./types";
 
 export { WallTopo } from "./element";
+export type { HoldSet } from "./element";
 export type { GrabMode } from "./grab";
 export type { Hold, Route, Vec3 } from "./types";
 
@@ -17,7 +18,10 @@ export interface WallTopoEventMap {
   "wall-error": CustomEvent<{ message: string }>;
   "hold-select": CustomEvent<{ hold: Hold }>;
   "route-select": CustomEvent<{ route: Route | null }>;
-  measure: CustomEvent<{ text: string }>;
+  /** A tap after `showHolds`; null: beside all holds. */
+  "hold-tap": CustomEvent<{ hold: Hold | null }>;
+  /** `ends`: in the scan's own frame and unit. */
+  measure: CustomEvent<{ text: string; ends: [Vec3, Vec3] }>;
 }
 
 declare global {

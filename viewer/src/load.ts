@@ -3,9 +3,11 @@
 import { Box3, BufferAttribute, BufferGeometry, Sphere, Vector3 } from "three";
 import type { Texture } from "three";
 import type { Background } from "./background";
-import { revived } from "./front";
-import type { Front } from "./front";
+import { revived } from "./framing";
+import type { Framing } from "./framing";
 import { say } from "./languages";
+import { Labels } from "./labels";
+import type { Patches } from "./labels";
 import type { Net, Packed, Picture, Surface } from "./surface";
 import type { Tables } from "./types";
 import { mapOf } from "./upload";
@@ -17,6 +19,8 @@ export interface Part {
   /** What fills the map. */
   picture: Picture | null;
   coloured: boolean;
+  /** The part as its file has it. */
+  patches: Patches;
 }
 
 export interface Wall {
@@ -25,30 +29,32 @@ export interface Wall {
   parts: Part[];
   box: Box3;
   tables: Tables;
-  front: Front;
+  /** Labels from beside the file; null where the file itself has them. */
+  labels: Labels | null;
+  framing: Framing;
   /** The highest feature id in the geometry; 0 when the file carries no ids. */
   most: number;
 }
 
 declare global {
   interface Window {
-    wallTopoTiers?: Record<string, string>;
+    wallTopoTiers?: Record<string, unknown>;
   }
 }
 
-/** In base64: turning it into bytes is the worker's. */
-function fromScript(url: string): Promise<string> {
+/** A tier in base64 (turning it into bytes is the worker's), or labels. */
+function fromScript(url: string): Promise<unknown> {
   const name = url.split("/").pop() ?? url;
   return new Promise((resolve, reject) => {
     const script = document.createElement("script");
-    script.src = url.replace(/\.glb$/, ".js");
+    script.src = url.replace(/\.(glb|json)$/, ".js");
     script.onerror = () => reject(new Error(say().noTwin(script.src)));
     script.onload = () => {
       script.remove();
-      const text = window.wallTopoTiers?.[name];
-      if (text === undefined) return reject(new Error(say().emptyTwin(script.src)));
+      const found = window.wallTopoTiers?.[name];
+      if (found === undefined) return reject(new Error(say().emptyTwin(script.src)));
       delete window.wallTopoTiers?.[name];
-      resolve(text);
+      resolve(found);
     };
     document.head.append(script);
   });
@@ -61,7 +67,7 @@ async function fetchBytes(
   signal: AbortSignal,
 ): Promise<ArrayBuffer | string> {
   const absolute = new URL(url, document.baseURI);
-  if (absolute.protocol === "file:") return fromScript(absolute.href);
+  if (absolute.protocol === "file:") return (await fromScript(absolute.href)) as string;
   const response = await fetch(absolute, { signal });
   if (!response.ok) throw new Error(`${say().answered(response.status)} (${url})`);
   const total = Number(response.headers.get("content-length"));
@@ -85,12 +91,44 @@ async function fetchBytes(
   return bytes.buffer;
 }
 
+/** The file beside a tier that has its labels; null where it names none. What is no tier the worker refuses. */
+function labelsNamed(bytes: ArrayBuffer | string): string | null {
+  const HEAD = 20; // bytes before the document
+  const part = (count: number): Uint8Array =>
+    typeof bytes === "string"
+      ? Uint8Array.from(atob(bytes.slice(0, 4 * Math.ceil(count / 3))), (letter) => letter.charCodeAt(0)).subarray(0, count)
+      : new Uint8Array(bytes, 0, count);
+  try {
+    const length = new DataView(part(HEAD).slice().buffer).getUint32(12, true);
+    const { scene = 0, scenes } = JSON.parse(new TextDecoder().decode(part(HEAD + length).subarray(HEAD)));
+    const name: unknown = scenes[scene].extras.walltopo.labels;
+    return typeof name === "string" && /^[\w-][\w.-]*$/.test(name) ? name : null;
+  } catch {
+    return null;
+  }
+}
+
+/** The labels beside a tier; read once for all tiers of a reader. */
+function labelsOf(reader: Background, url: URL, signal: AbortSignal): Promise<unknown> {
+  const known = reader.labels.get(url.href);
+  if (known) return known;
+  const coming = url.protocol === "file:" ? fromScript(url.href) : fetchJson(url, signal);
+  reader.labels.set(url.href, coming);
+  return coming;
+}
+
+async function fetchJson(url: URL, signal: AbortSignal): Promise<unknown> {
+  const response = await fetch(url, { signal });
+  if (!response.ok) throw new Error(`${say().answered(response.status)} (${url.pathname})`);
+  return response.json();
+}
+
 function attribute({ array, size, normalized }: Packed): BufferAttribute {
   return new BufferAttribute(array, size, normalized);
 }
 
 function partOf(surface: Surface): Part {
-  const { position, feature, depth, index, uv, color, picture } = surface;
+  const { position, feature, depth, index, uv, color, picture, patches } = surface;
   const geometry = new BufferGeometry();
   geometry.setAttribute("position", new BufferAttribute(position, 3));
   geometry.setAttribute("feature", new BufferAttribute(feature, 1));
@@ -102,7 +140,7 @@ function partOf(surface: Surface): Part {
   geometry.setIndex(new BufferAttribute(index, 1));
   geometry.boundingBox = new Box3(new Vector3(...surface.low), new Vector3(...surface.high));
   geometry.boundingSphere = geometry.boundingBox.getBoundingSphere(new Sphere());
-  return { geometry, map: picture && mapOf(picture), picture, coloured: color !== null };
+  return { geometry, map: picture && mapOf(picture), picture, coloured: color !== null, patches };
 }
 
 /** A part as the worker takes it. */
@@ -133,10 +171,13 @@ export async function readWall(reader: Background, source: string, reading: Read
   const { progress = () => {}, title = "", signal } = reading;
   const bytes = await fetchBytes(source, progress, signal);
   progress(1);
+  const named = labelsNamed(bytes);
+  const file = named === null ? undefined : await labelsOf(reader, new URL(named, new URL(source, document.baseURI)), signal);
   const handed = typeof bytes === "string" ? [] : [bytes];
-  const { surfaces, tables, most, front } = await reader.ask("read", { source: bytes, title }, handed);
+  const { surfaces, tables, labels: raw, most, framing } = await reader.ask("read", { source: bytes, title, labels: file }, handed);
+  const labels = raw && new Labels(raw);
   const parts = surfaces.map(partOf);
   const box = new Box3();
   for (const { geometry } of parts) box.union(geometry.boundingBox!);
-  return { source, parts, box, tables, most, front: revived(front) };
+  return { source, parts, box, tables, labels, most, framing: revived(framing) };
 }

@@ -14,7 +14,7 @@ export class Message {
 
   /** Nothing is loaded yet. */
   idle(title: string | null, poster: string | null): void {
-    this.root.replaceChildren(this.poster(poster), h("div", { class: "said" }, title && h("strong", {}, title)));
+    this.root.replaceChildren(this.poster(poster), h("div", { class: "notice" }, title && h("strong", {}, title)));
     this.root.hidden = false;
   }
 
@@ -24,8 +24,8 @@ export class Message {
     const bar = h("i");
     const text = h("p", {}, words.loadingWall);
     const box = h("div", { class: "bar", role: "progressbar", "aria-label": words.loading }, bar);
-    const said = h("div", { class: "said" }, title && h("strong", {}, title), box, text);
-    this.root.replaceChildren(this.poster(poster), said);
+    const notice = h("div", { class: "notice" }, title && h("strong", {}, title), box, text);
+    this.root.replaceChildren(this.poster(poster), notice);
     this.root.hidden = false;
     return (share) => {
       const done = Math.round(share * 100);
@@ -40,7 +40,7 @@ export class Message {
     const { words } = say();
     const retry = again && h("button", { class: "pill", onClick: again }, words.again);
     const alert = h("p", { role: "alert" }, text);
-    this.root.replaceChildren(h("div", { class: "said" }, h("strong", {}, words.sorry), alert, retry));
+    this.root.replaceChildren(h("div", { class: "notice" }, h("strong", {}, words.sorry), alert, retry));
     this.root.hidden = false;
   }
 

@@ -1,34 +1,7 @@
 /** `moves.json`: how each route may be climbed, where `walltopo moves` wrote it beside the page. */
 
-import type { Tables, Vec3 } from "./types";
-
-/** Left hand, right hand, left foot, right foot. */
-export type Limbs = [number, number, number, number];
-
-export interface Move {
-  limb: "start" | "left hand" | "right hand" | "left foot" | "right foot";
-  /** Hold ids afterwards; 0: on none. */
-  holds: Limbs;
-  hip: Vec3;
-  effort: number;
-  /** Metres beyond reach: a leap. */
-  beyond_m?: number;
-}
-
-export interface Climber {
-  climber: string;
-  height_m: number;
-  span_m: number;
-  reached: boolean;
-  crux: number;
-  moves: Move[];
-}
-
-export interface RouteMoves {
-  route: number;
-  climbers: Climber[];
-  grade?: { low: string; high: string; coverage: number; graded?: number } | null;
-}
+import type { Tables } from "./types";
+import type { ClimberRow, Moves as MovesFile, RouteMoves } from "./wire";
 
 export interface Moves {
   /** Units of the scan that a metre is. */
@@ -36,10 +9,25 @@ export interface Moves {
   routes: Map<number, RouteMoves>;
 }
 
-interface File {
-  unit?: number;
-  routes?: RouteMoves[];
+/** Height and arm span in metres; without a span, as the height. */
+export interface Person {
+  height_m: number;
+  span_m?: number | null;
 }
+
+// Shares of height and arm span in how high the fingers reach: shoulders at 0.818 of the height, arms of 0.415 of it
+// and half of what the span exceeds it (walltopo_climb/movement/body.py).
+const [OF_HEIGHT, OF_SPAN] = [0.733, 0.5];
+
+/** The climber who reaches about as high as a person; the lower one of two. */
+export function nearestClimber(climbers: ClimberRow[], person: Person): ClimberRow {
+  const reach = (height: number, span: number): number => OF_HEIGHT * height + OF_SPAN * span;
+  const wanted = reach(person.height_m, person.span_m ?? person.height_m);
+  const off = (one: ClimberRow): number => Math.abs(reach(one.height_m, one.span_m) - wanted);
+  return climbers.reduce((best, one) => (off(one) < off(best) ? one : best));
+}
+
+type File = Partial<MovesFile>;
 
 declare global {
   interface Window {

@@ -12,7 +12,7 @@ interface Pin {
   place: Vec3;
 }
 
-type Kind = "start" | "top" | "zone";
+type Kind = "start" | "top" | "zone" | "foot";
 
 /** A word over the picture: what it says and where it points to, in CSS pixels. */
 export interface Flag {
@@ -21,6 +21,9 @@ export interface Flag {
   x: number;
   y: number;
 }
+
+/** What has flags: a route, or holds that are none. */
+type Flagged = Pick<Route, "holds" | "start" | "top" | "zone">;
 
 export class Overlay {
   readonly root = h("div", { class: "overlay", "aria-hidden": "true" });
@@ -41,8 +44,8 @@ export class Overlay {
     this.clearMeasure();
   }
 
-  /** Flags at the first and last holds: told apart by shape and word, not by colour. */
-  flags(route: Route | null, tables: Tables): void {
+  /** Flags at the first and last holds, and at `feet`: distinct by shape and word, not by colour. */
+  flags(route: Flagged | null, tables: Tables, feet: number[] = []): void {
     for (const { element } of this.pins) element.remove();
     this.pins = [];
     if (!route) return;
@@ -61,6 +64,7 @@ export class Overlay {
     add(route.start ?? route.holds.slice(0, 1), "start");
     add(route.top ?? route.holds.slice(-1), "top");
     add(route.zone ?? [], "zone");
+    add(feet, "foot");
   }
 
   /** The flags as they stand in the picture now. */
@@ -93,6 +97,11 @@ export class Overlay {
     this.label.hidden = false;
     this.svg.style.display = "";
     return text;
+  }
+
+  /** The ends of the measuring line, once there are two. */
+  get measured(): Vec3[] {
+    return this.ends.map((end) => end.toArray());
   }
 
   clearMeasure(): void {

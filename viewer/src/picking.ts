@@ -1,18 +1,16 @@
 /** What lies under a ray: by search trees once they are built beside the page, before that by looking at each triangle. */
 
-import { DoubleSide, Mesh, MeshBasicMaterial } from "three";
-import type { BufferGeometry, Intersection, Raycaster, Vector3 } from "three";
+import { BufferAttribute, BufferGeometry, DoubleSide, Mesh, MeshBasicMaterial } from "three";
+import type { Intersection, Raycaster, Vector3 } from "three";
 import { MeshBVH } from "three-mesh-bvh";
 import type { Background } from "./background";
 import { breath } from "./breath";
-import { netOf } from "./load";
+import type { Labels } from "./labels";
+import type { Part, Wall } from "./load";
 
 export interface Hit {
   point: Vector3;
   hold: number;
-  part: number;
-  /** Triangle in the part's index. */
-  triangle: number;
 }
 
 const BOTH = new MeshBasicMaterial({ side: DoubleSide });
@@ -21,19 +19,34 @@ export class Picking {
   /** One a part; empty until they are built. */
   trees: MeshBVH[] = [];
 
-  constructor(
-    readonly geometries: BufferGeometry[],
-    worker: Background,
-  ) {
+  private readonly parts: Part[];
+  /** The parts as their file has them: no edit changes these triangles. */
+  private readonly geometries: BufferGeometry[];
+  private labels: Labels | null;
+
+  constructor({ parts, labels }: Wall, worker: Background) {
+    this.parts = parts;
+    this.labels = labels;
+    this.geometries = parts.map(({ patches }) => {
+      const geometry = new BufferGeometry();
+      geometry.setAttribute("position", new BufferAttribute(patches.position, 3));
+      return geometry.setIndex(new BufferAttribute(patches.index, 1));
+    });
     void this.build(worker);
+  }
+
+  /** Give what is hit other labels. */
+  relabel(labels: Labels): void {
+    this.labels = labels;
   }
 
   private async build(worker: Background): Promise<void> {
     const built: MeshBVH[] = [];
-    for (const geometry of this.geometries) {
+    for (const [part, { patches }] of this.parts.entries()) {
       await breath(); // handing a net over takes a while
-      const tree = await worker.ask("tree", netOf(geometry));
-      built.push(MeshBVH.deserialize(tree, geometry, { setIndex: false }));
+      const { position, index } = patches;
+      const tree = await worker.ask("tree", { position, index });
+      built.push(MeshBVH.deserialize(tree, this.geometries[part]!, { setIndex: false }));
     }
     this.trees = built;
   }
@@ -49,9 +62,10 @@ export class Picking {
         : ray.intersectObject(new Mesh(geometry, BOTH))[0];
       if (!hit || hit.distance >= nearest || hit.faceIndex == null) return;
       nearest = hit.distance;
-      const corner = geometry.getIndex()!.getX(3 * hit.faceIndex);
-      const hold = Math.round(geometry.getAttribute("feature").getX(corner));
-      best = { point: hit.point.clone(), hold, part, triangle: hit.faceIndex };
+      const { index, patch } = this.parts[part]!.patches;
+      const own = patch[index[3 * hit.faceIndex]!]!;
+      const { x, y, z } = hit.point;
+      best = { point: hit.point.clone(), hold: this.labels ? this.labels.at(own, x, y, z) : own };
     });
     return best;
   }

@@ -5,21 +5,32 @@ import { h, icon } from "./dom";
 import { Figure } from "./figure";
 import type { Pose } from "./figure";
 import { decimal, say } from "./languages";
-import type { Climber, Limbs, Move, RouteMoves } from "./moves";
+import { nearestClimber } from "./moves";
+import type { Person } from "./moves";
 import type { Stage } from "./stage";
 import type { Tables } from "./types";
+import type { ClimberRow, MoveRow, RouteMoves } from "./wire";
 
 const HAND_S = 0.9; // seconds that a hand takes
 const FOOT_S = 0.6;
 const REST_S = 0.25; // between two moves
 const SITTING = 0.1; // of the height: the hip over the floor
+const OVER_HIP = 0.47; // of the height: the top of the head
 const PEOPLE = ["child", "short", "adult", "tall", "you"] as const;
+
+export interface PlayerOptions {
+  close?: () => void;
+  /** Begin with the climber nearest to this person; else with the adult. */
+  person?: Person | null;
+  /** Receives each climber that is shown. */
+  shows?: (climber: ClimberRow) => void;
+}
 
 export class Player {
   readonly root = h("div", { class: "player", role: "group", part: "player" });
-  private readonly said = h("p", { class: "told", "aria-live": "polite" });
+  private readonly status = h("p", { class: "note", "aria-live": "polite" });
   private readonly go = h("button", { class: "pill main" });
-  private climber: Climber;
+  private climber: ClimberRow;
   private figure: Figure | null = null;
   private at = 0; // the move that was made last
   private poses: Pose[] = [];
@@ -30,10 +41,12 @@ export class Player {
     private readonly tables: Tables,
     moves: RouteMoves,
     private readonly unit: number,
-    close?: () => void,
+    private readonly options: PlayerOptions = {},
   ) {
+    const { close, person } = options;
     const able = moves.climbers.filter((one) => one.moves.length > 0);
-    this.climber = able.find((one) => one.climber === "adult") ?? able[0]!;
+    const adult = able.find((one) => one.climber === "adult") ?? able[0]!;
+    this.climber = person ? nearestClimber(able, person) : adult;
     const { words } = say();
     const step = (by: number, label: string, shape: "previous" | "next"): HTMLElement =>
       h("button", { class: "tool", "aria-label": label, title: label, onClick: () => this.step(by) }, icon(shape));
@@ -42,10 +55,21 @@ export class Player {
     this.root.setAttribute("aria-label", words.mayGo);
     this.root.append(
       h("div", { class: "top" }, this.people(able), shut),
-      this.said,
+      this.status,
       h("div", { class: "actions" }, step(-1, words.moveBack, "previous"), this.go, step(1, words.moveOn, "next")),
     );
     this.take(this.climber);
+  }
+
+  /** The climber on the wall. */
+  get shown(): ClimberRow {
+    return this.climber;
+  }
+
+  /** Where the figure is on its way, head to foot. */
+  get places(): Vector3[] {
+    const head = new Vector3(0, 0, OVER_HIP * this.climber.height_m * this.unit);
+    return this.poses.flatMap(({ hip, ends }) => [hip.clone().add(head), ...ends]);
   }
 
   /** Seconds that all moves take. */
@@ -88,7 +112,7 @@ export class Player {
     this.root.remove();
   }
 
-  private people(able: Climber[]): HTMLElement {
+  private people(able: ClimberRow[]): HTMLElement {
     const { words, people } = say();
     const choose = h("select", { "aria-label": words.climberIs });
     for (const one of able) {
@@ -104,13 +128,14 @@ export class Player {
     return choose;
   }
 
-  private take(climber: Climber): void {
+  private take(climber: ClimberRow): void {
     this.climber = climber;
     this.drop();
     this.figure = new Figure(climber.height_m * this.unit, climber.span_m * this.unit);
     this.stage.add(this.figure.root);
     this.poses = climber.moves.map((move) => this.poseOf(move));
     this.show(0);
+    this.options.shows?.(climber);
   }
 
   private drop(): void {
@@ -155,7 +180,7 @@ export class Player {
     this.stage.redraw();
   }
 
-  private poseOf(move: Move): Pose {
+  private poseOf(move: MoveRow): Pose {
     const hip = new Vector3(...move.hip);
     // From a low start one sits: the model knows no floor.
     hip.z = Math.max(hip.z, this.floor + SITTING * this.climber.height_m * this.unit);
@@ -175,7 +200,7 @@ export class Player {
   }
 
   private get floor(): number {
-    return this.stage.front?.floor ?? -Infinity;
+    return this.stage.framing?.floor ?? -Infinity;
   }
 
   /** Where a limb hangs that is on no hold; from a low start the feet stand on the floor. */
@@ -202,16 +227,16 @@ export class Player {
     if (move.beyond_m) parts.push(leap(decimal(move.beyond_m, 2)));
     if (!reached && now === moves.length - 1) parts.push(unreached);
     const text = parts.join(" · ");
-    if (this.said.textContent !== text) this.said.textContent = text;
-    this.said.classList.toggle("warn", Boolean(move.beyond_m) || (!reached && now === moves.length - 1));
+    if (this.status.textContent !== text) this.status.textContent = text;
+    this.status.classList.toggle("warn", Boolean(move.beyond_m) || (!reached && now === moves.length - 1));
   }
 }
 
-function seconds({ limb }: Move): number {
+function seconds({ limb }: MoveRow): number {
   return limb === "left foot" || limb === "right foot" ? FOOT_S : HAND_S;
 }
 
-function apart(ends: Pose["ends"], holds: Limbs, side: Vector3): void {
+function apart(ends: Pose["ends"], holds: MoveRow["holds"], side: Vector3): void {
   for (const [left, right] of [
     [0, 1],
     [2, 3],

@@ -20,7 +20,8 @@ const WALL_VERTEX = /* glsl */ `
   ${LOOKUP}
   flat out vec2 vFull;
   flat out float vHeat;
-  out float vDepth;
+  // centroid: a smoothed edge samples beside its triangle, where so steep a value is far off.
+  centroid out float vDepth;
   out vec3 vView;
   #ifdef USE_MAP_UV
     out vec2 vTexel;
@@ -51,7 +52,7 @@ const WALL_FRAGMENT = /* glsl */ `
   uniform vec3 uRamp[3];
   flat in vec2 vFull;
   flat in float vHeat;
-  in float vDepth;
+  centroid in float vDepth;
   in vec3 vView;
   #ifdef USE_MAP_UV
     in vec2 vTexel;
@@ -130,7 +131,7 @@ export function maskMaterial(look: WallLook): ShaderMaterial {
   });
 }
 
-/** A white line with a dark halo around marked holds: to be told apart without colour. */
+/** A white line with a dark halo around marked holds, visible without colour vision. */
 export function outlineMaterial(mask: Texture): ShaderMaterial {
   return new ShaderMaterial({
     glslVersion: GLSL3,

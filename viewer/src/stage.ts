@@ -25,13 +25,12 @@ import {
   WebGLRenderer,
 } from "three";
 import { Background } from "./background";
-import { Relabelled } from "./edit/relabel";
-import type { Region } from "./edit/result";
 import { Drawn, mostOf } from "./drawn";
 import { fitted } from "./fit";
 import type { Insets } from "./fit";
-import { RISE } from "./front";
-import type { Front } from "./front";
+import { RISE } from "./framing";
+import type { Framing } from "./framing";
+import type { Labels } from "./labels";
 import type { Wall } from "./load";
 import { Outlines } from "./outlines";
 import { Picking } from "./picking";
@@ -63,7 +62,7 @@ export class Stage {
   readonly camera = new PerspectiveCamera(50, 1, 0.02, 400);
   readonly controls: CameraControls;
   state = new HoldState(0);
-  front: Front | null = null;
+  framing: Framing | null = null;
   /** Called after each drawn frame, to move what lies over the picture. */
   onFrame: () => void = () => {};
   onLost: (lost: boolean) => void = () => {};
@@ -81,14 +80,13 @@ export class Stage {
   private drawn: Drawn | null = null;
   private picking: Picking | null = null;
   private background: Background | null = null;
-  /** Where edits changed whose surface is whose. */
-  private regions: Region[] = [];
-  private readonly labels = new WeakMap<BufferGeometry, Relabelled>();
+  /** Labels that are shown; null: those that the file itself has. */
+  private labels: Labels | null = null;
   private outlined = false;
   private lit = false;
   private fadeGoal = 0;
   private dirty = true;
-  /** The frame that is asked for; 0 while nothing moves: then no frame is asked for at all. */
+  /** The requested frame; 0 while nothing moves, because then no frame is requested. */
   private request = 0;
   private last = 0;
   private size = "";
@@ -132,6 +130,12 @@ export class Stage {
       this.redraw();
     };
     canvas.addEventListener("webglcontextrestored", restored, { signal });
+    // A page that was left may be kept for "Back"; it shall keep none of the GPU's memory meanwhile.
+    window.addEventListener("pagehide", () => this.renderer.forceContextLoss(), { signal });
+    const back = ({ persisted }: PageTransitionEvent): void => {
+      if (persisted) this.renderer.forceContextRestore();
+    };
+    window.addEventListener("pageshow", back, { signal });
     this.tick = this.tick.bind(this);
     this.warm();
     const wake = (): void => this.wake();
@@ -187,30 +191,28 @@ export class Stage {
     this.blank = false;
     if (this.sent !== this.restored) this.wanting();
     if (!refine) {
-      this.regions = [];
+      this.labels = wall.labels;
       this.reserve(mostOf(wall));
       this.state.reset();
-      this.picking = new Picking(wall.parts.map(({ geometry }) => geometry), this.worker);
-      this.front = wall.front;
+      this.picking = new Picking(wall, this.worker);
+      this.framing = wall.framing;
       this.limit(wall.box);
     } else {
       this.redraw();
-      this.relabel(this.regions);
+      const { labels } = this;
+      this.labels = wall.labels;
+      if (labels) this.relabel(labels);
     }
     if (wall.most > 0) this.shape();
   }
 
-  /** Give triangles to other holds: in the regions as these say, elsewhere as the tiers came. */
-  relabel(regions: Region[]): void {
-    this.regions = regions;
-    const drawn = this.drawn?.parts.map(({ geometry }) => geometry) ?? [];
-    let changed = false;
-    for (const geometry of new Set([...drawn, ...(this.picking?.geometries ?? [])])) {
-      const labels = this.labels.get(geometry) ?? new Relabelled(geometry);
-      this.labels.set(geometry, labels);
-      if (labels.apply(regions)) changed = true;
-    }
-    if (!changed) return;
+  /** Show other labels than the tiers came with. */
+  relabel(labels: Labels): void {
+    if (this.labels?.equals(labels)) return;
+    this.labels = labels;
+    this.picking?.relabel(labels);
+    if (!this.drawn) return;
+    this.drawn.relabel(labels);
     this.redraw();
     this.shape();
   }
@@ -259,7 +261,7 @@ export class Stage {
     this.wake();
   }
 
-  /** Draw what was asked for now rather than in the next frame. */
+  /** Draw now rather than in the next frame. */
   drawNow(): void {
     this.keepAboveMat();
     this.controls.update(0.001); // seconds; no time at all would divide by it
@@ -314,10 +316,10 @@ export class Stage {
 
   /** The wall has its light in its picture; what is added to it needs some. */
   private light(): void {
-    if (this.lit || !this.front) return;
+    if (this.lit || !this.framing) return;
     this.lit = true;
     const sun = new DirectionalLight("#ffffff", 1.8);
-    sun.position.copy(this.front.direction).add(new Vector3(0.4, 0, 1));
+    sun.position.copy(this.framing.direction).add(new Vector3(0.4, 0, 1));
     this.added.add(new HemisphereLight("#ffffff", "#8a8f98", 1.6), sun);
   }
 
@@ -352,9 +354,9 @@ export class Stage {
     const lens = { width, height, tan, least: this.controls.minDistance * 2 };
     const level = direction.clone().setZ(0).normalize();
     // An overhang is looked at from below, as far as the mat lets the camera down.
-    for (let rise = this.front?.rise ?? RISE; ; rise = Math.min(RISE, rise + 0.05)) {
+    for (let rise = this.framing?.rise ?? RISE; ; rise = Math.min(RISE, rise + 0.05)) {
       const { eye, target } = fitted(places, level.clone().setZ(rise).normalize(), insets, lens);
-      if (rise < RISE && this.front && eye.z < this.front.floor + LIFT) continue;
+      if (rise < RISE && this.framing && eye.z < this.framing.floor + LIFT) continue;
       this.moveTo(eye, target, animate);
       return;
     }
@@ -394,15 +396,15 @@ export class Stage {
 
   /** Keep the camera in front of the wall, above the mat, and near it. */
   private limit(box: Box3): void {
-    const front = this.front!;
+    const framing = this.framing!;
     const size = box.getSize(new Vector3()).length();
-    const middle = Math.atan2(front.direction.x, -front.direction.y);
-    this.controls.minAzimuthAngle = middle - front.swing;
-    this.controls.maxAzimuthAngle = middle + front.swing;
+    const middle = Math.atan2(framing.direction.x, -framing.direction.y);
+    this.controls.minAzimuthAngle = middle - framing.swing;
+    this.controls.maxAzimuthAngle = middle + framing.swing;
     this.controls.minDistance = size * 0.01;
     this.controls.maxDistance = size * 2.2;
     this.controls.minPolarAngle = 0.15;
-    this.controls.setBoundary(front.box.clone().expandByScalar(size * 0.02));
+    this.controls.setBoundary(framing.box.clone().expandByScalar(size * 0.02));
     this.camera.near = Math.max(0.005, size * 0.001);
     this.camera.far = size * 6;
     this.camera.updateProjectionMatrix();
@@ -410,7 +412,7 @@ export class Stage {
 
   /** Look from as far aside as the wall may be turned by hand at -1 and 1, from the front at 0. */
   swing(share: number): void {
-    if (!this.front) return;
+    if (!this.framing) return;
     const { minAzimuthAngle, maxAzimuthAngle } = this.controls;
     const part = (Math.min(Math.max(share, -1), 1) + 1) / 2;
     void this.controls.rotateAzimuthTo(minAzimuthAngle + part * (maxAzimuthAngle - minAzimuthAngle), false);
@@ -419,9 +421,9 @@ export class Stage {
 
   /** The steepest look up from below that keeps the camera above the mat. */
   private keepAboveMat(): void {
-    if (!this.front) return;
+    if (!this.framing) return;
     const target = this.controls.getTarget(new Vector3(), false);
-    const room = target.z - this.front.floor - LIFT;
+    const room = target.z - this.framing.floor - LIFT;
     const cosine = Math.max(-1, Math.min(1, -room / Math.max(this.controls.distance, 1e-6)));
     this.controls.maxPolarAngle = Math.min(Math.PI - 0.15, Math.max(0.2, Math.acos(cosine)));
   }

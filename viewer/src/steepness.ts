@@ -1,4 +1,4 @@
-/** Slab, vertical, overhang: the rule of `walltopo.scans.steepness`; a test holds them together. */
+/** Slab, vertical, overhang: the rule of `walltopo.scans.holds`; a test holds them together. */
 
 export type Lean = "slab" | "vertical" | "overhang";
 

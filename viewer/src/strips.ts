@@ -27,7 +27,7 @@ interface Kept {
 const kept = new Map<number, Kept>();
 let count = 0;
 
-/** Keep a picture until its last row was asked for. */
+/** Keep a picture until its last row was read. */
 export function pictureOf(map: Texture | null): Picture | null {
   if (!map) return null;
   const image = map.image as ImageBitmap;

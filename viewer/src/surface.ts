@@ -1,7 +1,9 @@
 /** What a wall is between the worker that reads it and the page that draws it: plain arrays. */
 
-import type { Front } from "./front";
+import type { Framing } from "./framing";
+import type { Patches } from "./labels";
 import type { Tables, Vec3 } from "./types";
+import type { SurfaceLabels } from "./wire";
 
 /** Numbers of a vertex, as the GPU takes them. */
 export interface Packed {
@@ -19,7 +21,7 @@ export interface Net {
 }
 
 export interface Picture {
-  /** Of the picture that the reader keeps until all of it was asked for (`strips.ts`). */
+  /** Number of the picture that the reader keeps until its last row was read (`strips.ts`). */
   number: number;
   /** In pixels. */
   width: number;
@@ -36,6 +38,8 @@ export interface Surface extends Net {
   uv: Packed | null;
   color: Packed | null;
   picture: Picture | null;
+  /** The surface as its file has it. */
+  patches: Patches;
   /** How far inside its hold each vertex lies, until the smooth borders are found: holds end with their triangles. */
   depth: Float32Array;
   /** Corners of its box. */
@@ -47,8 +51,10 @@ export interface Surface extends Net {
 export interface Tier {
   surfaces: Surface[];
   tables: Tables;
+  /** What its labels file says of the surface; null where the file itself has labels. */
+  labels: SurfaceLabels | null;
   /** Which way it faces; its vectors are plain objects once they came from the worker. */
-  front: Front;
+  framing: Framing;
   /** The highest feature id in the geometry; 0 when the file carries no ids. */
   most: number;
 }

@@ -1,6 +1,7 @@
 /** The tables that a tier carries, checked: any program can write a GLB. */
 
 import type { Hold, Route, Tables, Vec3 } from "./types";
+import type { SurfaceLabels } from "./wire";
 
 function isPlace(value: unknown): value is Vec3 {
   return Array.isArray(value) && value.length === 3 && value.every((v) => Number.isFinite(v));
@@ -12,7 +13,33 @@ function rowsOf<T extends { id: number }>(value: unknown): T[] {
   return rows.filter((row): row is T => Number.isInteger(row?.id) && row!.id >= 0);
 }
 
-/** Of the `walltopo` object in a scene's extras. */
+/** What of `labels.json` is used. */
+export interface LabelsFile extends Record<string, unknown> {
+  surface: SurfaceLabels;
+}
+
+const isNumbers = (value: unknown): value is number[] => Array.isArray(value) && value.every((v) => Number.isFinite(v));
+const isPlaces = (value: unknown): boolean => isNumbers(value) && value.length % 3 === 0;
+
+/** `labels.json`, checked; throws an Error: a key of `words`. */
+export function labelsFileOf(raw: unknown): LabelsFile {
+  const file = raw as LabelsFile | null;
+  const surface = file?.surface;
+  const whole =
+    surface &&
+    Array.isArray(surface.patches) &&
+    surface.patches.every((pair) => isNumbers(pair) && pair.length === 2) &&
+    Array.isArray(surface.changed) &&
+    surface.changed.every(({ label, places }) => Number.isInteger(label) && isPlaces(places)) &&
+    isPlaces(surface.unchanged) &&
+    isPlace(surface.origin) &&
+    surface.step > 0 &&
+    surface.edge > 0;
+  if (!whole) throw new Error("noLabels");
+  return file;
+}
+
+/** Of the `walltopo` object in a scene's extras, or of `labels.json`. */
 export function tablesOf(raw: Record<string, unknown>, title: string): Tables {
   const holds = new Map<number, Hold>();
   for (const hold of rowsOf<Hold>(raw["holds"])) {

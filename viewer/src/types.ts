@@ -1,49 +1,19 @@
-/** Rows of `holds.json` and `routes.json`, as the scan wrote them. */
+/** The tables as the viewer has them: of the wire, or of another program, whose rows may lack much (`tables.ts`). */
 
-export interface Hold {
-  id: number;
-  class: string;
-  type: string | null;
-  colour: string | null;
-  colour_rgb: [number, number, number] | null;
-  position: [number, number, number];
-  normal: [number, number, number];
-  size_m: number | null;
-  area_m2: number | null;
-  steepness_deg: number | null;
-  score: number;
-  route: number | null;
-  review?: boolean;
-  role?: string;
-  photos?: string[];
-  /** Its picture, of a hold that an edit shaped. */
-  cutout?: string;
-  /** Why it is no hold, of an instance that the editor shows although it is none. */
-  left_out?: string;
-}
+import type { Hold as HoldRow, Route as RouteRow, ShownHold } from "./wire";
 
-export interface Route {
-  id: number;
-  name?: string;
-  colour: string | null;
-  holds: number[];
-  length_m: number | null;
-  steepness_deg: number | null;
-  start?: number[];
-  top?: number[];
-  zone?: number[];
-  footholds?: number[];
-  /** Given by a setter; `date` is ISO. */
-  grade?: string;
-  setter?: string;
-  description?: string;
-  date?: string;
-  /** Why someone should have a look. */
-  doubtful_start?: string;
-  doubtful_top?: string;
-  /** By walltopo, and climbed by nobody yet. */
-  proposed?: boolean;
-}
+type OrNull<T, K extends keyof T> = { [P in keyof T]: P extends K ? T[P] | null : T[P] };
+
+type Measured = "type" | "colour" | "colour_rgb" | "size_m" | "area_m2" | "steepness_deg";
+type Known = Measured | "position" | "normal" | "score" | "route" | "review";
+/** `left_out` and `cutout` are the editor's. */
+export type Hold = OrNull<
+  Required<Pick<HoldRow, Known>> & Pick<HoldRow, "id" | "class" | "photos"> & { role?: string } & Pick<ShownHold, "left_out" | "cutout">,
+  Measured
+>;
+
+type Facts = "holds" | "colour" | "length_m" | "steepness_deg";
+export type Route = OrNull<Required<Pick<RouteRow, Facts>> & Omit<RouteRow, Facts>, "colour" | "length_m" | "steepness_deg">;
 
 export interface Tables {
   title: string;

@@ -5,6 +5,7 @@ import type { MagnificationTextureFilter, MinificationTextureFilter, Texture, We
 import type { Background } from "./background";
 import { breath } from "./breath";
 import type { Picture } from "./surface";
+import { longestSide, thisDevice } from "./texture_size";
 
 /** Room for a picture: three.js fills no texture of this kind itself, and leaves none of it in the page's memory. */
 export function mapOf({ width, height, wrapS, wrapT, magFilter, minFilter }: Picture): Texture {
@@ -27,7 +28,7 @@ export async function upload(
   signal: AbortSignal,
 ): Promise<boolean> {
   const { capabilities } = renderer;
-  const factor = Math.min(1, capabilities.maxTextureSize / Math.max(width, height));
+  const factor = Math.min(1, longestSide(capabilities.maxTextureSize, thisDevice()) / Math.max(width, height));
   const size = { width: Math.max(1, Math.floor(width * factor)), height: Math.max(1, Math.floor(height * factor)) };
   Object.assign(map.image as object, size);
   map.anisotropy = Math.min(8, capabilities.getMaxAnisotropy());

@@ -41,11 +41,11 @@ export class Views {
     this.again?.(animate);
   }
 
-  /** The whole wall, from the front. */
+  /** The whole wall, from the framing. */
   wall(animate: boolean): void {
-    const { front } = this.stage;
-    if (!front) return;
-    this.stage.frame(front.places, front.direction, animate, this.insets());
+    const { framing } = this.stage;
+    if (!framing) return;
+    this.stage.frame(framing.places, framing.direction, animate, this.insets());
     this.again = (smooth) => this.wall(smooth);
     this.shown = "wall";
   }
@@ -55,10 +55,11 @@ export class Views {
     this.stage.swing(share);
   }
 
-  route(route: Route, tables: Tables, animate = true): void {
-    const { front } = this.stage;
+  /** A route, and other places besides its holds. */
+  route(route: Pick<Route, "holds">, tables: Tables, animate = true, besides: Vector3[] = []): void {
+    const { framing } = this.stage;
     const box = boxOf(route.holds, tables);
-    if (!front || box.isEmpty()) return;
+    if (!framing || box.isEmpty()) return;
     const way = new Vector3();
     for (const id of route.holds) {
       const normal = tables.holds.get(id)?.normal;
@@ -69,33 +70,33 @@ export class Views {
       const place = tables.holds.get(id)?.position;
       return place ? [-room, room].map((d) => new Vector3(...place).addScalar(d)) : [];
     });
-    this.stage.frame(places, between(way, front.direction), animate, this.insets());
-    this.again = (smooth) => this.route(route, tables, smooth);
+    this.stage.frame([...places, ...besides], between(way, framing.direction), animate, this.insets());
+    this.again = (smooth) => this.route(route, tables, smooth, besides);
     this.shown = "route";
   }
 
   /** From where a climber stands before the start, as far back as all of the route is seen. */
   climber(route: Route | undefined, tables: Tables, animate = true): void {
-    const { front, canvas, camera } = this.stage;
-    if (!front) return;
+    const { framing, canvas, camera } = this.stage;
+    if (!framing) return;
     const unit = this.unit(tables);
     const starts = route?.start?.length ? route.start : (route?.holds.slice(0, 1) ?? []);
     const box = boxOf(starts, tables);
-    const at = (box.isEmpty() ? front.box : box).getCenter(new Vector3());
-    const eye = front.floor + EYES * unit;
-    const right = new Vector3(0, 0, 1).cross(front.direction);
+    const at = (box.isEmpty() ? framing.box : box).getCenter(new Vector3());
+    const eye = framing.floor + EYES * unit;
+    const right = new Vector3(0, 0, 1).cross(framing.direction);
     const sights = this.sights(route, tables, at).map((place) => {
       const way = place.clone().sub(at);
-      return { out: way.dot(front.direction), side: way.dot(right), up: place.z - eye };
+      return { out: way.dot(framing.direction), side: way.dot(right), up: place.z - eye };
     });
     const tall = Math.tan((camera.fov * Math.PI) / 360);
     const free = freeBox(this.insets(), canvas.clientWidth, canvas.clientHeight);
     const lens = { tall, wide: tall * camera.aspect, free };
     const { away, heading, pitch } = standFor(sights, lens, NEAR * unit, FAR * unit);
-    const place = at.clone().addScaledVector(front.direction, away).setZ(eye);
+    const place = at.clone().addScaledVector(framing.direction, away).setZ(eye);
     const target = place
       .clone()
-      .addScaledVector(front.direction, -away * Math.cos(heading))
+      .addScaledVector(framing.direction, -away * Math.cos(heading))
       .addScaledVector(right, away * Math.sin(heading));
     target.z += Math.tan(pitch) * away;
     this.let();
@@ -105,9 +106,9 @@ export class Views {
 
   /** What a climber wants to see: the route's holds with room for their size and flags, or the wall. */
   private sights(route: Route | undefined, tables: Tables, at: Vector3): Vector3[] {
-    const { front } = this.stage;
+    const { framing } = this.stage;
     const holds = (route?.holds ?? []).flatMap((id) => tables.holds.get(id) ?? []);
-    if (holds.length === 0) return [at.clone().setZ(front!.box.max.z), at.clone().setZ(front!.floor)];
+    if (holds.length === 0) return [at.clone().setZ(framing!.box.max.z), at.clone().setZ(framing!.floor)];
     return holds.flatMap(({ position, size_m }) => {
       const room = 0.6 * (size_m ?? 0.1 * this.unit(tables));
       return [-room, room].flatMap((d) => {
@@ -119,9 +120,9 @@ export class Views {
 
   /** Closer to a place of the wall. */
   closer(place: Vector3): void {
-    const { front, camera } = this.stage;
-    if (!front) return;
-    const near = front.box.getSize(new Vector3()).length() * 0.14;
+    const { framing, camera } = this.stage;
+    if (!framing) return;
+    const near = framing.box.getSize(new Vector3()).length() * 0.14;
     const way = camera.position.clone().sub(place);
     const distance = Math.min(way.length() * 0.5, Math.max(near, way.length() * 0.25));
     this.let();
@@ -137,7 +138,7 @@ export class Views {
 
   /** A metre; of a scan without a scale, what would be one if the wall were 4 m tall. */
   private unit(tables: Tables): number {
-    const { box } = this.stage.front!;
+    const { box } = this.stage.framing!;
     return tables.metric ? 1 : Math.max(box.max.z - box.min.z, 1e-6) / 4;
   }
 }

@@ -62,7 +62,7 @@ export function routeFacts(route: Route, metric: boolean): string {
   return facts.join(" · ");
 }
 
-/** "Anna · 1 March 2026": who set it and when, as far as somebody said. */
+/** "Anna · 1 March 2026": who set it and when, as far as known. */
 export function routeOrigin({ setter, date }: Route): string {
   return [setter, date && day(date)].filter(Boolean).join(" · ");
 }

@@ -11,8 +11,10 @@ import { stripOf } from "./strips";
 import type { Strip } from "./strips";
 import type { Net, Tier } from "./surface";
 
+type Triangles = Pick<Net, "position" | "index">;
+
 /** The search tree of a mesh, for picking. It leaves the order of the triangles as it is. */
-function treeOf({ position, index }: Net): SerializedBVH {
+function treeOf({ position, index }: Triangles): SerializedBVH {
   const geometry = new BufferGeometry();
   geometry.setAttribute("position", new BufferAttribute(position, 3));
   geometry.setIndex(new BufferAttribute(index, 1));
@@ -23,11 +25,11 @@ function treeOf({ position, index }: Net): SerializedBVH {
 export interface Jobs {
   read: [source: Source, done: Tier];
   strip: [strip: Strip, done: Uint8ClampedArray];
-  tree: [net: Net, done: SerializedBVH];
+  tree: [net: Triangles, done: SerializedBVH];
   borders: [net: Net, done: Borders];
 }
 
-export interface Asked<J extends keyof Jobs = keyof Jobs> {
+export interface JobRequest<J extends keyof Jobs = keyof Jobs> {
   number: number;
   job: J;
   given: Jobs[J][0];
@@ -57,7 +59,7 @@ const JOBS: { [J in keyof Jobs]: (given: Jobs[J][0]) => Done<J> | Promise<Done<J
   },
 };
 
-async function work<J extends keyof Jobs>({ number, job, given }: Asked<J>): Promise<void> {
+async function work<J extends keyof Jobs>({ number, job, given }: JobRequest<J>): Promise<void> {
   const answer = (message: Answer, transfer: Transferable[] = []): void => postMessage(message, { transfer });
   try {
     const [done, handed] = await JOBS[job](given);
@@ -68,5 +70,5 @@ async function work<J extends keyof Jobs>({ number, job, given }: Asked<J>): Pro
   }
 }
 
-// In the page's own script this is the page too: whoever sends messages there asks for nothing here.
-if (typeof document === "undefined") addEventListener("message", ({ data }: MessageEvent<Asked>) => void work(data));
+// In the page's own script this is the page too: messages that arrive there are not for the worker.
+if (typeof document === "undefined") addEventListener("message", ({ data }: MessageEvent<JobRequest>) => void work(data));

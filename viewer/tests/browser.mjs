@@ -1,6 +1,14 @@
 // Starts Chromium for the checks, and gathers what a page says and asks for.
 
-import { chromium } from "playwright-core";
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { chromium } from "playwright-core"; // not the test runner: the platform has a runner of its own
+
+const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+
+// For one action on a loaded machine: a screenshot of a large canvas alone can take half a minute there.
+export const PATIENCE_MS = 180_000;
 
 const ARGUMENTS = [
   "--no-sandbox",
@@ -17,8 +25,10 @@ const ARGUMENTS = [
 
 const executablePath = process.env.WALLTOPO_CHROMIUM ?? "/usr/bin/chromium";
 
+export const LAUNCH = { executablePath, headless: true, args: ARGUMENTS };
+
 export function start() {
-  return chromium.launch({ executablePath, headless: true, args: ARGUMENTS });
+  return chromium.launch(LAUNCH);
 }
 
 /** A browser whose profile is the folder; what else speaks to Chromium finds it at the port. */
@@ -69,6 +79,7 @@ export async function open(browser, url, options = {}) {
     reducedMotion: motion ? "no-preference" : "reduce",
     deviceScaleFactor: scale,
   });
+  context.setDefaultTimeout(PATIENCE_MS);
   const page = await context.newPage();
   const sabotage = SABOTAGE[process.env.WALLTOPO_SABOTAGE];
   if (sabotage) await page.addInitScript(sabotage);
@@ -103,25 +114,21 @@ export async function open(browser, url, options = {}) {
 export async function ready(page, tier = "first") {
   const states = tier === "first" ? ["first", "detail", "error"] : [tier, "error"];
   const selector = states.map((state) => `wall-topo[data-ready=${state}]`).join(",");
-  await page.waitForSelector(selector, { timeout: 180_000 });
+  await page.waitForSelector(selector, { timeout: PATIENCE_MS });
   const idle = () => {
     const { stage } = document.querySelector("wall-topo");
     return !stage?.shaping && (!stage?.picking || stage.picking.trees.length > 0);
   };
-  await page.waitForFunction(idle, null, { timeout: 180_000 });
+  await page.waitForFunction(idle, null, { timeout: PATIENCE_MS });
   await settle(page);
 }
 
-/** Let the camera arrive and the frame be drawn. */
+/** Wait until the camera rests, no fade runs and everything is drawn: the viewer requests no further frame. */
 export async function settle(page) {
-  await page.evaluate(
-    () =>
-      new Promise((resolve) => {
-        let left = 8;
-        const step = () => (left-- > 0 ? requestAnimationFrame(step) : resolve());
-        requestAnimationFrame(step);
-      }),
-  );
+  // A change that the page has just made requests its frame within one turn.
+  await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve))));
+  const rests = () => (document.querySelector("wall-topo").stage?.request ?? 0) === 0;
+  await page.waitForFunction(rests, null, { timeout: PATIENCE_MS, polling: 50 });
 }
 
 /** Run a function in the page with the element as its first argument. */
@@ -153,19 +160,6 @@ export async function tapHold(page, id) {
   const at = await placeOf(page, id);
   await page.mouse.click(at.x, at.y);
   await settle(page);
-}
-
-/** Let a move that is animated come to rest. */
-export async function arrive(page) {
-  await page.waitForTimeout(150);
-  let last = "";
-  for (let k = 0; k < 60; k++) {
-    const now = JSON.stringify(await ask(page, (wall) => wall.camera));
-    if (now === last) return settle(page);
-    last = now;
-    await page.waitForTimeout(120);
-  }
-  throw new Error("the camera does not come to rest");
 }
 
 /** Mean colour per cell of a coarse grid over the drawn picture, 0..255. */
@@ -205,3 +199,35 @@ export const outside = (page) =>
     const off = ({ x, y, ahead }) => !ahead || x < 0 || y < 0 || x > clientWidth || y > clientHeight;
     return wall.holds.filter((hold) => off(wall.project(hold.id))).map((hold) => hold.id);
   });
+
+/** No errors, and nothing asked of another host. */
+export function fine(log) {
+  assert.deepEqual(log.foreign, [], "the page asked another host");
+  assert.deepEqual(log.errors, [], "the page reported errors");
+}
+
+/** Of each hold: its route, and how far from grey it is drawn, 0 to 255. */
+export async function colourfulness(page) {
+  const rows = await ask(page, async (wall) => {
+    const picture = await createImageBitmap(await wall.screenshot());
+    const canvas = Object.assign(document.createElement("canvas"), { width: picture.width, height: picture.height });
+    const pen = canvas.getContext("2d");
+    pen.drawImage(picture, 0, 0);
+    const dense = picture.width / wall.shadowRoot.querySelector("canvas").clientWidth;
+    return wall.holds.map(({ id, route }) => {
+      const { x, y } = wall.project(id);
+      const rgb = [...pen.getImageData(x * dense, y * dense, 1, 1).data].slice(0, 3);
+      return [id, { route, value: Math.max(...rgb) - Math.min(...rgb) }];
+    });
+  });
+  return new Map(rows);
+}
+
+/** What axe finds grave on a page, as lines. */
+export async function graveFindings(page) {
+  await page.evaluate(AXE);
+  const found = await page.evaluate(() => axe.run(document, { iframes: false }));
+  assert.ok(found.passes.length > 10, "axe saw nothing");
+  const grave = found.violations.filter(({ impact }) => ["serious", "critical"].includes(impact));
+  return grave.map(({ id, nodes }) => `${id}: ${nodes.map((n) => n.target).join(" ")}`);
+}

@@ -1,12 +1,12 @@
 // node tests/moves.mjs INDEX.html FOLDER ROUTE CLIMBER
 //
-// The figure of "How it may go" on its way up a route, frame by frame, as FOLDER/0000.png and on (PICTURES_A_S
+// The figure of "Suggested moves" on its way up a route, frame by frame, as FOLDER/0000.png and on (PICTURES_A_S
 // of them for each second of the climb). The scan has a moves.json (`walltopo moves`).
 
 import { mkdirSync } from "node:fs";
 import { join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
-import { arrive, ask, open, ready, settle, start } from "./browser.mjs";
+import { ask, open, ready, settle, start } from "./browser.mjs";
 
 const PICTURES_A_S = 5;
 
@@ -25,7 +25,7 @@ try {
     page,
     (wall, [id, who]) => {
       wall.selectRoute(id, { move: true });
-      const player = wall.showMoves();
+      const player = wall.climbRoute();
       const choose = wall.shadowRoot.querySelector(".player select");
       choose.value = who;
       choose.dispatchEvent(new Event("change"));
@@ -34,7 +34,7 @@ try {
     },
     [Number(route), climber],
   );
-  await arrive(page);
+  await settle(page);
   const canvas = page.locator("wall-topo").locator("canvas").first();
   for (let k = 0; k <= (length + 1) * PICTURES_A_S; k++) {
     await ask(page, (wall, time) => wall.player.seek(time), k / PICTURES_A_S);

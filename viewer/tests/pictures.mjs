@@ -16,9 +16,9 @@
 import { copyFileSync, rmSync, statSync } from "node:fs";
 import { join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
-import { arrive, ask, open, ready, start } from "./browser.mjs";
+import { ask, open, ready, settle, start } from "./browser.mjs";
 
-const MOST_BYTES = 200_000;
+const MAX_BYTES = 200_000;
 const KINDS = ["whole", "route", "edit", "embed", "phone", "phone-route"];
 const README = [
   ["gym", "whole", "viewer-gym-a.jpg"],
@@ -43,7 +43,7 @@ function sizeOf(kind) {
 }
 
 /** One picture; says what it wrote. */
-async function take(browser, source, out, kind, id, most = MOST_BYTES) {
+async function take(browser, source, out, kind, id, most = MAX_BYTES) {
   const size = sizeOf(kind);
   const url = kind === "edit" ? source : pathToFileURL(resolve(source)).href;
   const { page, close } = await open(browser, url, size);
@@ -65,7 +65,7 @@ async function take(browser, source, out, kind, id, most = MOST_BYTES) {
     await photos.locator("summary").click();
     await photos.locator("img").first().waitFor();
   }
-  await arrive(page);
+  await settle(page);
   await page.waitForTimeout(300); // the words that were said fade
   for (let quality = 88; quality >= 40; quality -= 8) {
     await page.screenshot({ path: out, type: "jpeg", quality });

@@ -7,10 +7,8 @@ import assert from "node:assert/strict";
 import { loadavg } from "node:os";
 import { argv } from "node:process";
 import { pathToFileURL } from "node:url";
-import { ask, placeOf, settle, start } from "./browser.mjs";
-import { fine } from "./checks.mjs";
-import { editor, told } from "./editing.mjs";
-
+import { ask, fine, placeOf, settle, start } from "./browser.mjs";
+import { editor, previewed } from "./editor.mjs";
 
 const routes = (page) => ask(page, (el) => el.routes);
 const route = async (page, id) => (await routes(page)).find((one) => one.id === id);
@@ -37,7 +35,7 @@ export async function reset(browser, address, missed = null) {
   };
   const tap = async ({ x, y }) => {
     await page.mouse.click(x, y);
-    await told(page);
+    await previewed(page);
   };
   const all = await tappable(page);
   const of = (id) => all.filter((hold) => hold.route === id).map((hold) => hold.id);
@@ -85,9 +83,9 @@ export async function reset(browser, address, missed = null) {
 
   await timed("split and name", async () => {
     await ask(page, (el) => el.home());
-    await press("Mark several");
+    await press("Select several");
     for (const id of of(merged).slice(0, 2)) await tap(await placeOf(page, id));
-    await press("Make a route");
+    await press("Create route");
     const made = (await routes(page)).find(({ holds }) => holds.includes(of(merged)[0]));
     assert.deepEqual(made.holds.toSorted(), of(merged).slice(0, 2).toSorted());
     await wall.locator(`[data-route="${made.id}"]`).click();
@@ -104,13 +102,6 @@ export async function reset(browser, address, missed = null) {
   await close();
   return waited;
 }
-
-// How long that takes is told by the command below; on a busy machine it says nothing of the page.
-export const resets = {
-  async "five tasks after a reset are done by taps"(browser, { reset: on }) {
-    await reset(browser, on.address, on.missed);
-  },
-};
 
 if (import.meta.url === pathToFileURL(argv[1]).href) {
   const browser = await start();

@@ -5,7 +5,7 @@
 // on common 4G; 0 Mbit/s: no limit). The page is served over HTTP, text compressed as any web server does.
 // Prints, from the request of the page: when the viewer runs, when the first tier is drawn, when the
 // trees for picking are built, when the finer tier is drawn; then what other work on this machine changes
-// least: the processor time, without the throttling, times the slowdown (tests/tasks.mjs), of the page and of
+// least: the processor time, without the throttling, times the slowdown (tests/work.mjs), of the page and of
 // its workers until each tier is drawn, and of the longest task; that task by the clock; the bytes of the bodies over the wire: what the first tier needs, and
 // all; and this machine's load: beyond the number of its processors times by the clock say little.
 //
@@ -19,7 +19,7 @@ import { loadavg } from "node:os";
 import { dirname, extname, join, resolve } from "node:path";
 import { createGzip } from "node:zlib";
 import { open, start } from "./browser.mjs";
-import { workOf } from "./tasks.mjs";
+import { workOf } from "./work.mjs";
 
 const [source, slowdown = "4", megabits = "9", latency = "170"] = process.argv.slice(2);
 if (!source) {

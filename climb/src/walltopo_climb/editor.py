@@ -15,39 +15,39 @@ from walltopo.editing.session import EditSession
 from walltopo.scans.document import Label
 from walltopo.scans.edits import EditLog
 from walltopo.scans.scale import Scale
-from walltopo_climb.problems.ease import Way
+from walltopo_climb.problems.adjust_grade import Direction
 from walltopo_climb.problems.rows import Proposals, Tweaks
+from walltopo_climb.problems.spec import ProblemSpec
 from walltopo_climb.problems.wall import SetWall
-from walltopo_climb.problems.wish import Wish
 
-_SEARCHING = threading.Lock()  # a search takes a processor for seconds
+_SEARCHING = threading.Lock()  # a search uses a CPU core for seconds
 
 
 class ProposeIn(PreviewIn, frozen=True, forbid_unknown_fields=True):
-    """A request for new problems on the wall that a log makes."""
+    """A request for new problems on the wall after a log."""
 
-    wish: Wish
+    spec: ProblemSpec
 
 
 class EaseIn(PreviewIn, frozen=True, forbid_unknown_fields=True):
     """A request to make a route of the wall one grade easier or harder."""
 
     route: Label
-    way: Way
+    way: Direction
 
 
-def propose_on(session: EditSession, log: EditLog, wish: Wish) -> Proposals:
-    """Return problems on the wall that a log makes; takes seconds, writes nothing."""
+def propose_on(session: EditSession, log: EditLog, spec: ProblemSpec) -> Proposals:
+    """Return problems on the wall after a log; this takes seconds and writes nothing."""
     wall = _wall(session, log)
     with _SEARCHING:
-        return wall.propose(wish)
+        return wall.propose(spec)
 
 
-def ease_on(session: EditSession, log: EditLog, route: int, way: Way) -> Tweaks:
-    """Return the holds that make a route one grade easier or harder; writes nothing."""
+def adjust_grade_on(session: EditSession, log: EditLog, route: int, direction: Direction) -> Tweaks:
+    """Return the holds that make a route one grade easier or harder; this writes nothing."""
     wall = _wall(session, log)
     with _SEARCHING:
-        return wall.ease(route, way)
+        return wall.adjust_grade(route, direction)
 
 
 def editor_routes(session: EditSession) -> Sequence[BaseRoute]:
@@ -55,12 +55,12 @@ def editor_routes(session: EditSession) -> Sequence[BaseRoute]:
 
     async def propose(request: Request) -> Response:
         body = await read_body(request, ProposeIn)
-        return json_response(await run_in_threadpool(propose_on, session, body.edits, body.wish))
+        return json_response(await run_in_threadpool(propose_on, session, body.edits, body.spec))
 
     async def ease(request: Request) -> Response:
         body = await read_body(request, EaseIn)
         return json_response(
-            await run_in_threadpool(ease_on, session, body.edits, body.route, body.way)
+            await run_in_threadpool(adjust_grade_on, session, body.edits, body.route, body.way)
         )
 
     return (

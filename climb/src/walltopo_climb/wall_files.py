@@ -1,16 +1,16 @@
-"""Holds and routes of a scan folder, as movement and problem setting need them."""
+"""Read the holds and routes of a scan folder, for movement and problem setting."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from walltopo.scans.folder import ScanFolder
-from walltopo.scans.holds import HoldRow
+from walltopo.scans.holds import Hold
 from walltopo.scans.routes import Route
 
 
-def read_wall(path: Path) -> tuple[tuple[HoldRow, ...], tuple[Route, ...], float]:
-    """Return holds and routes of a scan, and how many units a metre is.
+def read_wall(path: Path) -> tuple[tuple[Hold, ...], tuple[Route, ...], float]:
+    """Return holds and routes of a scan, and the scan units per metre.
 
     Raises
     ------

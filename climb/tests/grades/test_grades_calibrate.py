@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from walltopo_climb.grades.calibrate import OWN_ERRORS, Gym, Known, calibrate, left_out
+from walltopo_climb.grades.calibrate import OWN_ERRORS, Gym, Known, calibrate, leave_one_out
 from walltopo_climb.grades.font import FONT
 from walltopo_climb.grades.model import Errors, range_of
 
@@ -38,7 +38,7 @@ def test_grades_of_a_soft_gym_are_learnt() -> None:
     assert many.place(12.0)[1] < few.place(12.0)[1]
 
 
-def test_grades_ranges_hold_what_they_say_once_a_gym_has_told_enough() -> None:
+def test_ranges_hold_once_a_gym_has_graded_enough() -> None:
     gym = gym_of(200, 1.0, 1.2)
     rng = np.random.default_rng(1)
     places = rng.uniform(5, 14, 2000)
@@ -61,7 +61,7 @@ def test_grades_ranges_lie_on_the_scale(place: float, bound: float) -> None:
 
 
 PLACES = st.floats(3, 16).map(lambda value: round(value, 2))
-TOLD = st.lists(
+COUNTS = st.lists(
     st.builds(Known, PLACES, st.integers(0, 23).map(float), st.integers(0, 40), st.integers(0, 4)),
     max_size=40,
 )
@@ -71,15 +71,15 @@ def plain_line(known: list[Known], centre: float) -> tuple[np.ndarray, np.ndarra
     """Prior and grades as rows of one least squares; mean and covariance of grade and slope."""
     rows, values = [[1 / 2.0, 0.0], [0.0, 1 / 0.3]], [centre / 2.0, 1 / 0.3]
     for one in known:
-        said = 0.7**2 if one.votes == 0 else 1.2**2 / one.votes
-        spread = float(np.sqrt(ERRORS.spread**2 + said + ((one.width + 1) ** 2 - 1) / 12))
+        variance = 0.7**2 if one.votes == 0 else 1.2**2 / one.votes
+        spread = float(np.sqrt(ERRORS.spread**2 + variance + ((one.width + 1) ** 2 - 1) / 12))
         rows.append([1 / spread, (one.place - centre) / spread])
         values.append(one.grade / spread)
     table = np.array(rows)
     return np.linalg.lstsq(table, np.array(values), rcond=None)[0], np.linalg.inv(table.T @ table)
 
 
-@given(known=TOLD, place=PLACES)
+@given(known=COUNTS, place=PLACES)
 def test_grades_a_gyms_line_is_plain_least_squares(known: list[Known], place: float) -> None:
     gym = calibrate(known, ERRORS)
     line, covariance = plain_line(known, gym.centre)
@@ -100,7 +100,7 @@ def test_grades_a_gyms_line_is_plain_least_squares(known: list[Known], place: fl
 
 
 @given(
-    known=TOLD, place=PLACES, grade=st.integers(0, 23), votes=st.integers(1, 40),
+    known=COUNTS, place=PLACES, grade=st.integers(0, 23), votes=st.integers(1, 40),
     more=st.integers(1, 40), width=st.integers(1, 6),
 )  # fmt: skip
 def test_grades_more_and_surer_votes_pull_towards_them(
@@ -110,15 +110,15 @@ def test_grades_more_and_surer_votes_pull_towards_them(
         one = Known(place, float(grade), votes, width)
         return calibrate([*known, one], ERRORS).place(place)[0]
 
-    off = [abs(grade - middle(*said)) for said in ((votes, width), (votes, 0), (votes + more, 0))]
+    off = [abs(grade - middle(*own)) for own in ((votes, width), (votes, 0), (votes + more, 0))]
     assert off[2] <= off[1] + 1e-9 <= off[0] + 2e-9
 
 
-@given(known=TOLD.filter(len))
+@given(known=COUNTS.filter(len))
 def test_grades_a_range_by_the_others_does_not_lean_on_its_own(known: list[Known]) -> None:
     widths = calibrate(known, ERRORS).widths
     centre = calibrate(known, ERRORS).centre
-    for number, found in enumerate(left_out(known, ERRORS)):
+    for number, found in enumerate(leave_one_out(known, ERRORS)):
         line, covariance = plain_line([*known[:number], *known[number + 1 :]], centre)
         at = np.array([1.0, known[number].place - centre])
         middle, deviation = at @ line, np.sqrt(ERRORS.spread**2 + at @ covariance @ at)

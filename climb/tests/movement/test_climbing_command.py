@@ -9,7 +9,7 @@ import pytest
 
 from walltopo.cli import main
 from walltopo.scans.folder import ScanFolder
-from walltopo.scans.holds import HoldRow, Holds
+from walltopo.scans.holds import Hold, Holds
 from walltopo.scans.manifest import Manifest
 from walltopo.scans.moves import Moves
 from walltopo.scans.routes import Route, Routes
@@ -21,7 +21,7 @@ def wall(tmp_path: Path) -> Path:
     places = [(0.3 * (k % 2), 0.0, 0.4 + 0.35 * k) for k in range(8)]
     places += [(3.0, 0.0, 1.5), (3.0, 0.0, 1.7), (3.0, 0.0, 5.0)]
     rows = tuple(
-        HoldRow(
+        Hold(
             id=k + 1,
             kind="hold",
             type="jug",
@@ -61,8 +61,8 @@ def test_climbing_moves_are_written_for_every_body(
     assert far.grade is None
     assert "child does not reach the top" in capsys.readouterr().out
     script = ScanFolder(wall).moves_script.read_text()
-    told = json.loads(script.removeprefix("window.wallTopoMoves=").rstrip().rstrip(";"))
-    assert told == json.loads(ScanFolder(wall).moves.read_text())
+    message = json.loads(script.removeprefix("window.wallTopoMoves=").rstrip().rstrip(";"))
+    assert message == json.loads(ScanFolder(wall).moves.read_text())
 
 
 def test_climbing_grade_is_a_range_and_leans_on_other_routes(

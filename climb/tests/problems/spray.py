@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from walltopo.scans.holds import HoldRow
+from walltopo.scans.holds import Hold
 
 TYPES = ("jug", "crimp", "sloper", "pinch", "pocket", "foothold")
 
 
 def spray_wall(
     count: int = 60, steepness_deg: float = 20.0, seed: int = 0, unit: float = 1.0
-) -> tuple[HoldRow, ...]:
+) -> tuple[Hold, ...]:
     """Holds of all types strewn over a wall of 3 m by 3.4 m; `unit`: of the scan, a metre."""
     random = np.random.default_rng(seed)
     lean = np.radians(steepness_deg)
@@ -22,7 +22,7 @@ def spray_wall(
         x, y, z = across, -along * float(np.sin(lean)), along * float(np.cos(lean))
         size = 0.05 if kind == "foothold" else float(random.uniform(0.07, 0.2))
         rows.append(
-            HoldRow(
+            Hold(
                 id=k + 1,
                 kind="hold",
                 type=kind,

@@ -26,23 +26,23 @@ def wall(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_setting_a_problem_is_told(wall: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    asked = ["problem", str(wall), "--grade", "6C-7B", "--moves", "4", "--count", "1"]
-    assert main([*asked, "--format", "json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert len(told["proposals"]) == 1
-    assert main(asked) == 0
+def test_setting_a_problem_is_reported(wall: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    command = ["problem", str(wall), "--grade", "6C-7B", "--moves", "4", "--count", "1"]
+    assert main([*command, "--format", "json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert len(result["proposals"]) == 1
+    assert main(command) == 0
     out = capsys.readouterr().out
-    numbers = ", ".join(map(str, told["proposals"][0]["hands"]))
+    numbers = ", ".join(map(str, result["proposals"][0]["hands"]))
     assert f"holds {numbers}" in out
     assert "child" in out
-    assert main([*asked, "--put", "2"]) == 2
+    assert main([*command, "--put", "2"]) == 2
     assert not ScanFolder(wall).edits.exists()
 
 
 def test_setting_refuses_plainly(wall: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["problem", str(wall), "--grade", "hard"]) == 3
     assert main(["ease", str(wall), "7"]) == 3
-    assert "no route 7" in capsys.readouterr().err
+    assert "route 7 does not exist" in capsys.readouterr().err
     assert main(["ease", str(wall), "1"]) == 3
-    assert "no way to its top" in capsys.readouterr().err
+    assert "no sequence to its top" in capsys.readouterr().err

@@ -1,1 +1,1 @@
-"""walltopo-gym: the platform that puts a gym's walls online; `walltopo gym`."""
+"""The platform on which gyms publish their walls: `walltopo gym`."""

@@ -1,4 +1,4 @@
-"""The languages that the platform speaks: those of the app (`gym/web/src/i18n.svelte.ts`)."""
+"""The platform's languages, the same as those of the app (`gym/web/src/i18n.svelte.ts`)."""
 
 from __future__ import annotations
 

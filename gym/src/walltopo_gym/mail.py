@@ -1,4 +1,4 @@
-"""Mails: by SMTP where an operator has set it, else shown in the console."""
+"""Mails: by SMTP if it is configured, else shown in the console."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _PATIENCE_S = 30
 
 @dataclass(frozen=True)
 class Letter:
-    """A mail of plain text; `headers` beside those that each has."""
+    """A plain-text mail; `headers` are added to the common ones."""
 
     to: str
     subject: str
@@ -28,22 +28,22 @@ class Letter:
 
 
 class Mailer(Protocol):
-    """Sends letters."""
+    """Sends mails."""
 
     def send(self, letter: Letter) -> None:
-        """Hand it over; a failure is logged, for nobody waits for it."""
+        """Send a mail; a failure is logged, because no caller waits for it."""
 
     def hand_over(self, letter: Letter) -> None:
-        """The same for whoever tries again.
+        """Send a mail with the same Message-ID in each try.
 
         Raises
         ------
-        OSError : it was not taken.
+        OSError : the server refused it.
         """
 
 
 class ConsoleMailer:
-    """Shows letters to the operator, who can pass them on."""
+    """Shows mails to the operator, who can pass them on."""
 
     def send(self, letter: Letter) -> None:
         _LOG.warning(
@@ -55,7 +55,7 @@ class ConsoleMailer:
 
 
 class SmtpMailer:
-    """Sends by SMTP: smtp:// with STARTTLS where the server offers it, smtps:// with TLS at once.
+    """Sends by SMTP: smtp:// with STARTTLS if the server offers it, smtps:// with TLS at once.
 
     Parameters
     ----------
@@ -98,13 +98,13 @@ class SmtpMailer:
 
 
 def make_mailer(settings: GymSettings) -> Mailer:
-    """The mailer that the settings ask for."""
+    """Return the mailer of the settings."""
     if not settings.smtp:
         return ConsoleMailer()
     return SmtpMailer(settings.smtp, sender_of(settings))
 
 
 def sender_of(settings: GymSettings) -> str:
-    """The address that this server writes from."""
+    """Return this server's sender address."""
     host = urlsplit(settings.address).hostname or "localhost"
     return settings.mail_from or f"walltopo@{host}"

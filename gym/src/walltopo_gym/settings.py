@@ -1,6 +1,6 @@
-"""What an operator can set: command line over environment over `gym.toml` in the data folder.
+"""The operator's settings: command line over environment over `gym.toml` in the data folder.
 
-An unknown name is refused wherever it stands, so that a misspelt setting is not silently nothing.
+Unknown names are refused everywhere, so that a misspelt setting is never ignored.
 """
 
 from __future__ import annotations
@@ -20,9 +20,11 @@ from walltopo.core import InputError, SettingsError
 FILE = "gym.toml"
 PREFIX = "WALLTOPO_GYM_"
 
+Feature = Literal["competitions", "hall", "insights"]
+
 
 class GymSettings(BaseSettings):
-    """All settings of the platform; `data` alone has no default."""
+    """All settings of the platform; only `data` has no default."""
 
     model_config = SettingsConfigDict(env_prefix=PREFIX, extra="forbid", frozen=True)
 
@@ -36,6 +38,10 @@ class GymSettings(BaseSettings):
     port: int = Field(8080, ge=0, le=65535, description="port to listen on; 0: any free one")
     proxies: tuple[str, ...] = Field(
         (), description="addresses of proxies whose X-Forwarded-For is believed"
+    )
+
+    features: tuple[Feature, ...] = Field(
+        ("competitions", "hall", "insights"), description="optional features that are on"
     )
 
     sign_up: Literal["open", "invitation"] = Field("open", description="who may sign up")
@@ -56,9 +62,9 @@ class GymSettings(BaseSettings):
     metrics_token: str = Field("", description="lets Prometheus read /metrics; empty: nobody can")
     log: Literal["plain", "json"] = Field("plain", description="how the log is written")
 
-    most_photo_mb: int = Field(100, ge=1, le=2000, description="largest photo")
-    most_video_mb: int = Field(1000, ge=1, le=2000, description="largest video")
-    most_photos: int = Field(
+    max_photo_mb: int = Field(100, ge=1, le=2000, description="largest photo")
+    max_video_mb: int = Field(1000, ge=1, le=2000, description="largest video")
+    max_photos: int = Field(
         400, ge=3, le=5000, description="most photos of one scan; a video is one"
     )
     keep_free_mb: int = Field(1000, ge=0, description="uploads are refused below this free space")
@@ -70,24 +76,23 @@ class GymSettings(BaseSettings):
         365, ge=0, description="photos as they came go so long after the publication; 0: never"
     )
 
-    most_edited: int = Field(2, ge=1, description="scans opened in the editor at a time")
+    max_edited: int = Field(2, ge=1, description="scans opened in the editor at a time")
     workers: int = Field(1, ge=0, le=64, description="scans at a time in this process")
     stage_minutes: int = Field(120, ge=1, description="a stage that takes longer is ended")
     stage_memory_mb: int = Field(
         0, ge=0, description="a scan that holds more memory is ended; 0: no limit"
     )
-    silent_s: int = Field(30, ge=2, description="a worker silent for longer is taken for dead")
     scan_settings: Path | None = Field(None, description="walltopo.toml for all scans")
 
-    @field_validator("proxies", mode="before")
+    @field_validator("proxies", "features", mode="before")
     @classmethod
     def _words(cls, given: object) -> object:
-        """In the environment: between commas."""
+        """Split a setting of the environment at commas."""
         return given.replace(",", " ").split() if isinstance(given, str) else given
 
     @property
     def database_url(self) -> str:
-        """The database, as SQLAlchemy wants it."""
+        """Return the database's URL for SQLAlchemy."""
         if not self.database:
             return f"sqlite:///{self.data.absolute() / 'gym.sqlite'}"
         # PostgreSQL's own spelling, and the driver that is installed.
@@ -98,7 +103,7 @@ class GymSettings(BaseSettings):
 
     @property
     def link_base(self) -> str:
-        """The address without a slash at its end."""
+        """Return the address without a trailing slash."""
         return self.address.rstrip("/")
 
     @classmethod
@@ -110,14 +115,15 @@ class GymSettings(BaseSettings):
         dotenv_settings: PydanticBaseSettingsSource,
         file_secret_settings: PydanticBaseSettingsSource,
     ) -> tuple[PydanticBaseSettingsSource, ...]:
-        """Only what `load_settings` hands over: it has merged file, environment and words."""
+        """Return only the values of `load_settings`, which has merged file, environment and command
+        line."""
         return (init_settings,)
 
 
 def load_settings(
     given: Mapping[str, object], environment: Mapping[str, str] = os.environ
 ) -> GymSettings:
-    """Settings from `gym.toml`, the environment and the command line, the last one first.
+    """Return the settings of `gym.toml`, the environment and the command line; the last one wins.
 
     Parameters
     ----------
@@ -125,8 +131,8 @@ def load_settings(
 
     Raises
     ------
-    SettingsError : an unknown name, or a value that is not allowed; says where it stands.
-    InputError : `gym.toml` is no TOML.
+    SettingsError : an unknown name, or an invalid value; names the place.
+    InputError : `gym.toml` is not valid TOML.
     """
     words = {key: value for key, value in given.items() if value is not None}
     named = {
@@ -169,7 +175,7 @@ def _refuse_unknown(name: str, origin: str) -> None:
 
 
 def settings_markdown() -> str:
-    """The table of the docs: every setting with default and limits."""
+    """Return the settings' table for the documentation: name, default, limits."""
     from pydantic_core import PydanticUndefined
 
     lines = [

@@ -1,49 +1,90 @@
-"""A worker with all that it does: scans, planned publications, webhooks, messages, looks at
-photos, places of routes on the grade model."""
+"""A worker with all of its tasks and chores."""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
+from uuid import UUID
 
 from walltopo_gym.database.engine import Database
-from walltopo_gym.grading import placing
-from walltopo_gym.grading.placing import Placing
-from walltopo_gym.hall import telling
-from walltopo_gym.hall.telling import Telling
+from walltopo_gym.grading.placing import Placing, queue_missing
+from walltopo_gym.hall import notifications
+from walltopo_gym.hall.notification_triggers import MAILS, PUSHES, note_all
+from walltopo_gym.hall.notifications import MessageSender
+from walltopo_gym.jobs.place import Place
+from walltopo_gym.jobs.queue import Task
+from walltopo_gym.jobs.worker import Chore, tidy, watch, working
 from walltopo_gym.mail import make_mailer
-from walltopo_gym.publishing.plans import publish_due
+from walltopo_gym.publishing import moves, plans
+from walltopo_gym.publishing.moves import SuggestedMoves
+from walltopo_gym.scans import overlap, photo_checks
+from walltopo_gym.scans import worker as scans
+from walltopo_gym.scans.overlap import Overlaps
+from walltopo_gym.scans.photo_checks import PhotoChecks
+from walltopo_gym.scans.queues import BATCHES, MOVES, OVERLAPS, PHOTOS, PLACES, SCANS
 from walltopo_gym.scans.stages import ScanSteps
-from walltopo_gym.scans.worker import run_worker
+from walltopo_gym.scans.worker import ScanJobs
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore
-from walltopo_gym.uploads import overlap
-from walltopo_gym.uploads.overlap import Overlaps
+from walltopo_gym.walls.zones import PUBLICATIONS
 from walltopo_gym.webhooks import delivery
 from walltopo_gym.webhooks.delivery import Delivery
+from walltopo_gym.webhooks.service import DELIVERY
 
 
 def work(
     settings: GymSettings, database: Database, store: FileStore, stop: threading.Event
 ) -> None:
-    """Work until `stop`."""
-    chores = (
-        partial(publish_due, database),
-        Delivery(settings, database).begin_due,
-        Overlaps(database, store).begin_asked,
-        Placing(database, store).begin_missing,
-        Telling(settings, database, make_mailer(settings)).begin_due,
-    )
-    steps = ScanSteps.of(settings, database, store)
-    queues = [delivery.QUEUE, overlap.QUEUE, placing.QUEUE, telling.QUEUE]
-    run_worker(steps, stop, chores, queues)
+    """Work until `stop`; running scans resume when a worker starts again."""
+    with Place(settings, database) as place:
+        steps = ScanSteps(settings, database, store, settings.data / "work" / place.name)
+        tasks = tasks_of(steps)
+        queue_missing(database)
+        moves.queue_missing(database)
+        with working(database, place, tasks, chores_of(settings, database)):
+            try:
+                watch(place, stop, steps.keep)
+            finally:
+                steps.stop()
+
+
+def tasks_of(steps: ScanSteps) -> list[Task]:
+    """Return the tasks of queued jobs, without those of disabled features."""
+    settings, database, store = steps.settings, steps.database, steps.store
+    checks = PhotoChecks(database, store)
+    tasks = [
+        Task(replace(SCANS, at_once=max(1, settings.workers)), ScanJobs(steps).see_through,
+             scans.note_failure),
+        Task(BATCHES, checks.check_batch),
+        Task(PHOTOS, checks.check, photo_checks.note_failure),
+        Task(OVERLAPS, Overlaps(database, store).answer, overlap.note_failure),
+        Task(PLACES, Placing(database, store).place),
+        Task(MOVES, SuggestedMoves(database, store).suggest, moves.note_failure),
+        Task(PUBLICATIONS, lambda gym: plans.publish_due(database, UUID(gym)), plans.note_failure),
+        Task(DELIVERY, Delivery(settings, database).deliver, delivery.note_failure),
+    ]  # fmt: skip
+    if "hall" in settings.features:
+        notices = MessageSender(settings, database, make_mailer(settings))
+        tasks.append(Task(MAILS, notices.mail, notifications.note_failure))
+        tasks.append(Task(PUSHES, notices.push, notifications.note_failure))
+    return tasks
+
+
+def chores_of(settings: GymSettings, database: Database) -> list[Chore]:
+    """Return the scheduled chores, without those of disabled features."""
+    chores = [Chore("tidy", "17 * * * *", partial(tidy, database))]
+    if "hall" in settings.features:
+        note = partial(note_all, database, settings.features)
+        chores.append(Chore("note-messages", "* * * * *", note))
+    return chores
 
 
 @contextmanager
 def at_work(settings: GymSettings, database: Database, store: FileStore) -> Iterator[None]:
-    """A worker in a thread of this process, for as long as the block lasts."""
+    """Run a worker in a thread of this process for the duration of the block."""
     stop = threading.Event()
     worker = threading.Thread(target=work, args=(settings, database, store, stop), name="worker")
     worker.start()

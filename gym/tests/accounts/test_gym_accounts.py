@@ -16,16 +16,16 @@ from sqlalchemy import delete, select, update
 from starlette.requests import Request
 from zxcvbn.frequency_lists import FREQUENCY_LISTS
 
-from walltopo.core import InputError
-from walltopo_gym.accounts.leaked import is_leaked, marks_of
+from walltopo_gym.accounts.access import COOKIE
+from walltopo_gym.accounts.leaked import SHORTEST, is_leaked, marks_of
 from walltopo_gym.accounts.models import MailedLink, Person, SignIn, Try
-from walltopo_gym.accounts.passwords import LONGEST, SHORTEST, Passwords, check_password
+from walltopo_gym.accounts.passwords import LONGEST, Passwords, check_password
 from walltopo_gym.accounts.secrets import hash_of
-from walltopo_gym.api.app import PREFIX
-from walltopo_gym.api.rules import COOKIE
 from walltopo_gym.api.services import network_of
 from walltopo_gym.clock import now
+from walltopo_gym.errors import RequestError
 from walltopo_gym.languages import LANGUAGES
+from walltopo_gym.server.app import PREFIX
 
 NEW = {"name": "Ada", "password": PASSWORD}
 
@@ -82,18 +82,18 @@ def test_nothing_tells_whether_an_address_has_an_account(server: Server) -> None
     assert wrong[0].status_code == wrong[1].status_code == 401
     assert wrong[0].content == wrong[1].content
     subjects = {letter.to: letter.subject for letter in server.outbox.letters}
-    assert subjects[known] == "A new password"
-    assert subjects[unknown] == "There is no account"
+    assert subjects[known] == "Reset your password"
+    assert subjects[unknown] == "No account found"
 
 
-def test_letters_are_in_the_language_of_whoever_asked(server: Server) -> None:
+def test_mails_are_in_the_requesters_language(server: Server) -> None:
     known, unknown = server.person().email, "other.tongue@example.com"
     seen = set()
     for language in LANGUAGES:
         for path in ("/sign-up", "/password-reset"):
             for email in (known, unknown):
-                asked = {"email": email, "language": language}
-                assert server.ask("POST", path, json=asked).status_code == 202
+                request = {"email": email, "language": language}
+                assert server.ask("POST", path, json=request).status_code == 202
                 letter = server.outbox.letters[-1]
                 assert letter.to == email
                 seen.add((letter.subject, letter.text.splitlines()[0]))
@@ -153,7 +153,7 @@ def test_guessing_is_stopped_and_shuts_the_owner_out_of_nothing(server: Server) 
     assert statuses[-1] == 429
 
 
-def test_a_mailed_link_lets_in_whoever_was_shut_out(server: Server) -> None:
+def test_a_mailed_link_lets_a_blocked_owner_in(server: Server) -> None:
     somebody = server.person()
     wrong = {"email": somebody.email, "password": "not the password"}
     new = server.client()
@@ -176,14 +176,14 @@ def test_mails_that_others_ask_for_block_no_reset(server: Server) -> None:
     statuses = [ask_mail(server, "sign-up", email) for _ in range(4)]
     assert statuses == [202] * 3 + [429]
     assert ask_mail(server, "password-reset", email) == 202
-    # Whoever asks for its resets from one network uses up that network's.
+    # Reset requests from one network use up that network's limit.
     while ask_mail(server, "password-reset", email) == 202:
         pass
     assert ask_mail(server, "password-reset", email, "198.51.100.7") == 202
     # From many networks a mailbox is still not flooded.
-    asked = [ask_mail(server, "password-reset", email, f"203.0.113.{n}") for n in range(30)]
-    assert 429 in asked
-    assert asked.count(202) < 10
+    request = [ask_mail(server, "password-reset", email, f"203.0.113.{n}") for n in range(30)]
+    assert 429 in request
+    assert request.count(202) < 10
 
 
 def test_a_network_that_asks_for_many_mails_blocks_no_reset_and_no_known_browser(
@@ -207,7 +207,7 @@ def test_a_network_that_asks_for_many_mails_blocks_no_reset_and_no_known_browser
 
 
 @pytest.mark.parametrize(
-    ("told", "network"),
+    ("sender", "network"),
     [
         ("192.0.2.7", "192.0.2.7"),
         ("2001:db8:1:2:3::4", "2001:db8:1:2::/64"),
@@ -215,8 +215,8 @@ def test_a_network_that_asks_for_many_mails_blocks_no_reset_and_no_known_browser
         ("testclient", "testclient"),
     ],
 )
-def test_a_household_is_one_network(told: str, network: str) -> None:
-    assert network_of(Request({"type": "http", "client": (told, 1)})) == network
+def test_a_household_is_one_network(sender: str, network: str) -> None:
+    assert network_of(Request({"type": "http", "client": (sender, 1)})) == network
 
 
 @pytest.mark.parametrize(
@@ -275,13 +275,13 @@ def test_passwords_are_kept_by_argon2id() -> None:
     "password", ["short", "password1234", "qwertyuiop", "1234567890", "adaadaada1", "aaaaaaaaaaaa"]
 )
 def test_a_password_that_is_guessed_soon_is_refused(password: str) -> None:
-    with pytest.raises(InputError, match="password"):
+    with pytest.raises(RequestError, match="password"):
         check_password(password, "ada@gym.example", "Ada")
 
 
 @pytest.mark.parametrize("password", ["vjhtctdthf", "Usuckballz1", "uSuCkBaLlZ1", "qwertyuiop"])
 def test_a_password_that_leaked_is_refused(password: str) -> None:
-    with pytest.raises(InputError, match="leaked"):
+    with pytest.raises(RequestError, match="leaks"):
         check_password(password, "ada@gym.example", "Ada")
 
 
@@ -306,5 +306,5 @@ def test_of_a_list_of_leaked_passwords_long_ones_are_kept_once(
 
 @given(st.text(min_size=0, max_size=LONGEST + 5))
 def test_any_password_is_taken_or_refused_in_words(password: str) -> None:
-    with suppress(InputError):
+    with suppress(RequestError):
         check_password(password, "ada@gym.example")

@@ -18,8 +18,8 @@ from joserfc import jwt
 from joserfc.jwk import KeySet, RSAKey
 from werkzeug.serving import make_server
 
-from walltopo_gym.api.app import PREFIX, build_app
 from walltopo_gym.api.services import Services
+from walltopo_gym.server.app import PREFIX, build_app
 
 KEY = RSAKey.generate_key(2048, {"kid": "1", "alg": "RS256", "use": "sig"})
 FORGED = RSAKey.generate_key(2048, {"kid": "1", "alg": "RS256"})
@@ -32,7 +32,7 @@ class Provider:
     address: str = ""
     claims: dict[str, Any] = field(default_factory=dict)
     key: RSAKey = field(default_factory=lambda: KEY)
-    asked: dict[str, dict[str, str]] = field(default_factory=dict)
+    sign_ins: dict[str, dict[str, str]] = field(default_factory=dict)
 
     def app(self) -> Flask:
         app = Flask("provider")
@@ -45,25 +45,26 @@ class Provider:
     def describe(self) -> Response:
         places = {"authorization_endpoint": "authorize", "token_endpoint": "token",
                   "jwks_uri": "keys"}  # fmt: skip
-        told = {name: f"{self.address}/{path}" for name, path in places.items()}
-        return jsonify(told | {"issuer": self.address})
+        endpoints = {name: f"{self.address}/{path}" for name, path in places.items()}
+        return jsonify(endpoints | {"issuer": self.address})
 
     def authorize(self) -> Any:
-        code = f"code{len(self.asked)}"
-        self.asked[code] = dict(request.args)
+        code = f"code{len(self.sign_ins)}"
+        self.sign_ins[code] = dict(request.args)
         return redirect(f"{request.args['redirect_uri']}?code={code}&state={request.args['state']}")
 
     def token(self) -> Response:
-        asked = self.asked.pop(request.form["code"])
-        assert asked["code_challenge_method"] == "S256"
+        sign_ins = self.sign_ins.pop(request.form["code"])
+        assert sign_ins["code_challenge_method"] == "S256"
         shown = create_s256_code_challenge(request.form["code_verifier"])
-        assert shown == asked["code_challenge"]
+        assert shown == sign_ins["code_challenge"]
         claims = {
-            "iss": self.address, "aud": asked["client_id"], "exp": int(time.time()) + 60,
-            "iat": int(time.time()), "sub": "17", "nonce": asked["nonce"], "email_verified": True,
+            "iss": self.address, "aud": sign_ins["client_id"], "exp": int(time.time()) + 60,
+            "iat": int(time.time()), "sub": "17", "nonce": sign_ins["nonce"],
+            "email_verified": True,
         }  # fmt: skip
-        told = jwt.encode({"alg": "RS256", "kid": "1"}, claims | self.claims, self.key)
-        return jsonify({"access_token": "a", "token_type": "Bearer", "id_token": told})
+        id_token = jwt.encode({"alg": "RS256", "kid": "1"}, claims | self.claims, self.key)
+        return jsonify({"access_token": "a", "token_type": "Bearer", "id_token": id_token})
 
 
 @pytest.fixture(scope="module")
@@ -171,5 +172,5 @@ def test_a_sign_in_that_another_browser_began_is_refused(
 def test_without_a_provider_there_is_none(server: Server, provider: Provider) -> None:
     assert server.client().get("/oidc/sign-in").status_code == 404
     assert server.ask("GET", "/server").json()["oidc"] is None
-    told = browser(server, provider).get(f"{PREFIX}/server").json()
-    assert told["oidc"] == "Gym pass"
+    facts = browser(server, provider).get(f"{PREFIX}/server").json()
+    assert facts["oidc"] == "Gym pass"

@@ -9,7 +9,7 @@ import pytest
 from gym.tests.authenticator import Device
 from gym.tests.worlds import ORIGIN, Server, Somebody
 
-from walltopo_gym.api.app import PREFIX
+from walltopo_gym.server.app import PREFIX
 
 
 def added(server: Server, who: Somebody, device: Device) -> httpx.Response:
@@ -19,8 +19,8 @@ def added(server: Server, who: Somebody, device: Device) -> httpx.Response:
 
 
 def options(server: Server) -> dict[str, Any]:
-    told: dict[str, Any] = server.ask("POST", "/session/passkey/options").json()
-    return told
+    given: dict[str, Any] = server.ask("POST", "/session/passkey/options").json()
+    return given
 
 
 def signed_in(server: Server, credential: dict[str, Any]) -> httpx.Response:
@@ -31,9 +31,9 @@ def test_a_device_signs_in_without_a_password(server: Server) -> None:
     somebody, device = server.person(), Device(ORIGIN)
     assert added(server, somebody, device).status_code == 201
     browser = server.client()
-    asked = browser.post(f"{PREFIX}/session/passkey/options").json()
-    assert asked.get("allowCredentials", []) == []  # tells of no account
-    body = {"credential": device.sign(asked)}
+    options_given = browser.post(f"{PREFIX}/session/passkey/options").json()
+    assert options_given.get("allowCredentials", []) == []  # tells of no account
+    body = {"credential": device.sign(options_given)}
     answer = browser.post(f"{PREFIX}/session/passkey", json=body)
     assert answer.status_code == 200, answer.text
     assert browser.get(f"{PREFIX}/me").json()["email"] == somebody.email
@@ -57,10 +57,10 @@ def test_who_has_not_the_key_is_not_let_in(server: Server) -> None:
     assert signed_in(server, device.sign(options(server))).status_code == 401
 
 
-def test_a_challenge_is_for_whoever_asked_for_it(server: Server) -> None:
+def test_a_challenge_is_valid_for_its_requester_only(server: Server) -> None:
     one, other, device = server.person(), server.person(), Device(ORIGIN)
-    asked = server.ask("POST", "/me/passkeys/options", one).json()
-    body = {"name": "phone", "credential": device.make(asked)}
+    options_given = server.ask("POST", "/me/passkeys/options", one).json()
+    body = {"name": "phone", "credential": device.make(options_given)}
     assert server.ask("POST", "/me/passkeys", other, body).status_code == 422
     assert server.ask("POST", "/me/passkeys", one, body).status_code == 201
 

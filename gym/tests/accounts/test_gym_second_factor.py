@@ -14,8 +14,8 @@ from walltopo_gym.accounts import second_factor
 
 
 def sign_in(server: Server, who: Somebody, code: str | None = None) -> httpx.Response:
-    told = {"email": who.email, "password": PASSWORD} | ({"code": code} if code else {})
-    return server.ask("POST", "/session", json=told)
+    answer = {"email": who.email, "password": PASSWORD} | ({"code": code} if code else {})
+    return server.ask("POST", "/session", json=answer)
 
 
 def turned_on(server: Server, who: Somebody) -> tuple[pyotp.TOTP, list[str]]:
@@ -23,9 +23,9 @@ def turned_on(server: Server, who: Somebody) -> tuple[pyotp.TOTP, list[str]]:
     phone = pyotp.parse_uri(begun["uri"])
     assert isinstance(phone, pyotp.TOTP)
     assert (phone.secret, phone.name) == (begun["secret"], who.email)
-    told = server.ask("POST", "/me/second-factor/confirm", who, {"code": phone.now()})
-    assert told.status_code == 200, told.text
-    codes: list[str] = told.json()["recovery_codes"]
+    answer = server.ask("POST", "/me/second-factor/confirm", who, {"code": phone.now()})
+    assert answer.status_code == 200, answer.text
+    codes: list[str] = answer.json()["recovery_codes"]
     return phone, codes
 
 
@@ -50,11 +50,11 @@ def test_the_password_alone_lets_nobody_in(server: Server, monkeypatch: pytest.M
     assert sign_in(server, who, code).status_code == 401
 
 
-def test_the_wrong_password_is_told_nothing_of_a_second_factor(server: Server) -> None:
+def test_a_wrong_password_does_not_reveal_a_second_factor(server: Server) -> None:
     who = server.person()
     turned_on(server, who)
-    told = server.ask("POST", "/session", json={"email": who.email, "password": "wrong password"})
-    assert told.json()["title"] == "address or password is not right"
+    answer = server.ask("POST", "/session", json={"email": who.email, "password": "wrong password"})
+    assert answer.json()["title"] == "wrong email or password"
 
 
 def test_a_recovery_code_is_good_once(server: Server) -> None:
@@ -70,11 +70,11 @@ def test_a_recovery_code_is_good_once(server: Server) -> None:
 def test_digits_cannot_be_tried_through(server: Server) -> None:
     who = server.person()
     turned_on(server, who)
-    said = [sign_in(server, who, f"{number:06d}").status_code for number in range(10)]
-    assert said[-1] == 429
+    statuses = [sign_in(server, who, f"{number:06d}").status_code for number in range(10)]
+    assert statuses[-1] == 429
 
 
-def test_it_is_not_asked_for_before_its_digits_were_shown(server: Server) -> None:
+def test_it_takes_effect_after_its_digits_were_shown(server: Server) -> None:
     who = server.person()
     server.ask("POST", "/me/second-factor", who)
     assert sign_in(server, who).status_code == 200
@@ -89,7 +89,7 @@ def test_turning_it_off_wants_the_password(server: Server) -> None:
     assert server.ask("POST", off, who, {"password": "not mine, surely"}).status_code == 403
     assert server.ask("POST", off, who, {"password": PASSWORD}).status_code == 204
     assert sign_in(server, who).status_code == 200
-    # What is kept of it came out with the rest while it was there, the secret did not.
+    # The export had the second factor while it was on, without its secret.
     turned_on(server, who)
     kept = server.ask("GET", "/me/data", who).json()
     assert len(kept["recovery_codes"]) == 10

@@ -12,7 +12,7 @@ import pytest
 from gym.tests.worlds import PASSWORD, Somebody, World, hold, make_world
 from sqlalchemy import Uuid, func, select
 
-from walltopo_gym.api.rules import FOR
+from walltopo_gym.accounts.access import FOR
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.clock import now
 from walltopo_gym.migrations.tables import METADATA
@@ -48,8 +48,8 @@ def test_what_waited_is_nobody_elses(world: World, route: str) -> None:
     body = {"route_id": route, "kind": "top", "tries": 1, "climbed_at": now().isoformat()}
     path = f"{world.path}/ascents/{ascent}"
     member, judge = world.people["member"], world.people["judge"]
-    told = world.server.ask("GET", "/me", member).json()["id"]
-    headers = {FOR: told}
+    facts = world.server.ask("GET", "/me", member).json()["id"]
+    headers = {FOR: facts}
     answer = world.server.ask("PUT", path, judge, body, headers)
     assert (answer.status_code, answer.json()["code"]) == (401, "waited-for-another")
     assert own(world, judge) == []
@@ -73,7 +73,7 @@ def test_a_tick_that_is_sent_twice_arrives_once(world: World, route: str) -> Non
     for copy in copies:
         copy.join()
     assert sorted(statuses) == [200, 200, 200, 201]
-    assert [told["id"] for told in own(world)] == [str(ascent)]
+    assert [facts["id"] for facts in own(world)] == [str(ascent)]
     assert tick(world, ascent, route, tries=5).json()["tries"] == 5
     # Nobody else's, and not another route's.
     assert tick(world, ascent, route, who="judge").status_code == 409
@@ -98,15 +98,15 @@ def test_ascents_outlive_reset_and_wall(world: World, route: str) -> None:
     # The basement has no reception: it arrives after the route was stripped.
     assert tick(world, uuid4(), route).status_code == 201
     assert world.server.ask("DELETE", world.path, world.owner).status_code == 204
-    kept = next(told for told in own(world) if told["id"] == str(ascent))
+    kept = next(facts for facts in own(world) if facts["id"] == str(ascent))
     assert (kept["route_id"], kept["gym_id"]) == (None, None)
     assert (kept["route_name"], kept["gym_name"]) == ("Moon", world.gym.name)
 
 
 def test_a_clock_that_is_ahead_counts_as_now(world: World, route: str) -> None:
     ahead = (now() + timedelta(days=300)).isoformat()
-    told = tick(world, uuid4(), route, climbed_at=ahead).json()
-    assert datetime.fromisoformat(told["climbed_at"]) <= now()
+    facts = tick(world, uuid4(), route, climbed_at=ahead).json()
+    assert datetime.fromisoformat(facts["climbed_at"]) <= now()
 
 
 def test_another_gyms_route_is_not_there(world: World, route: str) -> None:
@@ -125,13 +125,13 @@ def test_what_cannot_be_is_refused(world: World, route: str, words: dict[str, An
 
 
 def test_opinions_are_counted_and_nobody_is_named(world: World, route: str) -> None:
-    said = {
+    opinions = {
         "member": {"stars": 5, "wish": "keep", "comment": "Best of the hall"},
         "judge": {"stars": 2, "wish": "renew"},
         "setter": {"wish": "keep"},
     }
     path = f"{world.path}/routes/{route}/opinion"
-    for who, words in said.items():
+    for who, words in opinions.items():
         assert world.server.ask("PUT", path, world.people[who], words).status_code == 204
     assert world.server.ask("PUT", path, world.people["judge"], {"stars": 4}).status_code == 204
     for who, kind in (("member", "flash"), ("judge", "try")):
@@ -145,24 +145,24 @@ def test_opinions_are_counted_and_nobody_is_named(world: World, route: str) -> N
     ]  # fmt: skip
     assert world.server.ask("GET", path, world.people["member"]).json()["stars"] == 5
     comments = world.server.ask("GET", path.replace("opinion", "comments"), world.people["judge"])
-    assert [told["comment"] for told in comments.json()["items"]] == ["Best of the hall"]
+    assert [facts["comment"] for facts in comments.json()["items"]] == ["Best of the hall"]
     assert world.server.ask("DELETE", path, world.people["member"]).status_code == 204
     assert world.server.ask("GET", path, world.people["member"]).json()["stars"] is None
 
 
-def test_a_persons_data_comes_out_whole_and_goes_when_asked(world: World, route: str) -> None:
+def test_a_persons_data_is_exported_whole_and_deleted(world: World, route: str) -> None:
     server, member = world.server, world.people["member"]
     assert tick(world, uuid4(), route).status_code == 201
-    said = {"stars": 5, "comment": "Best of the hall"}
+    opinions = {"stars": 5, "comment": "Best of the hall"}
     path = f"{world.path}/routes/{route}/opinion"
-    assert server.ask("PUT", path, member, said).status_code == 204
-    told = server.ask("GET", "/me/data", member)
-    kept = told.json()
+    assert server.ask("PUT", path, member, opinions).status_code == 204
+    facts = server.ask("GET", "/me/data", member)
+    kept = facts.json()
     assert kept["account"]["email"] == member.email
     assert [row["route_name"] for row in kept["ascents"]] == ["Moon"]
     assert [row["comment"] for row in kept["opinions"]] == ["Best of the hall"]
     assert [row["role"] for row in kept["gyms"]] == ["member"]
-    assert "argon2" not in told.text
+    assert "argon2" not in facts.text
     wrong = server.ask("POST", "/me/delete", member, {"password": "not the password"})
     assert wrong.status_code == 403
     assert server.ask("POST", "/me/delete", member, {"password": PASSWORD}).status_code == 204

@@ -1,4 +1,4 @@
-"""A late copy of an edit never brings back what was said before it."""
+"""A late copy of an edit never brings back an older state."""
 
 from __future__ import annotations
 
@@ -30,23 +30,23 @@ class Row(Edited):
 @given(st.lists(st.tuples(st.integers(1, 9), st.floats(0, 1e6)), min_size=1, max_size=30))
 def test_of_one_device_the_last_number_wins(arrivals: list[tuple[int, float]]) -> None:
     """Whatever order, copies and clock."""
-    row, said = Row(), 0
+    row, expected = Row(), 0
     for number, age_s in arrivals:
         if takes(row, Edit(PHONE, number, age_s)):
-            said = number
-    assert said == max(number for number, _ in arrivals)
+            expected = number
+    assert expected == max(number for number, _ in arrivals)
 
 
 @given(st.permutations([(PHONE, 1, 300.0), (LAPTOP, 1, 200.0), (PHONE, 2, 100.0)]), st.data())
 def test_of_two_devices_the_last_made_wins(
     edits: list[tuple[UUID, int, float]], data: st.DataObject
 ) -> None:
-    row, said = Row(), ""
+    row, expected = Row(), ""
     copies = data.draw(st.lists(st.sampled_from(edits), max_size=6))
     for device, number, age_s in [*edits, *copies]:
         if takes(row, Edit(device, number, age_s)):
-            said = f"{device} {number}"
-    assert said == f"{PHONE} 2"
+            expected = f"{device} {number}"
+    assert expected == f"{PHONE} 2"
 
 
 def test_who_tells_nothing_of_the_edit_has_the_last_word() -> None:
@@ -81,7 +81,7 @@ def test_a_late_copy_of_a_tick_changes_nothing(world: World, route: str) -> None
     assert tick(world, ascent, route, tries=4, edit=edit(2)).status_code == 200
     late = tick(world, ascent, route, kind="try", tries=1, edit=edit(1))
     assert (late.status_code, late.json()["tries"]) == (200, 4)
-    assert [(told["kind"], told["tries"]) for told in own(world)] == [("top", 4)]
+    assert [(answer["kind"], answer["tries"]) for answer in own(world)] == [("top", 4)]
 
 
 def test_a_late_copy_of_an_opinion_changes_nothing(world: World, route: str) -> None:

@@ -37,24 +37,26 @@ def ascent(world: World) -> str:
 def test_nothing_is_shown_until_one_says_so(world: World, ascent: str) -> None:
     member, judge = world.people["member"], world.people["judge"]
     assert world.server.ask("GET", "/me/profile", member).json()["on_boards"] is False
-    told = seen(world, "member", judge)
-    assert (told["name"], told["ascents"], told["pins"], told["body"]) == ("member",) + (None,) * 3
+    facts = seen(world, "member", judge)
+    assert (facts["name"], facts["ascents"], facts["pins"], facts["body"]) == ("member",) + (
+        None,
+    ) * 3
     say(world, "member", show_ascents="gym", show_body="followers", reach_cm=181, birth_year=1990)
-    told = seen(world, "member", judge)
-    assert [row["route_name"] for row in told["ascents"]] == ["Moon"]
-    assert told["ascents"][0]["wall_id"] == str(world.wall.id)
-    assert "psst" not in str(told)
-    assert (told["pins"], told["body"]) == (None, None)
-    assert "1990" not in str(told)
+    facts = seen(world, "member", judge)
+    assert [row["route_name"] for row in facts["ascents"]] == ["Moon"]
+    assert facts["ascents"][0]["wall_id"] == str(world.wall.id)
+    assert "psst" not in str(facts)
+    assert (facts["pins"], facts["body"]) == (None, None)
+    assert "1990" not in str(facts)
     # To oneself all of it; to who has no gym in common, and to no one, one is not there.
     assert seen(world, "member", member)["body"] == {"height_cm": None, "reach_cm": 181}
     assert seen(world, "member", world.people["stranger"]) == 404
     say(world, "member", show_body="gym", reach_cm=181)
     assert seen(world, "member", judge)["body"]["reach_cm"] == 181
-    assert seen(world, "member", judge)["ascents"] is None  # said anew, all of it
+    assert seen(world, "member", judge)["ascents"] is None  # a change sets all fields
 
 
-def test_of_a_gym_that_is_not_in_common_nothing_is_told(world: World, ascent: str) -> None:
+def test_gyms_that_are_not_shared_stay_hidden(world: World, ascent: str) -> None:
     """Both belong to another gym too; what was climbed here is not the other's to see."""
     other = make_world(world.server)
     assert world.server.ask("PUT", f"/me/pins/{ascent}", world.people["member"]).is_success
@@ -63,8 +65,8 @@ def test_of_a_gym_that_is_not_in_common_nothing_is_told(world: World, ascent: st
     with_invitation = world.server.ask("PATCH", other.path, other.owner, {"visibility": "public"})
     assert with_invitation.is_success
     assert world.server.ask("POST", join, world.people["member"]).is_success
-    told = seen(world, "member", other.people["judge"])
-    assert ([gym["name"] for gym in told["gyms"]], told["ascents"], told["pins"]) == (
+    facts = seen(world, "member", other.people["judge"])
+    assert ([gym["name"] for gym in facts["gyms"]], facts["ascents"], facts["pins"]) == (
         [other.gym.name], [], []
     )  # fmt: skip
     assert len(seen(world, "member", world.people["judge"])["pins"]) == 1

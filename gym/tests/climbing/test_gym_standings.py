@@ -1,4 +1,4 @@
-"""What is counted with each change is what a plain count of the ascents comes to."""
+"""Counts that are updated with each change equal a plain count of the ascents."""
 
 from __future__ import annotations
 
@@ -16,19 +16,18 @@ from hypothesis import strategies as st
 from sqlalchemy import select, update
 
 from walltopo_gym.accounts.models import Profile
-from walltopo_gym.climbing.ascents import Climb, Kind, keep_ascent, take_back
-from walltopo_gym.climbing.boards import Asked, board
-from walltopo_gym.climbing.counted_models import ClimbingSession, Standing
+from walltopo_gym.climbing.ascents import Kind, NewAscent, keep_ascent, take_back
+from walltopo_gym.climbing.boards import BoardQuery, board
 from walltopo_gym.climbing.counting import recount
-from walltopo_gym.climbing.models import Ascent
+from walltopo_gym.climbing.models import Ascent, ClimbingSession, Standing
 from walltopo_gym.climbing.sessions import ascents_of
 from walltopo_gym.clock import now
-from walltopo_gym.gyms.grades import FONT
 from walltopo_gym.gyms.members import add_member
 from walltopo_gym.gyms.models import GradeSystem, Gym
 from walltopo_gym.gyms.roles import Role
-from walltopo_gym.publishing.change import strip
+from walltopo_gym.gyms.service import FONT
 from walltopo_gym.publishing.models import Placement, Route
+from walltopo_gym.publishing.service import strip
 
 GRADES = [
     {"label": "Green", "colour": "#289141", "low": "5", "high": "6A"},
@@ -123,7 +122,8 @@ def _carry_out(
         route = routes[which] if kept is None else kept.route_id
         person = owner.setdefault(key, people[who])
         moment = BEGAN + timedelta(minutes=15 * quarter)
-        climb = Climb(kind, 1 if kind == Kind.FLASH else 2, moment)
+        tries = 1 if kind == Kind.FLASH else 2
+        climb = NewAscent(route_id=route, kind=kind, tries=tries, climbed_at=moment)
         keep_ascent(session, key, person, gym, session.get_one(Route, route), climb)
     elif change[0] == "drop":
         key = keys[change[1]]
@@ -191,7 +191,7 @@ def _all(session: Any, people: list[UUID]) -> tuple[Any, ...]:
 
 
 def _compare_board(session: Any, gym: Gym) -> None:
-    """Who shows themselves, ranked by how many have more; of all who ever climbed in this hall."""
+    """Return listed people, ranked by how many have more, of all who ever climbed here."""
     of = select(Ascent).where(Ascent.gym_id == gym.id, Ascent.taken_back_at.is_(None))
     counted = plain_standings(session.scalars(of))
     shown = set(session.scalars(select(Profile.person_id).where(Profile.on_boards)))
@@ -201,10 +201,10 @@ def _compare_board(session: Any, gym: Gym) -> None:
         if (period, circuit) == ("all", "Blue") and person in shown
     }
     wanted = {p: 1 + sum(more > mine for more in points.values()) for p, mine in points.items()}
-    told = board(session, gym, Asked("all", "Blue"), uuid4(), now(), 200, 0)
-    assert {line.person_id: line.rank for line in told.lines} == wanted
-    assert told.of == len(wanted)
-    assert [line.rank for line in told.lines] == sorted(wanted.values())
+    payload = board(session, gym, BoardQuery("all", "Blue"), uuid4(), now(), 200, 0)
+    assert {line.person_id: line.rank for line in payload.lines} == wanted
+    assert payload.of == len(wanted)
+    assert [line.rank for line in payload.lines] == sorted(wanted.values())
 
 
 def tick(world: World, who: Somebody, route: str, **words: Any) -> None:
@@ -218,7 +218,7 @@ def show(world: World, who: Somebody, **words: Any) -> None:
     assert world.server.ask("PUT", "/me/profile", who, body).is_success
 
 
-def asked(world: World, path: str, who: str = "member") -> Any:
+def read(world: World, path: str, who: str = "member") -> Any:
     answer = world.server.ask("GET", world.path + path, world.people[who])
     assert answer.status_code == 200, answer.text
     return answer.json()
@@ -251,47 +251,47 @@ def test_a_board_names_only_who_wants_it_and_ties_are_ties(world: World, routes:
     tick(world, people["setter"], routes[2])
     for who in ("owner", "member", "judge"):
         show(world, people[who], category="women" if who == "judge" else "men")
-    told = asked(world, "/board")
-    assert [(line["rank"], line["points"]) for line in told["lines"]] == [
+    payload = read(world, "/board")
+    assert [(line["rank"], line["points"]) for line in payload["lines"]] == [
         (1, 530),
         (2, 200),
         (2, 200),
     ]
-    hidden = asked(world, "/board", "setter")
+    hidden = read(world, "/board", "setter")
     assert (hidden["own"]["rank"], hidden["own"]["points"], hidden["shown"]) == (2, 320, False)
     assert str(people["setter"].id) not in {line["person_id"] for line in hidden["lines"]}
     # The rank of a page's first line is counted, too.
-    assert [line["rank"] for line in asked(world, "/board?skip=2")["lines"]] == [2]
+    assert [line["rank"] for line in read(world, "/board?skip=2")["lines"]] == [2]
     # Categories are the gym's choice.
-    assert asked(world, "/board?category=women")["of"] == 3
+    assert read(world, "/board?category=women")["of"] == 3
     changed = {"boards": "categories"}
     assert world.server.ask("PATCH", world.path, world.owner, changed).is_success
-    assert asked(world, "/board?category=women")["of"] == 1
+    assert read(world, "/board?category=women")["of"] == 1
     assert world.server.ask("PATCH", world.path, world.owner, {"boards": "off"}).is_success
     assert world.server.ask("GET", f"{world.path}/board", people["judge"]).status_code == 404
 
 
-def test_friends_are_asked_and_a_feed_can_be_off(world: World, routes: list[str]) -> None:
+def test_follows_need_consent_and_a_feed_can_be_off(world: World, routes: list[str]) -> None:
     server, people = world.server, world.people
     member, judge = people["member"], people["judge"]
     tick(world, judge, routes[1], kind="flash", tries=1)
     show(world, judge, show_ascents="followers")
     path = f"/me/following/{judge.id}"
     assert server.ask("PUT", path, member).json() == {"accepted": False}
-    assert asked(world, "/feed") == {"on": True, "items": []}
-    visit = asked(world, "/sessions", "judge")[0]["id"]
+    assert read(world, "/feed") == {"on": True, "items": []}
+    visit = read(world, "/sessions", "judge")[0]["id"]
     alone = f"{world.path}/sessions/{visit}"
     assert server.ask("GET", alone, member).status_code == 404
     assert server.ask("PUT", f"/me/followers/{member.id}", judge).is_success
-    assert [item["name"] for item in asked(world, "/feed")["items"]] == ["judge"]
+    assert [item["name"] for item in read(world, "/feed")["items"]] == ["judge"]
     assert server.ask("GET", alone, member).json()["own"] is False
-    friends = asked(world, f"/routes/{routes[1]}/friends")
+    friends = read(world, f"/routes/{routes[1]}/friends")
     assert [(friend["name"], friend["kind"]) for friend in friends] == [("judge", "flash")]
-    assert asked(world, "/board?friends=true")["of"] == 1
+    assert read(world, "/board?friends=true")["of"] == 1
     assert server.ask("PUT", "/me/feed", member, {"on": False}).is_success
-    assert asked(world, "/feed") == {"on": False, "items": []}
+    assert read(world, "/feed") == {"on": False, "items": []}
     show(world, judge, show_ascents="nobody")
-    assert asked(world, f"/routes/{routes[1]}/friends") == []
+    assert read(world, f"/routes/{routes[1]}/friends") == []
     # Nobody outside one's gyms can be tried out, nor oneself.
     stranger = people["stranger"]
     assert server.ask("PUT", f"/me/following/{stranger.id}", member).status_code == 404
@@ -307,13 +307,18 @@ def test_progress_says_what_was_climbed(world: World, routes: list[str]) -> None
         tick(world, member, routes[0], climbed_at=moment.isoformat())
     tick(world, member, routes[2], kind="flash", tries=1)
     tick(world, member, routes[1], kind="try", tries=4)
-    told = asked(world, "/progress")
-    assert (told["sessions"], told["ascents"], told["routes"], told["flashes"]) == (4, 6, 2, 1)
-    assert (told["tries"], told["streak"], told["longest"]) == (13, 2, 2)
-    assert [(row["grade"], row["routes"]) for row in told["grades"]] == [("6A", 1), ("7A", 1)]
-    assert told["months"][-1]["hardest"] == "7A"
-    assert [week["sessions"] for week in told["weeks"]] == [1, 1, 0, 0, 0, 0, 0, 0, 1, 1]
-    assert [(row["grade"], row["done"], row["of"]) for row in told["hanging"]] == [
+    payload = read(world, "/progress")
+    assert (payload["sessions"], payload["ascents"], payload["routes"], payload["flashes"]) == (
+        4,
+        6,
+        2,
+        1,
+    )
+    assert (payload["tries"], payload["streak"], payload["longest"]) == (13, 2, 2)
+    assert [(row["grade"], row["routes"]) for row in payload["grades"]] == [("6A", 1), ("7A", 1)]
+    assert payload["months"][-1]["hardest"] == "7A"
+    assert [week["sessions"] for week in payload["weeks"]] == [1, 1, 0, 0, 0, 0, 0, 0, 1, 1]
+    assert [(row["grade"], row["done"], row["of"]) for row in payload["current"]] == [
         ("6A", 1, 1), ("6B", 0, 1), ("7A", 1, 1),
     ]  # fmt: skip
     with world.server.database.writing() as session:
@@ -322,11 +327,14 @@ def test_progress_says_what_was_climbed(world: World, routes: list[str]) -> None
         ):
             these = update(Placement).where(Placement.route_id == UUID(route))
             session.execute(these.values(steepness_deg=degrees, hold_types=types))
-    told = asked(world, "/progress")
-    assert [tuple(row.values()) for row in told["steepness"]] == [
+    payload = read(world, "/progress")
+    assert [tuple(row.values()) for row in payload["steepness"]] == [
         ("slab", 1, 1, 0), ("vertical", 1, 0, 0), ("steep", 1, 1, 1),
     ]  # fmt: skip
-    assert [tuple(row.values()) for row in told["holds"]] == [("crimp", 1, 1, 0), ("jug", 1, 1, 1)]
+    assert [tuple(row.values()) for row in payload["holds"]] == [
+        ("crimp", 1, 1, 0),
+        ("jug", 1, 1, 1),
+    ]
     table = world.server.ask("GET", f"{world.path}/progress/grades.csv", member)
     assert table.text.splitlines() == ["grade,worth,routes,flashes", "6A,200,1,0", "7A,320,1,1"]
 
@@ -339,14 +347,19 @@ def test_a_session_is_begun_and_ended_by_hand(world: World, routes: list[str]) -
     assert (begun["running"], begun["ascents"]) == (True, 0)
     tick(world, member, routes[0])
     tick(world, member, routes[0], kind="try")
-    told = asked(world, f"/sessions/{begun['id']}")
-    assert (told["tops"], told["points"], told["hardest"], len(told["done"])) == (1, 200, "6A", 2)
-    assert told["grades"] == [{"grade": "6A", "routes": 1}]
+    payload = read(world, f"/sessions/{begun['id']}")
+    assert (payload["tops"], payload["points"], payload["hardest"], len(payload["done"])) == (
+        1,
+        200,
+        "6A",
+        2,
+    )
+    assert payload["grades"] == [{"grade": "6A", "routes": 1}]
     ended = server.ask("POST", f"{path}/{begun['id']}/end", member)
     assert ended.json()["running"] is False
     assert server.ask("POST", f"{path}/{begun['id']}/end", member).status_code == 409
     tick(world, member, routes[1])
-    assert len(asked(world, "/sessions")) == 2
+    assert len(read(world, "/sessions")) == 2
     with server.database.reading() as session:
         row = session.get_one(ClimbingSession, UUID(begun["id"]))
         assert len(ascents_of(session, row)) == 2
@@ -357,7 +370,7 @@ def test_another_time_zone_begins_other_days(world: World, routes: list[str]) ->
     for hour in (2, 6):  # one day in UTC-12, two in UTC
         moment = datetime(2026, 3, 2, hour, tzinfo=UTC) - timedelta(minutes=hour == 6 and 60)
         tick(world, member, routes[0], climbed_at=moment.isoformat())
-    assert len(asked(world, "/sessions")) == 2
+    assert len(read(world, "/sessions")) == 2
     changed = {"time_zone": "Etc/GMT+12"}
     assert world.server.ask("PATCH", world.path, world.owner, changed).is_success
-    assert len(asked(world, "/sessions")) == 1
+    assert len(read(world, "/sessions")) == 1

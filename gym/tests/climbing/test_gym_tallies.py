@@ -1,4 +1,4 @@
-"""What is told of a route: to everybody, to who has voted, and to oneself."""
+"""Tallies of a route: for everybody, for voters, and for the climber."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from uuid import uuid4
 import pytest
 from gym.tests.worlds import World, hold
 
-from walltopo_gym.climbing.crowd import crowd_grade
+from walltopo_gym.climbing.points import crowd_grade
 from walltopo_gym.clock import now
 
 LABELS = ("5", "6A", "6B", "6C")
@@ -53,24 +53,24 @@ def test_who_has_not_voted_sees_no_votes(world: World, route: str) -> None:
         path = f"{world.path}/routes/{route}/opinion"
         assert world.server.ask("PUT", path, world.people[who], {"grade": grade}).is_success
     spread = {"6A": 1, "6B": 2}
-    for path in (f"/routes/{route}/story", "/tallies", f"/walls/{world.wall.id}/tallies"):
+    for path in (f"/routes/{route}/history", "/tallies", f"/walls/{world.wall.id}/tallies"):
         seen = {who: ask(world, who, path) for who in ("member", "judge", "owner")}
-        for who, told in seen.items():
-            seen[who] = told[0] if isinstance(told, list) else told["tally"]
-        assert {who: told["grades"] for who, told in seen.items()} == {
+        for who, row in seen.items():
+            seen[who] = row[0] if isinstance(row, list) else row["tally"]
+        assert {who: row["grades"] for who, row in seen.items()} == {
             "member": {}, "judge": spread, "owner": spread,
         }  # fmt: skip
-        assert {(told["crowd"], told["votes"]) for told in seen.values()} == {("6B", 3)}
+        assert {(row["crowd"], row["votes"]) for row in seen.values()} == {("6B", 3)}
 
 
 def test_a_story_goes_back_over_resets(world: World, route: str) -> None:
     scan = world.reviewed({4: [7, 8]}, [hold(7, 0.0, 1.0), hold(8, 0.3, 1.4)])
     published = world.publish(scan, {"number": 4, "route_id": route}, revision=1)
     assert published.is_success, published.text
-    versions = ask(world, "member", f"/routes/{route}/story")["versions"]
-    assert [(told["number"], told["holds"]) for told in versions] == [(4, [7, 8]), (1, [1, 2])]
-    hanging = ask(world, "member", "/routes")
-    assert [(told["id"], told["number"]) for told in hanging] == [(route, 4)]
+    versions = ask(world, "member", f"/routes/{route}/history")["versions"]
+    assert [(row["number"], row["holds"]) for row in versions] == [(4, [7, 8]), (1, [1, 2])]
+    current = ask(world, "member", "/routes")
+    assert [(row["id"], row["number"]) for row in current] == [(route, 4)]
 
 
 def test_a_logbook_has_notes_and_what_hangs_alone(world: World, route: str) -> None:
@@ -78,12 +78,12 @@ def test_a_logbook_has_notes_and_what_hangs_alone(world: World, route: str) -> N
     body = {"route_id": route, "kind": "project", "note": "left foot\nhigh",
             "climbed_at": now().isoformat()}  # fmt: skip
     assert world.server.ask("PUT", path, world.people["member"], body).is_success
-    said = {"stars": 4, "wish": "keep"}
+    opinion_body = {"stars": 4, "wish": "keep"}
     opinion = f"{world.path}/routes/{route}/opinion"
-    assert world.server.ask("PUT", opinion, world.people["member"], said).is_success
+    assert world.server.ask("PUT", opinion, world.people["member"], opinion_body).is_success
     kept = ask(world, "member", "/logbook")
-    assert [told["note"] for told in kept["ascents"]] == ["left foot\nhigh"]
-    assert [(told["route_id"], told["stars"]) for told in kept["opinions"]] == [(route, 4)]
+    assert [row["note"] for row in kept["ascents"]] == ["left foot\nhigh"]
+    assert [(row["route_id"], row["stars"]) for row in kept["opinions"]] == [(route, 4)]
     assert ask(world, "judge", "/logbook") == {"ascents": [], "opinions": []}
     strip = f"{world.path}/routes/{route}/strip"
     assert world.server.ask("POST", strip, world.people["setter"]).is_success

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from walltopo_gym.climbing.points import BEST, best_of, worth_of
 from walltopo_gym.climbing.visits import PAUSE, Event, Sort, day_begins, gym_day, visits
-from walltopo_gym.gyms.grades import FONT, V_SCALE
+from walltopo_gym.gyms.service import FONT, V_SCALE
 
 PRAGUE = ZoneInfo("Europe/Prague")
 ZONES = st.sampled_from(["UTC", "Europe/Prague", "America/St_Johns", "Asia/Kolkata"]).map(ZoneInfo)
@@ -58,11 +58,11 @@ def test_marks_by_hand_part_what_is_one_otherwise() -> None:
 
 @given(st.lists(st.tuples(MINUTES, st.sampled_from(list(Sort))), max_size=25), ZONES, STARTS)
 def test_sessions_are_whole_apart_and_the_same_in_any_order(
-    told: list[tuple[int, Sort]], zone: ZoneInfo, start: datetime
+    answer: list[tuple[int, Sort]], zone: ZoneInfo, start: datetime
 ) -> None:
     events = [
         Event(start + timedelta(minutes=minute), sort, UUID(int=n))
-        for n, (minute, sort) in enumerate(told)
+        for n, (minute, sort) in enumerate(answer)
     ]
     found = visits(events, zone)
     assert visits(reversed(events), zone) == found

@@ -80,7 +80,7 @@ def an_ended_competition(world: World) -> dict[str, Any]:
 
 
 def a_top(world: World) -> dict[str, Any]:
-    """By the member, or for them."""
+    """Return a top of the member, sent by them or for them."""
     with world.server.database.reading() as session:
         one = of_last(world, Round)
         problem = session.scalar(select(Problem.id).where(Problem.round_id == one))

@@ -111,8 +111,8 @@ class Contest:
         query = "" if at is None else f"?at={at.isoformat().replace('+', '%2B')}"
         answer = self.ask("GET", f"/board{query}", who=who)
         assert answer.status_code == 200, answer.text
-        told: dict[str, Any] = answer.json()
-        return told
+        content: dict[str, Any] = answer.json()
+        return content
 
     def ranks(
         self, who: str = "nobody", at: datetime | None = None

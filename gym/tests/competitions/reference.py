@@ -60,7 +60,7 @@ class Reference:
         return max(tries, default=0), min(zones, default=0), min(tops, default=0)
 
     def key(self, who: Competitor, one: RoundSheet) -> Key | None:
-        """What a round's rules rank by."""
+        """Return what a round's rules rank by."""
         if one.starters is not None and who.id not in one.starters:
             return None
         marks = [(task, self.mark(who, task)) for task in one.problems]
@@ -111,7 +111,7 @@ class Reference:
         return points
 
     def standing(self, who: Competitor) -> Key | None:
-        """What a competitor is ranked by in the end."""
+        """Return what a competitor is ranked by in the end."""
         if self.is_out(who):
             return None
         keys = [self.key(who, one) for one in self.sheet.rounds]
@@ -128,7 +128,7 @@ class Reference:
         return tuple(flat)
 
     def ranks(self) -> dict[UUID, int | None]:
-        """Of each competitor: one more than there are better ones of the category."""
+        """Return the rank of each competitor: one more than the number of better ones."""
         standings = [(who, self.standing(who)) for who in self.sheet.entries]
         return {
             who.id: None

@@ -16,7 +16,7 @@ from walltopo_gym.clock import now
 from walltopo_gym.competitions.board import Board
 from walltopo_gym.competitions.ledger import Fact, Kind, Ledger
 from walltopo_gym.competitions.ranking import ranked
-from walltopo_gym.competitions.scoring.ifsc import score_2018, score_2025
+from walltopo_gym.competitions.scoring.formulas import score_2018, score_2025
 from walltopo_gym.competitions.scoring.rules import Scoring
 from walltopo_gym.competitions.scoring.score import NOTHING, Mark, Tried
 from walltopo_gym.competitions.sheet import Competitor, Format, RoundSheet, Sheet, Task
@@ -65,7 +65,7 @@ def sheets(draw: st.DrawFn) -> Sheet:
 
 
 def seen(sheet: Sheet, chance: Random) -> list[Fact]:
-    """What judges and competitors say, some of it about what was said before."""
+    """Yield events of judges and competitors, some of them about earlier ones."""
     problems = [task.id for one in sheet.rounds for task in one.problems]
     facts: list[Fact] = []
     for number in range(chance.randrange(50)):
@@ -119,7 +119,7 @@ def test_in_whatever_order_events_arrive_the_board_is_the_references(
     board.results.use(sheet)
     whole = Board(sheet)
     whole.results.add(facts)
-    assert board.told() == whole.told()
+    assert board.view() == whole.view()
 
 
 @given(sheets(), st.integers(0, 10**9))

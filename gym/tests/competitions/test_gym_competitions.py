@@ -1,4 +1,4 @@
-"""Competitions through the API: made from the wall, entered, judged, frozen, replayed, told."""
+"""Competitions through the API: made from the wall, entered, judged, frozen, replayed, exported."""
 
 from __future__ import annotations
 
@@ -77,8 +77,8 @@ def test_an_event_arrives_once_and_is_never_changed(public: World) -> None:
         copy.join()
     assert sorted(statuses) == [200, 200, 200, 201]
     assert contest.say(jana, "top", 0, 1, event=event, **words).status_code == 409
-    told = contest.ask("GET", "/events", who="judge").json()
-    assert [(item["id"], item["seq"], item["by_name"]) for item in told["items"]] == [
+    payload = contest.ask("GET", "/events", who="judge").json()
+    assert [(item["id"], item["seq"], item["by_name"]) for item in payload["items"]] == [
         (str(event), 1, "judge")
     ]
 
@@ -156,10 +156,10 @@ def test_own_results_in_their_window_by_a_wrong_clock(public: World) -> None:
 
     assert late(0.25) == 409
     assert late(1) == 201
-    told = contest.ask("GET", "/events", who="judge").json()["items"][0]
-    assert abs(datetime.fromisoformat(told["climbed_at"]) - now() + timedelta(hours=1)) < timedelta(
-        minutes=1
-    )
+    payload = contest.ask("GET", "/events", who="judge").json()["items"][0]
+    assert abs(
+        datetime.fromisoformat(payload["climbed_at"]) - now() + timedelta(hours=1)
+    ) < timedelta(minutes=1)
 
 
 FINAL = {
@@ -358,15 +358,18 @@ def test_a_start_list_all_or_nothing(public: World) -> None:
     contest = Contest(public, words).make()
     table = "Name;Category;Bib;Birth year;Gender\nŽofie Nová;U18;7;2010;w\nIvo;open;;;m\n"
     wrong = table + "Old;U18;7;1950;z\n;Elsewhere;0;;\n"
-    told = contest.ask("POST", "/entries/import", {"csv": wrong}).json()
-    assert {(fault["line"], fault["column"]) for fault in told["errors"]} == {
+    payload = contest.ask("POST", "/entries/import", {"csv": wrong}).json()
+    assert {(fault["line"], fault["column"]) for fault in payload["errors"]} == {
         (4, "bib"), (4, "gender"), (4, "category"), (5, "name"), (5, "category"), (5, "bib"),
     }  # fmt: skip
-    said = {fault["column"]: fault for fault in told["errors"] if fault["line"] == 5}
-    assert said["category"]["code"] == "cell-no-category"
-    assert said["category"]["values"] == {"name": "'Elsewhere'", "names": "U18, Open"}
-    assert said["category"]["hint"] == "The categories are U18, Open."
-    assert (said["name"]["code"], said["name"]["hint_code"]) == ("cell-no-name", "cell-write-name")
+    errors = {fault["column"]: fault for fault in payload["errors"] if fault["line"] == 5}
+    assert errors["category"]["code"] == "cell-no-category"
+    assert errors["category"]["values"] == {"name": "Elsewhere", "names": "U18, Open"}
+    assert errors["category"]["hint"] == "Categories: U18, Open."
+    assert (errors["name"]["code"], errors["name"]["hint_code"]) == (
+        "cell-no-name",
+        "cell-write-name",
+    )
     assert contest.ask("GET", "/entries").json() == []
     assert contest.ask("POST", "/entries/import", {"csv": table}).json()["entries"] == 2
     entries = contest.ask("GET", "/entries").json()
@@ -392,8 +395,8 @@ def test_each_fault_of_a_start_list_has_a_code_and_what_to_do(public: World) -> 
         ("Eva;Boys;;2012;w", "category", "cell-no-category", "cell-categories"),
     )
     table = "name;category;bib;birth_year;gender\n" + "\n".join(line for line, *_ in lines)
-    told = contest.ask("POST", "/entries/import", {"csv": table}).json()
-    assert [(f["line"], f["column"], f["code"], f["hint_code"]) for f in told["errors"]] == [
+    payload = contest.ask("POST", "/entries/import", {"csv": table}).json()
+    assert [(f["line"], f["column"], f["code"], f["hint_code"]) for f in payload["errors"]] == [
         (number, *expected) for number, (_, *expected) in enumerate(lines, 2)
     ]
     many = "name\n" + "Eva\n" * 2_001
@@ -429,3 +432,18 @@ def test_the_calendar_knows_what_is_no_draft(public: World) -> None:
         with public.server.database.reading() as session:
             dates = dates_of(session, public.gym.id)
         assert [(date.name, date.starts_at) for date in dates] == known
+
+
+def test_a_judge_who_lost_the_role_enters_nothing(public: World) -> None:
+    """Also results of before, which waited in the phone for a connection."""
+    contest = running(public)
+    entry = contest.entry("Ivo")
+    made = (now() - timedelta(minutes=10)).isoformat()
+    assert contest.say(entry, "top", 0, 1).status_code == 201
+    member = f"{public.path}/members/{public.people['judge'].id}"
+    role = {"role": "member"}
+    assert public.server.ask("PATCH", member, public.people["owner"], role).status_code == 204
+    late = contest.say(entry, "top", 1, 1, made_at=made)
+    assert late.status_code == 403, late.text
+    assert contest.ranks() == [(1, "Ivo")]
+    assert len(contest.ask("GET", "/events", who="setter").json()["items"]) == 1

@@ -1,4 +1,4 @@
-"""The board, told as it changes: to many at once, from one computation, by whichever server."""
+"""The live board: sent to many listeners, from one computation, by any server."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def contest(world: World) -> Contest:
 
 
 class Listener:
-    """Somebody who keeps the board by what is told."""
+    """A listener that follows the board by its updates."""
 
     def __init__(self, news: AsyncIterator[str]) -> None:
         self._news = news
@@ -40,15 +40,15 @@ class Listener:
         """Listen until an event is in it, or the news end."""
         while self.seq < seq:
             try:
-                told = json.loads(await asyncio.wait_for(anext(self._news), 30))
+                view = json.loads(await asyncio.wait_for(anext(self._news), 30))
             except StopAsyncIteration:
                 self.over = True
                 return
-            self.kinds.append(told["kind"])
-            self.seq = told["seq"]
-            if told["kind"] == "board":
+            self.kinds.append(view["kind"])
+            self.seq = view["seq"]
+            if view["kind"] == "board":
                 self.lines = {}
-            for category in told["categories"]:
+            for category in view["categories"]:
                 self.lines |= {line["entry_id"]: line for line in category["lines"]}
 
     def ranks(self) -> list[tuple[int | None, str]]:
@@ -59,19 +59,19 @@ class Listener:
 def test_two_listeners_one_computation_two_servers(
     contest: Contest, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What is written through one server is told by another one, once for all who listen."""
+    """An event through one server is sent by another one, once for all listeners."""
     monkeypatch.setattr(live, "_LOOK_S", 0.02)
     # Another process has connections and a board of its own.
     other = Database(contest.world.server.database.url)
     boards = LiveBoards(other)
-    asked: list[Any] = []
-    told = boards.told
+    calls: list[Any] = []
+    view = boards.view
 
     def counted(*given: Any, **named: Any) -> Any:
-        asked.append(given)
-        return told(*given, **named)
+        calls.append(given)
+        return view(*given, **named)
 
-    monkeypatch.setattr(boards, "told", counted)
+    monkeypatch.setattr(boards, "view", counted)
     entries = [contest.entry(name) for name in ("Jana", "Ivo", "Uma")]
     competition = UUID(contest.sheet["id"])
 
@@ -88,7 +88,7 @@ def test_two_listeners_one_computation_two_servers(
         assert listeners[0].ranks() == [(1, "Jana"), (2, "Ivo"), (2, "Uma")]
         assert all(listener.lines == listeners[0].lines for listener in listeners)
         assert listeners[0].kinds == ["board", "lines", "lines", "lines"]
-        assert len(asked) == 4  # not once for each listener
+        assert len(calls) == 4  # not once for each listener
         # Somebody new on the sheet, and the end.
         await to_thread.run_sync(contest.entry, "Eva")
         await to_thread.run_sync(contest.move, "ended")

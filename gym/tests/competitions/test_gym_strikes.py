@@ -15,8 +15,9 @@ from sqlalchemy import update
 
 from walltopo.core import WalltopoError
 from walltopo_gym.clock import now
+from walltopo_gym.competitions.bodies import EventBody
 from walltopo_gym.competitions.history import board_of, struck
-from walltopo_gym.competitions.judging import Said, keep_event
+from walltopo_gym.competitions.judging import keep_event
 from walltopo_gym.competitions.ledger import Kind
 from walltopo_gym.competitions.models import Competition, Round
 
@@ -43,8 +44,8 @@ def self_scored(world: World, **words: Any) -> tuple[Contest, str]:
 
 
 def points(contest: Contest) -> str:
-    told: str = contest.board()["categories"][0]["lines"][0]["points"]
-    return told
+    answer: str = contest.board()["categories"][0]["lines"][0]["points"]
+    return answer
 
 
 def counted(contest: Contest, event: str) -> bool:
@@ -105,7 +106,7 @@ def test_an_event_in_an_open_round_strikes_nothing_in_a_round_that_is_over(publi
         late = contest.say(mine, kind, 0, n, target_id=undo, who="member", one=1)
         assert late.status_code == 409, late.text
     assert not counted(contest, top)
-    # What is of the open round alone is still the climber's to say.
+    # Events of the open round alone are still the climber's to change.
     own = contest.say(mine, "top", 0, 2, who="member", one=1).json()["id"]
     assert contest.say(mine, "void", target_id=own, who="member").status_code == 201
 
@@ -113,7 +114,7 @@ def test_an_event_in_an_open_round_strikes_nothing_in_a_round_that_is_over(publi
 def test_whom_the_gym_withdrew_does_not_enter_again(public: World) -> None:
     contest, mine = self_scored(public)
     body = {"category_id": contest.sheet["categories"][0]["id"]}
-    # Whoever withdrew by themselves comes back.
+    # A climber who withdrew comes back.
     assert contest.ask("DELETE", "/mine", who="member").is_success
     assert contest.ask("PUT", "/mine", body, "member").is_success
     assert contest.ask("PATCH", f"/entries/{mine}", {"withdrawn": True}).is_success
@@ -154,13 +155,15 @@ def test_no_events_of_a_competitor_change_whether_a_judges_event_counts(
         there = list(known)
         for number, (kind, which, n, target) in enumerate(events):
             at = now()
-            said = Said(
-                UUID(mine), None if which is None else UUID(contest.problem(which)), kind, n,
-                None if target is None else there[target % len(there)], "", "phone", number, at, at,
+            proposal = EventBody.model_construct(
+                entry_id=UUID(mine),
+                problem_id=None if which is None else UUID(contest.problem(which)),
+                kind=kind, n=n, target_id=None if target is None else there[target % len(there)],
+                text="", device="phone", number=number, made_at=at, sent_at=at,
             )  # fmt: skip
             event = uuid4()
             try:
-                keep_event(session, row, event, said, person, judges=False)
+                keep_event(session, row, event, proposal, person, judges=False)
             except WalltopoError:
                 continue
             there.append(event)

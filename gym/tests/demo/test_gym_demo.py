@@ -1,83 +1,160 @@
-"""The demo's climbers are made up once, the same each time; its routes are graded and named."""
+"""The demo's climbers are made up once, the same each time, and climb as people do."""
 
 from __future__ import annotations
 
+from collections import Counter
 from datetime import UTC, datetime, timedelta
 from typing import Any
+from uuid import UUID
 
+import numpy as np
 from gym.tests.worlds import World, hold, make_world
 from sqlalchemy import func, select
+from sqlalchemy.orm import Session
 
 from walltopo.scans.routes import Route as FoundRoute
 from walltopo_gym.accounts.models import Person
-from walltopo_gym.climbing.models import Ascent
+from walltopo_gym.climbing.counting import recount
+from walltopo_gym.climbing.models import Ascent, ClimbingSession, Opinion, Standing
 from walltopo_gym.clock import now
 from walltopo_gym.competitions.history import board_of
 from walltopo_gym.competitions.models import Competition
-from walltopo_gym.demo.crowd import ASCENTS, CLIMBERS, fill
+from walltopo_gym.demo.crowd import CLIMBERS, DAYS, email_of, fill
 from walltopo_gym.demo.cups import COMPETITORS, hold_cups
-from walltopo_gym.demo.hall import name_routes
+from walltopo_gym.demo.hall import NAME, name_routes
+from walltopo_gym.demo.problems import make_problems
 from walltopo_gym.gyms.models import Gym, Membership
+from walltopo_gym.gyms.service import FONT
+from walltopo_gym.problems.models import Problem, ProblemAscent
 from walltopo_gym.publishing.models import Route
+from walltopo_gym.walls.models import Wall
 
-HOLDS = [hold(n, 0.4 * n, 1.0) for n in range(1, 7)]
+UNTIL = datetime(2026, 3, 1, 12, tzinfo=UTC)
+GRADES = ("4", "5", "5+", "6A", "6A+", "6B", "6B+", "6C", "6C+", "7A")
+HOLDS = [hold(n, 0.4 * n, 1.0) for n in range(1, 3 * len(GRADES) + 1)]
 
 
-def filled(world: World) -> list[tuple[Any, ...]]:
-    """The ascents of a hall of two routes, after it was filled twice."""
-    scan = world.reviewed({1: [1, 2, 3], 2: [4, 5, 6]}, HOLDS)
-    assert world.publish(scan, {"number": 1}, {"number": 2}).is_success
+def graded(world: World, session: Session) -> list[Route]:
+    """A wall's ten routes by their grades, half of them set four weeks ago."""
+    current = select(Route).where(Route.wall_id == world.wall.id)
+    routes = sorted(session.scalars(current), key=lambda route: route.name)
+    for place, (route, grade) in enumerate(zip(routes, GRADES, strict=True)):
+        route.grade = grade
+        route.set_on = (UNTIL - timedelta(days=28 if place % 2 else DAYS + 1)).date()
+    return routes
+
+
+def published(world: World) -> World:
+    numbers = range(1, len(GRADES) + 1)
+    scan = world.reviewed({n: [3 * n - 2, 3 * n - 1, 3 * n] for n in numbers}, HOLDS)
+    entries = ({"number": n, "name": f"{n:02}"} for n in numbers)
+    assert world.publish(scan, *entries).is_success
+    return world
+
+
+def filled(world: World, session: Session) -> tuple[list[Route], list[Ascent]]:
+    """The routes and the ascents of a hall that was filled twice."""
+    routes = graded(world, session)
+    gym = session.get_one(Gym, world.gym.id)
+    for _ in range(2):
+        fill(session, gym, routes, UNTIL)
+    rows = select(Ascent).where(Ascent.gym_id == gym.id).order_by(Ascent.climbed_at, Ascent.id)
+    return routes, list(session.scalars(rows))
+
+
+def lines(ascents: list[Ascent]) -> list[tuple[Any, ...]]:
+    return sorted((row.kind, row.tries, row.grade, row.climbed_at) for row in ascents)
+
+
+def test_the_climbers_are_the_same_each_time_and_nobody_signs_in_as_one(world: World) -> None:
+    answer = []
+    for each in (published(world), published(make_world(world.server))):
+        with world.server.database.writing() as session:
+            _, ascents = filled(each, session)
+            answer.append(lines(ascents))
+            count = select(func.count()).where(Membership.gym_id == each.gym.id)
+            assert session.scalar(count) == CLIMBERS + 4
+            gym = session.get_one(Gym, each.gym.id)
+            emails = [email_of(gym, number) for number in range(CLIMBERS)]
+            people = session.scalars(select(Person).where(Person.email.in_(emails))).all()
+            assert len({person.name for person in people}) == CLIMBERS
+            for person in people:
+                assert not world.server.passwords.matches(person.password_hash, "!")
+    assert answer[0] == answer[1]
+    assert len(answer[0]) > 300
+
+
+def test_their_logs_are_plausible(world: World) -> None:
     with world.server.database.writing() as session:
-        hanging = select(Route).where(Route.wall_id == world.wall.id)
-        routes = sorted(session.scalars(hanging), key=lambda route: str(route.name))
-        for route, grade in zip(routes, ("5+", "6C"), strict=True):
-            route.grade = grade
+        routes, ascents = filled(published(world), session)
+        by_id = {route.id: route for route in routes}
+        begun = UNTIL - timedelta(days=DAYS)
+        tops: Counter[tuple[UUID, UUID]] = Counter()
+        seen: set[tuple[UUID, UUID]] = set()
+        for row in ascents:
+            assert row.route_id is not None
+            assert begun.date() <= row.climbed_at.date() < UNTIL.date()
+            assert by_id[row.route_id].set_on <= row.climbed_at.date()
+            key = row.person_id, row.route_id
+            if row.kind == "flash":
+                assert row.tries == 1
+                assert key not in seen
+            tops[key] += row.kind in ("flash", "top")
+            seen.add(key)
+        assert max(tops.values()) == 2, "a top, and at most one more on a later visit"
+        kinds = Counter(row.kind for row in ascents)
+        assert kinds.keys() == {"flash", "top", "zone", "try", "project"}
+        assert kinds["flash"] < sum(kinds.values()) / 2
+        # The harder, the fewer: of the two easiest several times as many as of the two hardest.
+        topped = Counter(by_id[route].grade for (_, route), count in tops.items() if count)
+        assert topped["4"] + topped["5"] > 3 * (topped["6C+"] + topped["7A"]) > 0
+
         gym = session.get_one(Gym, world.gym.id)
-        moment = datetime(2026, 3, 1, 12, tzinfo=UTC)
-        for _ in range(2):
-            fill(session, gym, sorted(routes, key=lambda route: route.grade), moment)
-        rows = select(Ascent).where(Ascent.gym_id == gym.id).order_by(Ascent.climbed_at, Ascent.id)
-        ascents = session.scalars(rows).all()
-        assert all(moment - timedelta(days=43) < row.climbed_at <= moment for row in ascents)
-        return [(row.kind, row.tries, row.grade, row.climbed_at - moment) for row in ascents]
+        recount(session, gym)
+        visits = select(ClimbingSession).where(ClimbingSession.gym_id == gym.id)
+        assert all(visit.tries <= 30 for visit in session.scalars(visits))
+        points = session.scalars(
+            select(Standing.points).where(Standing.gym_id == gym.id, Standing.period == "all")
+        ).all()
+        assert len(set(points)) > 0.6 * len(points), "ranks differ"
 
 
-def test_forty_climbers_six_hundred_ascents_the_same_each_time(world: World) -> None:
-    first = filled(world)
-    assert len(first) == ASCENTS
+def test_their_opinions_are_of_what_they_topped(world: World) -> None:
     with world.server.database.writing() as session:
-        count = select(func.count()).where(Membership.gym_id == world.gym.id)
-        assert session.scalar(count) == CLIMBERS + 4
-        made_up = select(Person).where(Person.name.endswith("(made up)"))
-        for person in session.scalars(made_up):  # nobody signs in as one of them
-            assert not world.server.passwords.matches(person.password_hash, "!")
-            session.delete(person)
-    assert sorted(first) == sorted(filled(make_world(world.server)))
-    assert {kind for kind, *_ in first} >= {"flash", "top", "try"}
-    assert all(tries == 1 for kind, tries, *_ in first if kind == "flash")
+        routes, ascents = filled(published(world), session)
+        topped = {(r.person_id, r.route_id) for r in ascents if r.kind in ("flash", "top")}
+        of = select(Opinion).where(Opinion.route_id.in_([route.id for route in routes]))
+        opinions = session.scalars(of).all()
+        assert len(opinions) > 50
+        assert {(row.person_id, row.route_id) for row in opinions} <= topped
+        grade = {route.id: FONT.index(route.grade) for route in routes}
+        assert all(abs(FONT.index(row.grade) - grade[row.route_id]) <= 2 for row in opinions)
+        words = [(row.route_id, row.comment) for row in opinions if row.comment]
+        assert 0 < len(words) < 0.2 * len(opinions)
+        assert len(words) == len(set(words)), "nobody repeats another"
+
+
+def with_cups(world: World, session: Session) -> tuple[Gym, UUID, list[Route]]:
+    """Return the gym with climbers and festivals, its owner and its routes."""
+    owner = world.owner.id
+    assert owner is not None
+    gym = session.get_one(Gym, world.gym.id)
+    routes, _ = filled(world, session)
+    hold_cups(session, gym, owner, routes, now())
+    return gym, owner, routes
 
 
 def test_two_festivals_one_of_them_runs(world: World) -> None:
-    scan = world.reviewed({1: [1, 2, 3], 2: [4, 5, 6]}, HOLDS)
-    assert world.publish(scan, {"number": 1}, {"number": 2}).is_success
-    owner = world.owner.id
-    assert owner is not None
+    published(world)
     with world.server.database.writing() as session:
-        gym = session.get_one(Gym, world.gym.id)
-        session.add_all(
-            Person(email=f"climber{n}@{gym.slug}.invalid", name=f"Climber {n}", password_hash="!")
-            for n in range(COMPETITORS)
-        )
-        session.flush()
-        routes = session.scalars(select(Route).where(Route.wall_id == world.wall.id)).all()
-        for _ in range(2):
-            hold_cups(session, gym, owner, routes, now())
+        gym, owner, routes = with_cups(world, session)
+        hold_cups(session, gym, owner, routes, now())
         cups = session.scalars(select(Competition).where(Competition.gym_id == gym.id)).all()
         assert sorted(cup.state for cup in cups) == ["ended", "running"]
         for cup in cups:
-            lines = [line for of in board_of(session, cup).lines().values() for line in of]
-            assert len(lines) == COMPETITORS
-            assert {line.rank for line in lines} >= {1, 2}
+            ranks = [line.rank for of in board_of(session, cup).lines().values() for line in of]
+            assert len(ranks) == COMPETITORS
+            assert len(set(ranks)) > COMPETITORS / 3, "ranks differ"
         # Another day: the same two, and one that runs.
         later = now() + timedelta(days=2)
         hold_cups(session, gym, owner, routes, later)
@@ -88,8 +165,46 @@ def test_two_festivals_one_of_them_runs(world: World) -> None:
         ]
 
 
+def test_that_all_is_made_up_stands_in_the_gyms_name_alone(world: World) -> None:
+    assert NAME.endswith("(made up)")
+    published(world)
+    with world.server.database.writing() as session:
+        gym, _, _ = with_cups(world, session)
+        names = session.scalars(
+            select(Person.name).where(Person.email.endswith(f"@{gym.slug}.invalid"))
+        )
+        cups = session.scalars(select(Competition.name).where(Competition.gym_id == gym.id))
+        assert not [name for name in (*names, *cups) if "made" in name]
+
+
 def test_every_route_is_named_and_the_harder_looking_graded_harder() -> None:
-    found = {n: FoundRoute(id=n, colour="red", steepness_deg=50.0 - 9 * n) for n in range(1, 5)}
-    named = name_routes(found)
-    assert len({str(facts["name"]) for facts in named.values()}) == 4
-    assert [named[n]["grade"] for n in (4, 3, 2, 1)] == ["5", "6A", "6B", "6C"]
+    steep = {n: FoundRoute(id=n, colour="red", steepness_deg=50.0 - 9 * n) for n in range(1, 5)}
+    slab = {n: FoundRoute(id=n, colour="red", steepness_deg=-10.0 - n) for n in range(1, 10)}
+    named = name_routes([steep, slab])
+    assert len({str(facts["name"]) for of in named for facts in of.values()}) == 13
+    assert [named[0][n]["grade"] for n in (3, 2, 1)] == ["6C", "6C+", "7A"]
+    assert named[1][9]["grade"] == "4"
+
+
+def test_climbers_made_problems_once(world: World) -> None:
+    heights = {n: 0.4 * n for n in range(1, 9)}
+    numbers = range(1, len(GRADES) + 1)
+    ladder = [hold(n, 0.2 * (n % 3), z) for n, z in heights.items()]
+    scan = world.reviewed({n: [1 + n % 8] for n in numbers}, ladder)
+    assert world.publish(scan, *({"number": n, "name": f"{n:02}"} for n in numbers)).is_success
+    with world.server.database.writing() as session:
+        routes = graded(world, session)
+        gym, wall = session.get_one(Gym, world.gym.id), session.get_one(Wall, world.wall.id)
+        fill(session, gym, routes, UNTIL)
+        for _ in range(2):
+            make_problems(session, world.server.services.store, gym, [wall], UNTIL)
+        problems = session.scalars(select(Problem).order_by(Problem.created_at)).all()
+        assert len({problem.name for problem in problems}) == len(problems) >= 4
+        for problem in problems:
+            assert [used["use"] for used in problem.holds][0 :: len(problem.holds) - 1] == [
+                "start",
+                "top",
+            ]
+            steps = np.diff([heights[used["hold"]] for used in problem.holds])
+            assert ((steps > 0.2) & (steps < 0.9)).all()
+        assert session.scalar(select(func.count()).select_from(ProblemAscent))

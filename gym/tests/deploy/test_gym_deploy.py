@@ -28,8 +28,8 @@ def test_every_setting_is_one(file: str) -> None:
 
 def test_the_servers_environment_is_understood(tmp_path: Path) -> None:
     environment = COMPOSE["services"]["server"]["environment"]
-    told = {name: re.sub(r"\$\{\w+:\?\}", "x", value) for name, value in environment.items()}
-    settings = load_settings({"data": tmp_path}, told)
+    answer = {name: re.sub(r"\$\{\w+:\?\}", "x", value) for name, value in environment.items()}
+    settings = load_settings({"data": tmp_path}, answer)
     assert (settings.workers, settings.log, settings.proxies) == (0, "json", ("*",))
     assert settings.database_url == "postgresql+psycopg://gym:x@database/gym"
 
@@ -52,3 +52,7 @@ def test_the_unit_is_well_formed(tmp_path: Path) -> None:
     unit.write_text(text.replace("/opt/walltopo/bin/walltopo", "/bin/true"))
     ended = subprocess.run([program, "verify", unit], capture_output=True, text=True, check=False)
     assert "walltopo-gym.service" not in ended.stderr, ended.stderr
+    # In tenths; higher exposure fails.
+    command = [program, "security", "--offline=true", "--threshold=30", str(unit)]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert ended.returncode == 0, ended.stdout

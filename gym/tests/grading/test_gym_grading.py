@@ -19,19 +19,18 @@ from sqlalchemy import delete, select, update
 
 from walltopo.scans import routes as found
 from walltopo.scans.folder import ScanFolder
-from walltopo.scans.holds import Holds, hold_rows
+from walltopo.scans.holds import Holds, with_routes
 from walltopo_climb.grades.calibrate import Known
 from walltopo_climb.grades.font import FONT, V_OF
 from walltopo_climb.grades.model import Errors, Learnt
 from walltopo_gym.climbing.models import Opinion
 from walltopo_gym.clock import now
-from walltopo_gym.editing.models import ScanEdits
 from walltopo_gym.grading.models import PlacedRoute, ScanPlaces
 from walltopo_gym.grading.placing import Placing
-from walltopo_gym.grading.ranges import odd_routes, ranges_of
-from walltopo_gym.grading.told import told_routes
+from walltopo_gym.grading.service import grade_outliers, ranges_of, scale_routes
 from walltopo_gym.gyms.models import GradeSystem
 from walltopo_gym.publishing.models import Route
+from walltopo_gym.scans.models import ScanEdits
 
 LEARNT = Learnt(Errors(1.5, 2.0, 0.8), Errors(2.0, 2.7, 0.8), FONT.index("6A"), FONT.index("8A"))
 MODEL = "aaaaaaaaaaaaaaaa"
@@ -51,7 +50,7 @@ SYSTEMS: dict[str, dict[str, tuple[int, int] | None]] = {
 
 
 def place(world: World, scan: UUID, places: Sequence[float], model: str = MODEL) -> None:
-    """As a worker does, with made up places of the routes 1, 2, ..."""
+    """Store made-up estimates as a worker does, for the routes 1, 2, ..."""
     with world.server.database.writing() as session:
         session.execute(delete(PlacedRoute).where(PlacedRoute.scan_id == scan))
         learnt = msgspec.to_builtins(LEARNT)
@@ -112,7 +111,7 @@ LABEL = st.integers(0, 2)
     votes=st.lists(st.tuples(st.integers(0, PEOPLE - 1), st.integers(0, ROUTES - 1), LABEL),
                    max_size=40, unique_by=lambda vote: vote[:2]),
 )  # fmt: skip
-def test_what_is_told_is_a_plain_recount(hall: Any, grades: Any, votes: Any) -> None:
+def test_figures_equal_a_plain_recount(hall: Any, grades: Any, votes: Any) -> None:
     world, routes, systems, people = hall
     labels = [list(SYSTEMS[kind]) if kind else [] for kind, _, _ in grades]
     with world.server.database.writing() as session:
@@ -131,9 +130,9 @@ def test_what_is_told_is_a_plain_recount(hall: Any, grades: Any, votes: Any) -> 
                                grade=labels[which][label])  # fmt: skip
                 session.add(vote)
     with world.server.database.reading() as session:
-        told = told_routes(session, world.gym.id, MODEL)
-    wanted = plain_told(grades, votes)
-    assert {one.id: rounded(one.told) for one in told} == {
+        scaled = scale_routes(session, world.gym.id, MODEL)
+    wanted = plain_recount(grades, votes)
+    assert {one.id: rounded(one.known_grade) for one in scaled} == {
         routes[number].id: rounded(one) for number, one in wanted.items()
     }
 
@@ -142,8 +141,8 @@ def rounded(one: Known) -> tuple[float, float, int, float]:
     return one.place, round(one.grade, 6), one.votes, round(one.width, 6)
 
 
-def plain_told(grades: Any, votes: Any) -> dict[int, Known]:
-    """Route by route, vote by vote, with the formula of `insights/shrinking.py`."""
+def plain_recount(grades: Any, votes: Any) -> dict[int, Known]:
+    """Route by route, vote by vote, with the formula of `climbing/shrinking.py`."""
     spans = [list(SYSTEMS[kind].values()) if kind else [None] * 3 for kind, _, _ in grades]
     setters: dict[int, Any] = {}
     given: dict[int, list[Any]] = {}
@@ -160,17 +159,17 @@ def plain_told(grades: Any, votes: Any) -> dict[int, Known]:
         if setters[number] is not None
     }
     drawn = plain_shrunk(off)
-    told = {}
+    known_grades = {}
     for number, setter in setters.items():
         if number in given:
             mine = given[number]
             mean = float(np.mean([sum(span) / 2 for span in mine]))
             grade = mean if setter is None else sum(setter) / 2 + drawn[number]
             width = float(np.mean([high - low for low, high in mine]))
-            told[number] = Known(PLACES[number], grade, len(mine), width)
+            known_grades[number] = Known(PLACES[number], grade, len(mine), width)
         elif setter is not None:
-            told[number] = Known(PLACES[number], sum(setter) / 2, 0, setter[1] - setter[0])
-    return told
+            known_grades[number] = Known(PLACES[number], sum(setter) / 2, 0, setter[1] - setter[0])
+    return known_grades
 
 
 def plain_shrunk(values: dict[int, list[float]]) -> dict[int, float]:
@@ -209,11 +208,11 @@ def test_a_new_route_has_a_range_and_the_gyms_grades_move_it(world: World) -> No
         "state": "waiting", "graded": 0, "voted": 0, "coverage": 0.0, "routes": []
     }  # fmt: skip
     place(world, new, [9.0])  # no way was found up the second one
-    told = ask(world, new)
-    assert (told["state"], told["graded"], told["coverage"]) == ("ready", 0, 0.8)
+    payload = ask(world, new)
+    assert (payload["state"], payload["graded"], payload["coverage"]) == ("ready", 0, 0.8)
     low, high = FONT.index("6B"), FONT.index("7A")
     in_v = {"low_v": f"V{V_OF[low]}", "high_v": f"V{V_OF[high]}"}
-    assert told["routes"] == [{"number": 1, "low": "6B", "high": "7A"} | in_v]
+    assert payload["routes"] == [{"number": 1, "low": "6B", "high": "7A"} | in_v]
     for route in routes[:4]:
         set_grade(world, route.id, grade_system_id=system, grade="7A")
     harder = ask(world, new)
@@ -236,9 +235,9 @@ def test_votes_count_from_three_on(world: World) -> None:
         with world.server.database.reading() as session:
             found = ranges_of(session, world.gym.id, new)
             assert found is not None
-            told = told_routes(session, world.gym.id, MODEL)
-        assert found.voted == sum(one.told.votes > 0 for one in told)
-        return told[0].told.grade
+            payload = scale_routes(session, world.gym.id, MODEL)
+        assert found.voted == sum(one.known_grade.votes > 0 for one in payload)
+        return payload[0].known_grade.grade
 
     seen = [middle()]
     for who in world.server.persons("a", "b", "c").values():
@@ -276,20 +275,20 @@ def test_a_grade_outside_of_its_range_is_listed_with_its_side(world: World) -> N
     places[9] = 5.0  # 7C+ climbs like 6A
     place(world, scan, places)
     with world.server.database.reading() as session:
-        assert odd_routes(session, world.gym.id).routes == []
+        assert grade_outliers(session, world.gym.id).routes == []
     for route, grade in zip(routes, grades, strict=True):
         set_grade(world, route.id, grade_system_id=system, grade=grade)
     answer = world.server.ask("GET", f"{world.path}/insights", world.people["setter"]).json()
-    assert (answer["odd_graded"], answer["odd_from"]) == (count, 20)
-    sides = {row["route_id"]: row["side"] for row in answer["odd"]}
+    assert (answer["outliers_graded"], answer["outliers_from"]) == (count, 20)
+    sides = {row["route_id"]: row["side"] for row in answer["outliers"]}
     assert sides[str(routes[0].id)] == "hard"
     assert sides[str(routes[9].id)] == "soft"
     assert str(routes[5].id) not in sides
-    by = [row["by"] for row in answer["odd"]]
+    by = [row["by"] for row in answer["outliers"]]
     assert by == sorted(by, reverse=True)
-    path = f"{world.path}/insights/odd.csv"
+    path = f"{world.path}/insights/outliers.csv"
     table = world.server.ask("GET", path, world.people["setter"]).text.splitlines()
-    assert len(table) == len(answer["odd"]) + 1
+    assert len(table) == len(answer["outliers"]) + 1
 
 
 @pytest.mark.slow
@@ -300,7 +299,7 @@ def test_a_worker_places_what_a_body_gets_up(world: World) -> None:
     holds = [*ladder, *apart]
     scan = world.reviewed({1: range(1, 9), 2: [20, 21]}, holds)
     placing = Placing(world.server.database, world.server.services.store)
-    placing.place(scan)  # its holds are not there: none is placed
+    placing.place(str(scan))  # its holds are not there: none is placed
     assert ask(world, scan)["routes"] == []
     with TemporaryDirectory() as name:
         folder = ScanFolder(Path(name))
@@ -309,9 +308,9 @@ def test_a_worker_places_what_a_body_gets_up(world: World) -> None:
             found.Route(id=2, colour="red", holds=(20, 21), start=(20,), top=(21,)),
         )
         found.Routes(routes=rows).save(folder.routes)
-        Holds(metric=True, holds=hold_rows(tuple(holds), {}, rows)).save(folder.holds)
+        Holds(metric=True, holds=with_routes(holds, rows)).save(folder.holds)
         for path in (folder.routes, folder.holds):
             world.server.services.store.put(f"scans/{scan}/{path.name}", path)
-    placing.place(scan)
-    told = ask(world, scan)
-    assert [row["number"] for row in told["routes"]] == [1]
+    placing.place(str(scan))
+    payload = ask(world, scan)
+    assert [row["number"] for row in payload["routes"]] == [1]

@@ -1,4 +1,4 @@
-"""Whatever is told of groups, nobody finds out of fewer than five by adding and taking away."""
+"""Published sums reveal nothing about fewer than five people, by any sums and differences."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from walltopo_gym.insights.guard import People, Style, may_be_told
+from walltopo_gym.insights.guard import People, Style, safe_to_show
 from walltopo_gym.insights.usage import ENOUGH
 
 ROUTES = [str(n) for n in range(10)]
@@ -52,9 +52,9 @@ def test_no_group_of_under_five_is_found_out(
     hall: tuple[dict[Style, frozenset[str]], People],
 ) -> None:
     styles, people = hall
-    told = may_be_told(styles, people)
+    answer = safe_to_show(styles, people)
     everything = frozenset(route for of in people.values() for route in of)
-    known = {style: styles[style] & everything for style in told}
+    known = {style: styles[style] & everything for style in answer}
     for routes in known.values():
         assert not small(people, routes)
     # "All of a group, but these": of each number of styles of a kind.
@@ -66,7 +66,7 @@ def test_no_group_of_under_five_is_found_out(
     # One sum taken from another, and from two together.
     for one, other in combinations([everything, *known.values()], 2):
         for large, little in ((one, other), (other, one)):
-            if little < large and told:
+            if little < large and answer:
                 assert not small(people, large - little)
     # A single route, by whatever equations.
     order = sorted(everything)
@@ -74,7 +74,7 @@ def test_no_group_of_under_five_is_found_out(
     for at, route in enumerate(order):
         unit = np.eye(len(order))[at]
         found = np.linalg.lstsq(rows.T, unit, rcond=None)[0]
-        if told and np.allclose(rows.T @ found, unit, atol=1e-6):
+        if answer and np.allclose(rows.T @ found, unit, atol=1e-6):
             assert not small(people, frozenset([route]))
 
 
@@ -90,10 +90,10 @@ def test_a_subtraction_is_seen() -> None:
     }
     everybody = dict.fromkeys(ROUTES, many)
     people = {"a": everybody | {alone: frozenset([1])}, "b": everybody}
-    told = may_be_told(styles, people)
-    assert told
-    assert len({style.kind for style in told}) == 1
-    assert may_be_told(styles, {"a": everybody, "b": everybody}) == set(styles)
+    answer = safe_to_show(styles, people)
+    assert answer
+    assert len({style.kind for style in answer}) == 1
+    assert safe_to_show(styles, {"a": everybody, "b": everybody}) == set(styles)
 
 
 def test_a_style_of_few_takes_another_one_with_it() -> None:
@@ -101,4 +101,4 @@ def test_a_style_of_few_takes_another_one_with_it() -> None:
     styles = {Style("colour", str(n)): frozenset([route]) for n, route in enumerate(ROUTES[:4])}
     people = {"a": dict.fromkeys(ROUTES[:3], many) | {ROUTES[3]: frozenset([1, 2])},
               "b": dict.fromkeys(ROUTES[:4], many)}  # fmt: skip
-    assert len(may_be_told(styles, people)) == 2
+    assert len(safe_to_show(styles, people)) == 2

@@ -17,12 +17,12 @@ from sqlalchemy import delete, select, update
 
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.climbing.counting import count_again
-from walltopo_gym.climbing.crowd import crowd_grade
 from walltopo_gym.climbing.models import Ascent, Opinion
+from walltopo_gym.climbing.points import crowd_grade
+from walltopo_gym.climbing.shrinking import Sample, shrunk
 from walltopo_gym.gyms.models import GradeSystem, Gym
 from walltopo_gym.insights.models import Washing
 from walltopo_gym.insights.routes import OfRoute, of_routes
-from walltopo_gym.insights.shrinking import Sample, shrunk
 from walltopo_gym.insights.stripping import what_to_strip
 from walltopo_gym.insights.styles import styles
 from walltopo_gym.insights.usage import ENOUGH, Usage, worn_walls
@@ -80,7 +80,7 @@ OPINIONS = st.tuples(
     opinions=st.lists(OPINIONS, max_size=30, unique_by=lambda row: row[:2]),
     gone=st.sets(WHO, max_size=3), washed=st.none() | st.integers(2, 70),
 )  # fmt: skip
-def test_what_is_told_is_a_plain_recount(
+def test_figures_equal_a_plain_recount(
     server: Server, hall: World, ascents: list[Any], opinions: list[Any], gone: set[int],
     washed: int | None,
 ) -> None:  # fmt: skip
@@ -96,8 +96,8 @@ def test_what_is_told_is_a_plain_recount(
             tries = 1 if kind == "flash" else tries
             _add_ascent(session, hall, people[who], routes[which], kind, tries, at, back)
         for who, which, grade, stars, wish in opinions:
-            said = {"grade": grade, "stars": stars, "wish": wish}
-            row = Opinion(person_id=people[who], route_id=routes[which].id, **said)
+            opinion = {"grade": grade, "stars": stars, "wish": wish}
+            row = Opinion(person_id=people[who], route_id=routes[which].id, **opinion)
             row.changed_at = NOW - timedelta(days=9)
             session.add(row)
         if moment is not None:
@@ -137,7 +137,7 @@ def _add_ascent(
 def plain_usage(
     rows: Iterable[Ascent], route: UUID, since: datetime, washed: datetime | None
 ) -> Usage:
-    """Of one route, row by row."""
+    """Count the usage of one route, row by row."""
     mine = [r for r in rows if r.route_id == route and r.taken_back_at is None]
     mine = [r for r in mine if r.kind != "project"]
     recent = [r for r in mine if r.climbed_at >= since]
@@ -153,7 +153,7 @@ def plain_usage(
 
 
 def _compare_routes(
-    told: Any, routes: Sequence[Route], rows: Sequence[Ascent], votes: Sequence[Opinion],
+    result: Any, routes: Sequence[Route], rows: Sequence[Ascent], votes: Sequence[Opinion],
     washed: datetime | None,
 ) -> None:  # fmt: skip
     since = NOW - timedelta(days=28)
@@ -166,8 +166,8 @@ def _compare_routes(
     flashes = plain_shrunk({
         key: [1] * use.flashed + [0] * (use.climbers - use.flashed) for key, use in plain.items()
     })  # fmt: skip
-    assert [one.id for one in told.routes] == [route.id for route in routes[:-1]]
-    for one in told.routes:
+    assert [one.id for one in result.routes] == [route.id for route in routes[:-1]]
+    for one in result.routes:
         use, mine = plain[one.id], [v for v in votes if v.route_id == one.id]
         assert one.use == use
         assert one.stars == _close(stars.get(one.id), 0.006)
@@ -182,7 +182,7 @@ def _compare_routes(
         )  # fmt: skip
         groups = (use.recent_people, use.earlier_people)
         assert one.recent == (use.recent if not any(0 < n < ENOUGH for n in groups) else None)
-    for setter in told.setters:
+    for setter in result.setters:
         mine_too = {route.id for route in routes if route.setter == setter.setter}
         counted = [r for r in rows if r.route_id in mine_too and not r.taken_back_at]
         climbers = {r.person_id for r in counted if r.kind in TOPS}
@@ -197,25 +197,25 @@ def _close(value: float | None, by: float) -> Any:
 
 
 def _compare_wall(
-    told: dict[UUID, int | None], hall: World, routes: Sequence[Route], rows: Sequence[Ascent],
+    result: dict[UUID, int | None], hall: World, routes: Sequence[Route], rows: Sequence[Ascent],
     washed: datetime | None,
 ) -> None:  # fmt: skip
-    hanging = {route.id for route in routes[:-1]}
-    counted = [r for r in rows if r.route_id in hanging and not r.taken_back_at]
+    current = {route.id for route in routes[:-1]}
+    counted = [r for r in rows if r.route_id in current and not r.taken_back_at]
     counted = [r for r in counted if r.kind != "project"]
     since = [r for r in counted if washed is None or r.climbed_at >= washed]
     before = [r for r in counted if washed is not None and r.climbed_at < washed]
     few = any(0 < len({r.person_id for r in some}) < ENOUGH for some in (since, before))
     wanted = None if few else sum(r.tries for r in since)
-    assert told.get(hall.wall.id, 0) == wanted
+    assert result.get(hall.wall.id, 0) == wanted
 
 
 def _compare_styles(
-    told: Any, routes: Sequence[Route], rows: Sequence[Ascent], votes: Sequence[Opinion]
+    result: Any, routes: Sequence[Route], rows: Sequence[Ascent], votes: Sequence[Opinion]
 ) -> None:
-    """Up to Monday morning; each number that is told is a plain count, and is of enough people."""
+    """Up to Monday morning; each published number is a plain count of enough people."""
     monday = datetime(2026, 3, 2, 4, tzinfo=UTC)
-    assert told.until == monday
+    assert result.until == monday
     counted = [r for r in rows if not r.taken_back_at and r.kind != "project"]
     counted = [r for r in counted if r.climbed_at < monday]
     best: dict[UUID, int] = defaultdict(lambda: -1)
@@ -226,16 +226,16 @@ def _compare_styles(
         for person, worth in best.items()
     }
     sizes = Counter(bands.values())
-    assert sum(group.size for group in told.groups) in (0, len(bands))
+    assert sum(group.size for group in result.groups) in (0, len(bands))
     assert all(
-        group.size == sum(sizes[part] for part in group.parts) >= ENOUGH for group in told.groups
+        group.size == sum(sizes[part] for part in group.parts) >= ENOUGH for group in result.groups
     )
     names = {-20.0: "slab", 0.0: "vertical", 30.0: "steep"}
     kind = {route.id: names[(-20.0, 0.0, 30.0)[at % 3]] for at, route in enumerate(routes)}
-    for line in (line for line in told.lines if line.kind == "steepness"):
+    for line in (line for line in result.lines if line.kind == "steepness"):
         mine = [r for r in counted if r.route_id and kind[r.route_id] == line.value]
         for parts, cell in [(set(sizes), line)] + [
-            (set(g.parts), line.cells[g.key]) for g in told.groups
+            (set(g.parts), line.cells[g.key]) for g in result.groups
         ]:
             these = [r for r in mine if bands[r.person_id] in parts]
             if cell.tried is not None:
@@ -244,10 +244,10 @@ def _compare_styles(
                 tops = {(r.person_id, r.route_id) for r in these if r.kind in TOPS}
                 assert cell.topped == len(tops)
             if cell.votes is not None:
-                said = [v for v in votes if v.stars and bands.get(v.person_id) in parts]
-                said = [v for v in said if kind[v.route_id] == line.value]
-                assert cell.votes == len(said)
-                assert len({v.person_id for v in said}) not in range(1, ENOUGH)
+                voted = [v for v in votes if v.stars and bands.get(v.person_id) in parts]
+                voted = [v for v in voted if kind[v.route_id] == line.value]
+                assert cell.votes == len(voted)
+                assert len({v.person_id for v in voted}) not in range(1, ENOUGH)
 
 
 def plain_shrunk(values: dict[Any, list[Any]]) -> dict[Any, float]:
@@ -299,10 +299,10 @@ def test_what_to_strip_has_its_reasons_and_order() -> None:
     kept = a_route(age=80, keep=3, renew=1)
     worst = a_route(age=57, stars=2.0, votes=4, renew=2, use=Usage(recent=1, worn=200))
     planned = a_route(age=3, strip_on=NOW.date() + timedelta(days=6), use=Usage())
-    told = what_to_strip([*rest, old, kept, worst, planned, older], NOW.date(), 150)
-    assert [one.route_id for one in told] == [worst.id, older.id, old.id, planned.id]
-    assert told[0].reasons == ("old", "quiet", "disliked", "renew", "worn")
-    assert told[-1].reasons == ("planned",)
+    suggestions = what_to_strip([*rest, old, kept, worst, planned, older], NOW.date(), 150)
+    assert [one.route_id for one in suggestions] == [worst.id, older.id, old.id, planned.id]
+    assert suggestions[0].reasons == ("old", "quiet", "disliked", "renew", "worn")
+    assert suggestions[-1].reasons == ("planned",)
 
 
 def test_by_the_page_wishes_stock_and_washing(world: World) -> None:
@@ -318,19 +318,19 @@ def test_by_the_page_wishes_stock_and_washing(world: World) -> None:
     systems = ask("GET", "/grade-systems")
     wish = {"cells": [{"system": systems[0]["id"], "grade": "6A", "routes": 4},
                       {"steepness": "slab", "routes": 2}]}  # fmt: skip
-    told = ask("PUT", "/insights/wish", wish)
-    assert [(w["grade"], w["steepness"], w["hanging"], w["wish"]) for w in told["wishes"]] == [
+    table = ask("PUT", "/insights/targets", wish)["targets"]
+    assert [(w["grade"], w["steepness"], w["current"], w["target"]) for w in table] == [
         ("6A", "", 0, 4), ("", "slab", 0, 2), ("", "vertical", 1, None),
     ]  # fmt: skip
     wrong = {"cells": [{"system": systems[0]["id"], "grade": "12", "routes": 4}]}
-    assert world.server.ask("PUT", f"{path}/wish", setter, wrong).status_code == 422
+    assert world.server.ask("PUT", f"{path}/targets", setter, wrong).status_code == 422
     rows = [{"colour": "red", "type": "", "total": 10}, {"colour": "blue", "total": 0}]
-    told = ask("PUT", "/insights/stock", {"rows": rows, "wash_after": 5})
-    free = {(row["colour"], row["type"]): row["free"] for row in told["stock"]}
+    payload = ask("PUT", "/insights/stock", {"rows": rows, "wash_after": 5})
+    free = {(row["colour"], row["type"]): row["free"] for row in payload["stock"]}
     assert free == {
         ("red", ""): 8, ("red", "unknown"): None, ("blue", ""): -1, ("blue", "unknown"): None,
     }  # fmt: skip
-    sizes = {(row["colour"], row["size"], row["holds"]) for row in told["holds"]}
+    sizes = {(row["colour"], row["size"], row["holds"]) for row in payload["holds"]}
     assert sizes == {("red", "m", 1), ("red", "l", 1), ("blue", "m", 1)}
     route = world.published()["routes"][0]["id"]
     body = {"route_id": route, "kind": "top", "tries": 7,
@@ -345,10 +345,10 @@ def test_by_the_page_wishes_stock_and_washing(world: World) -> None:
     wear = ask("DELETE", f"{wall}/{wear['washing_id']}")["wear"][0]
     assert (wear["due"], wear["washed_at"]) == (1, None)
     table = world.server.ask("GET", f"{path}/stock.csv", setter).text.splitlines()
-    assert table[:2] == ["colour,type,hanging,total,free", "blue,,1,0,-1"]
+    assert table[:2] == ["colour,type,current,total,free", "blue,,1,0,-1"]
 
 
-def test_a_reset_is_told_by_what_stayed_came_and_went(world: World) -> None:
+def test_a_reset_lists_what_stayed_came_and_went(world: World) -> None:
     holds = [hold(n, 0.4 * n, 1.0) for n in range(1, 7)]
     first = world.reviewed({1: [1, 2], 2: [3, 4]}, holds)
     assert world.publish(first, {"number": 1}, {"number": 2}).is_success
@@ -357,6 +357,6 @@ def test_a_reset_is_told_by_what_stayed_came_and_went(world: World) -> None:
     entries = [{"number": 1, "route_id": stays}, {"number": 2}, {"number": 3}]
     assert world.publish(second, *entries, revision=1).is_success
     path = f"{world.path}/walls/{world.wall.id}/resets"
-    told = world.server.ask("GET", path, world.people["setter"]).json()
-    assert [(r["stayed"], r["came"], r["went"], r["weeks"]) for r in told] == [(1, 2, 1, 0)]
-    assert (told[0]["before"]["routes"], told[0]["after"]["routes"]) == (2, 3)
+    payload = world.server.ask("GET", path, world.people["setter"]).json()
+    assert [(r["stayed"], r["came"], r["went"], r["weeks"]) for r in payload] == [(1, 2, 1, 0)]
+    assert (payload[0]["before"]["routes"], payload[0]["after"]["routes"]) == (2, 3)

@@ -8,16 +8,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from gym.tests.hurried import waiting
 from gym.tests.worlds import Server, World, hold, new_database
 from sqlalchemy import select
 
 from walltopo.core import InputError
-from walltopo_gym.api.app import PREFIX
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.operating.backup import back_up, restore
 from walltopo_gym.operating.upkeep import alone
 from walltopo_gym.scans.models import Scan
-from walltopo_gym.scans.states import State
+from walltopo_gym.scans.service import State
+from walltopo_gym.server.app import PREFIX
 from walltopo_gym.settings import GymSettings, load_settings
 from walltopo_gym.storage.files import open_store
 
@@ -37,14 +38,14 @@ def backed_up(world: World, to: Path) -> Path:
 
 
 def pages(server: Server, world: World) -> list[Any]:
-    """What a member sees: the wall, and the bytes of its files."""
+    """Return what a member sees: the wall, and the bytes of its files."""
     member = world.people["member"]
     path = f"{world.path}/walls/{world.wall.id}/published"
-    told = server.ask("GET", path, member).json()
+    answer = server.ask("GET", path, member).json()
     files = [server.ask("GET", file.removeprefix(PREFIX), member) for file in
-             told["files"].values()]  # fmt: skip
+             answer["files"].values()]  # fmt: skip
     assert all(file.status_code == 200 for file in files)
-    return [told, *(file.content for file in files)]
+    return [answer, *(file.content for file in files)]
 
 
 def test_it_restores_to_the_same_pages(
@@ -52,18 +53,19 @@ def test_it_restores_to_the_same_pages(
 ) -> None:
     scan = world.reviewed({1: [1]}, [hold(1, 0.0, 1.0)])
     assert world.publish(scan, {"number": 1, "name": "Moon"}).is_success
-    running = world.scan(State.RUNNING)
+    queued = world.scan(usable=3)
+    start = f"{world.path}/scans/{queued}/start"
+    assert world.server.ask("POST", start, world.people["setter"]).is_success
     before = pages(world.server, world)
     file = backed_up(world, tmp_path / "gym.tar")
-    with world.server.database.writing() as session:  # one that runs here goes on here
-        session.delete(session.get_one(Scan, running))
     there = elsewhere(world, request, tmp_path / "there")
     restore(there, open_store(there), file)
     other = Server(there.data, there.database)
     assert pages(other, world) == before
     with other.database.reading() as session:
-        state, run = session.execute(select(Scan.state, Scan.run).where(Scan.id == running)).one()
-    assert (state, run) == (State.QUEUED, 1)  # what was at work is begun again
+        state, run = session.execute(select(Scan.state, Scan.run).where(Scan.id == queued)).one()
+    assert (state, run) == (State.QUEUED, 1)
+    assert (str(queued), 1) in waiting(other, "scans")
     with pytest.raises(InputError, match="already"):
         restore(there, open_store(there), file)
     other.close()
@@ -92,16 +94,13 @@ def test_a_damaged_backup_is_refused_before_anything_is_used(
     assert open_store(there).keys("") == []
 
 
-def _state(path: Path) -> tuple[int, int, int] | None:
-    """Return what a change of a file would change, else None.
-
-    The file is not opened: closing it would take back the locks that SQLite holds on its database
-    in this process, and another process could then damage the database.
-    """
+def _stamp(path: Path) -> tuple[int, int, int] | None:
+    """Return what changes with a file. Its content is not read: to close a file ends all locks that
+    this process has on it, SQLite's too, and the database is open."""
     if not path.is_file():
         return None
-    state = path.stat()
-    return state.st_ino, state.st_size, state.st_mtime_ns
+    found = path.stat()
+    return found.st_ino, found.st_size, found.st_mtime_ns
 
 
 @pytest.mark.parametrize("overwrite", [False, True])
@@ -115,10 +114,10 @@ def test_a_backup_replaces_nothing_of_the_gym(
     link.symlink_to(data / "gym.sqlite")
     (tmp_path / "folder").mkdir()
     for to in (data / "gym.sqlite", data / "files" / "new.tar", data, link, tmp_path / "folder"):
-        before = _state(to)
+        before = _stamp(to)
         with pytest.raises(InputError):
             back_up(*place, to, overwrite=overwrite)
-        assert _state(to) == before
+        assert _stamp(to) == before
     assert not (data / "files" / "new.tar").exists()
 
 

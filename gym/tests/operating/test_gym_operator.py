@@ -10,6 +10,7 @@ import re
 import time
 from datetime import timedelta
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -17,9 +18,7 @@ from gym.tests.worlds import Server, World, hold
 from sqlalchemy import select, update
 
 from walltopo_gym.accounts.models import SignIn
-from walltopo_gym.api.app import build_app
-from walltopo_gym.api.bounds import LONGEST_BODY
-from walltopo_gym.api.logs import log_config
+from walltopo_gym.api.middleware import LONGEST_BODY
 from walltopo_gym.api.services import Services
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError
@@ -27,7 +26,9 @@ from walltopo_gym.operating.doctor import examine
 from walltopo_gym.operating.jobs import cancel, jobs, retry
 from walltopo_gym.operating.purge import purge
 from walltopo_gym.scans.models import Scan
-from walltopo_gym.scans.states import State
+from walltopo_gym.scans.service import State
+from walltopo_gym.server.app import build_app
+from walltopo_gym.server.observed import log_config
 from walltopo_gym.settings import load_settings
 
 
@@ -53,11 +54,11 @@ def test_a_purge_takes_what_nothing_names_and_no_more(world: World) -> None:
         late = update(SignIn).where(SignIn.person_id == somebody.id)
         session.execute(late.values(expires_at=now() - timedelta(days=1)))
     settings = server.settings
-    told = purge(settings, server.database, store, really=False)
-    assert set(gone) <= set(told.files)
-    assert told.rows >= 1
+    planned = purge(settings, server.database, store, really=False)
+    assert set(gone) <= set(planned.files)
+    assert planned.rows >= 1
     assert all(store.has(key) for key in gone)
-    assert purge(settings, server.database, store).files == told.files
+    assert purge(settings, server.database, store).files == planned.files
     assert [key for key in gone if store.has(key)] == []
     assert [key for key in [*kept, "originals/young"] if not store.has(key)] == []
     # Originals go after their time, once the wall has long been published; the wall stays.
@@ -92,6 +93,14 @@ def test_an_operator_sees_and_moves_jobs(world: World) -> None:
         assert session.scalar(select(Scan.state).where(Scan.id == scan)) == State.CANCELLED
 
 
+def test_an_operator_does_not_take_a_scan_out_of_review(world: World) -> None:
+    scan = world.scan(State.REVIEW, usable=3)
+    with world.server.database.writing() as session:
+        with pytest.raises(ConflictError):
+            cancel(session, scan)
+        assert session.scalar(select(Scan.state).where(Scan.id == scan)) == State.REVIEW
+
+
 def _again(server: Server, **settings: Any) -> Any:
     """The application with other settings over the same services."""
     kept = server.settings
@@ -108,13 +117,18 @@ def test_figures_are_for_who_has_the_token(server: Server) -> None:
     assert client.get("/metrics", headers={"authorization": "Bearer other"}).status_code == 404
     client.get("/api/v1/gyms")
     client.get("/nowhere/17")
-    told = client.get("/metrics", headers={"authorization": "Bearer figures"}).text
-    assert 'walltopo_requests_total{endpoint="list_gyms",status="200"} 1.0' in told
-    assert 'walltopo_scans{state="failed"}' in told
-    assert "nowhere" not in told
+    metrics = client.get("/metrics", headers={"authorization": "Bearer figures"}).text
+    assert 'walltopo_requests_total{endpoint="list_gyms",status="200"} 1.0' in metrics
+    assert 'walltopo_scans{state="failed"}' in metrics
+    assert "nowhere" not in metrics
 
 
-def test_a_network_that_asks_too_often_waits(server: Server) -> None:
+def test_a_network_that_asks_too_often_waits(
+    server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # The minute must not turn between two requests: the window would slide and admit one more.
+    stopped = SimpleNamespace(time=lambda: 1_800_000_000.0)
+    monkeypatch.setattr("limits.storage.memory.time", stopped)
     client = _again(server, requests_per_minute=5)
     statuses = [client.get("/health").status_code for _ in range(7)]
     assert statuses == [200] * 5 + [429] * 2

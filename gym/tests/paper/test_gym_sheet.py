@@ -1,4 +1,4 @@
-"""Pages: each letter is printed or told of, lines keep within their room, codes can be read."""
+"""Pages: each letter is printed or reported, lines keep within their room, codes can be read."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from gym.tests.printed import codes_of, pages_of, words_of
 from hypothesis import given
 from hypothesis import strategies as st
 
-from walltopo.core import InputError
+from walltopo_gym.errors import RequestError
 from walltopo_gym.paper import numbered
-from walltopo_gym.paper.letters import Letters
+from walltopo_gym.paper.printable import PrintableText
 from walltopo_gym.paper.sheet import Sheet
 
 ADDRESS = "https://walls.example.com/r/0123456789"
@@ -38,21 +38,21 @@ def test_the_same_words_are_the_same_bytes() -> None:
     assert results(3).pdf() == results(3).pdf()
 
 
-def test_what_the_font_lacks_is_told() -> None:
+def test_missing_glyphs_are_reported() -> None:
     made = Sheet("Moon 漢字 Ωμέγα Жук")
     assert "Moon ?? Ωμέγα Жук" in words_of(made.pdf())
     assert made.missing == {"漢", "字"}
 
 
 def test_pages_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(numbered, "MOST_PAGES", 2)
-    with pytest.raises(InputError, match="pages"):
+    monkeypatch.setattr(numbered, "MAX_PAGES", 2)
+    with pytest.raises(RequestError, match="pages"):
         results(90).pdf()
 
 
 @given(st.text(max_size=60), st.floats(40, 300), st.integers(1, 4), st.booleans())
 def test_lines_keep_within_their_room(words: str, room: float, most: int, bold: bool) -> None:
-    letters = Letters()
+    letters = PrintableText()
     lines = letters.lines(words, room, 10, most, bold=bold)
     assert len(lines) <= most
     assert all(letters.width(line, 10, bold=bold) <= room for line in lines)
@@ -62,8 +62,8 @@ def test_lines_keep_within_their_room(words: str, room: float, most: int, bold: 
 
 
 @given(st.text(max_size=60))
-def test_each_character_is_printed_or_told_of(words: str) -> None:
-    letters = Letters()
+def test_each_character_is_printed_or_reported(words: str) -> None:
+    letters = PrintableText()
     printed = letters.text(words)
     assert letters.missing.isdisjoint(printed)
     assert letters.text(printed) == printed

@@ -15,7 +15,7 @@ def past(world: World, rest: str = "") -> Any:
     return answer.json() if answer.is_success else answer.status_code
 
 
-def test_a_former_version_says_what_was_said_then(world: World) -> None:
+def test_a_former_version_keeps_its_route_facts(world: World) -> None:
     first = world.reviewed({1: [1], 2: [2]}, HOLDS)
     entries = [{"number": 1, "name": "Moon", "setter": "Jana"}, {"number": 2, "name": "Sun"}]
     assert world.publish(first, *entries).is_success

@@ -16,7 +16,7 @@ FIRST = {1: [1, 2, 3, 4], 2: [5, 6, 7, 8], 3: [9, 10, 11, 12]}
 
 
 @pytest.fixture
-def hanging(world: World) -> tuple[World, dict[str, Any]]:
+def current(world: World) -> tuple[World, dict[str, Any]]:
     """A wall with three named routes."""
     scan = world.reviewed(FIRST, HOLDS)
     entries = [{"number": n, "name": f"Route {n}"} for n in FIRST]
@@ -27,12 +27,12 @@ def hanging(world: World) -> tuple[World, dict[str, Any]]:
 def draft(world: World, scan: object) -> dict[str, Any]:
     answer = world.server.ask("GET", f"{world.path}/scans/{scan}/draft", world.people["setter"])
     assert answer.status_code == 200, answer.text
-    told: dict[str, Any] = answer.json()
-    return told
+    payload: dict[str, Any] = answer.json()
+    return payload
 
 
-def test_a_reset_keeps_what_stays(hanging: tuple[World, dict[str, Any]]) -> None:
-    world, before = hanging
+def test_a_reset_keeps_what_stays(current: tuple[World, dict[str, Any]]) -> None:
+    world, before = current
     ids = {route["name"]: route["id"] for route in before["routes"]}
     # Route 2 is gone, 4 is new, the others stay under other numbers.
     new = [*HOLDS[:4], *HOLDS[8:], *(hold(n, 0.5 * n, 2.6) for n in range(20, 24))]
@@ -60,8 +60,8 @@ def test_a_reset_keeps_what_stays(hanging: tuple[World, dict[str, Any]]) -> None
     assert world.server.ask("GET", gone, world.people["member"]).json()["stripped_at"] is not None
 
 
-def test_the_former_version_comes_back(hanging: tuple[World, dict[str, Any]]) -> None:
-    world, before = hanging
+def test_the_former_version_comes_back(current: tuple[World, dict[str, Any]]) -> None:
+    world, before = current
     assert world.publish(world.reviewed({}, []), revision=1).status_code == 200
     assert world.published()["routes"] == []
     body = {"scan_id": before["scan_id"], "revision": 2}
@@ -72,8 +72,8 @@ def test_the_former_version_comes_back(hanging: tuple[World, dict[str, Any]]) ->
     assert again["revision"] == 3
 
 
-def test_of_two_setters_one_publishes(hanging: tuple[World, dict[str, Any]]) -> None:
-    world, _ = hanging
+def test_of_two_setters_one_publishes(current: tuple[World, dict[str, Any]]) -> None:
+    world, _ = current
     scans = [world.reviewed({1: [1]}, HOLDS[:1]) for _ in range(2)]
     statuses: list[int] = []
 
@@ -99,9 +99,9 @@ def test_of_two_setters_one_publishes(hanging: tuple[World, dict[str, Any]]) -> 
     ],
 )
 def test_what_makes_no_sense_changes_nothing(
-    hanging: tuple[World, dict[str, Any]], entries: list[dict[str, Any]]
+    current: tuple[World, dict[str, Any]], entries: list[dict[str, Any]]
 ) -> None:
-    world, before = hanging
+    world, before = current
     scan = world.reviewed({1: [1]}, HOLDS[:1])
     assert world.publish(scan, *entries, revision=1).status_code == 422
     assert world.published() == before
@@ -113,9 +113,9 @@ def test_what_makes_no_sense_changes_nothing(
 
 
 def test_a_wall_that_did_not_change_is_not_sent_again(
-    hanging: tuple[World, dict[str, Any]],
+    current: tuple[World, dict[str, Any]],
 ) -> None:
-    world, before = hanging
+    world, before = current
     member, path = world.people["member"], f"{world.path}/walls/{world.wall.id}/published"
     tag = world.server.ask("GET", path, member).headers["etag"]
     answer = world.server.ask("GET", path, member, headers={"if-none-match": tag})
@@ -127,8 +127,8 @@ def test_a_wall_that_did_not_change_is_not_sent_again(
     assert (answer.status_code, len(answer.json()["routes"])) == (200, 2)
 
 
-def test_grades_are_the_gyms(hanging: tuple[World, dict[str, Any]]) -> None:
-    world, before = hanging
+def test_grades_are_the_gyms(current: tuple[World, dict[str, Any]]) -> None:
+    world, before = current
     system = world.server.ask("GET", f"{world.path}/grade-systems", world.owner).json()[0]["id"]
     route = f"{world.path}/routes/{before['routes'][0]['id']}"
     for grade, status in (("6A", 200), ("V4", 422)):

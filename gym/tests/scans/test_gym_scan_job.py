@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 import json
+import time
 from functools import partial
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import httpx
+import numpy as np
 import pytest
+from gym.tests.hurried import forget_jobs
 from gym.tests.running import QUICK, Process, announce, browser, send, wait_for
 from gym.tests.worlds import Server, World, make_world
+from numpy.typing import NDArray
 from PIL import Image
-from sqlalchemy import delete, select
 
 from walltopo.pipeline.stages import stage_names
-from walltopo_gym.scans.models import Worker
+from walltopo.scans.colmap_model import open_model
+from walltopo_gym.jobs.place import living
 
 
 def _manifest(data: Path, scan: str) -> dict[str, Any]:
-    """What the shelf knows of the scan's stages."""
+    """Return what the shelf knows of the scan's stages."""
     path = data / "files" / "scans" / scan / "scan.json"
     if not path.is_file():
         return {}
@@ -61,7 +65,7 @@ def test_a_worker_takes_what_is_queued_and_says_why_it_fails(server: Server) -> 
         worker.stop()
 
 
-def test_another_worker_goes_on_when_one_is_silent(server: Server) -> None:
+def test_another_worker_goes_on_when_one_is_killed(server: Server) -> None:
     """One is killed over three photos of noise; the other ends what it had begun."""
     world = make_world(server)
     scan = world.scan()
@@ -71,17 +75,14 @@ def test_another_worker_goes_on_when_one_is_silent(server: Server) -> None:
         server.services.store.put(f"originals/noise{number}", content.getvalue())
         world.photo(scan, state="usable", sha256=f"noise{number}")
     path, setter = f"{world.path}/scans/{scan}", world.people["setter"]
-    settings = {"silent_s": "6"}
-    if server.settings.database:
-        settings["database"] = server.settings.database
-    with server.database.writing() as session:
-        session.execute(delete(Worker))  # of the tests before
+    settings = {"database": server.settings.database} if server.settings.database else {}
+    forget_jobs(server)
     data = server.settings.data
     workers: list[Process] = []
     try:
         for number in range(2):
             workers.append(Process(data, "worker", **settings))
-            wait_for(partial(_is_up, server, number))
+            wait_for(partial(_live, server, number + 1))
         assert server.ask("POST", f"{path}/start", setter).status_code == 200
         at_work = wait_for(lambda: list((data / "work").glob(f"*/{scan}/scan")))[0]
         busy = int(at_work.parts[-3].rpartition("-")[2])
@@ -92,17 +93,37 @@ def test_another_worker_goes_on_when_one_is_silent(server: Server) -> None:
         )
         assert "fault of the program" not in ended["error"]
         assert ended["error"]
-        assert not _is_up(server, busy)
+        assert _live(server, 1)
     finally:
         for worker in workers:
             worker.stop()
 
 
-def _is_up(server: Server, number: int) -> bool:
-    """Whether the worker of this number has said so."""
-    with server.database.reading() as session:
-        names = session.scalars(select(Worker.name)).all()
-    return any(name.endswith(f"-{number}") for name in names)
+def _live(server: Server, number: int) -> bool:
+    """Return whether so many workers live."""
+    return living(server.settings, server.database) == number
+
+
+def _check_scaling(client: httpx.Client, path: str, data: Path, scan: str) -> None:
+    """Give two points of the scan a distance of 2 m; only the stages from `scale` on run again."""
+    before, done = _points(data, scan), _manifest(data, scan)
+    ordered = sorted(before, key=lambda number: before[number][0])
+    a, b = ordered[len(ordered) // 5], ordered[4 * len(ordered) // 5]
+    body = {"points": [before[a].tolist(), before[b].tolist()], "metres": 2.0}
+    assert client.post(f"{path}/distance", json=body).json()["state"] == "queued"
+    ended = wait_for(
+        lambda: (facts := _scan(client, path))["state"] in ("review", "failed") and facts
+    )
+    assert (ended["state"], ended["scale"]["method"]) == ("review", "distance"), ended
+    after, again = _points(data, scan), _manifest(data, scan)
+    assert np.linalg.norm(after[a] - after[b]) == pytest.approx(2.0, rel=1e-3)
+    assert again["sparse"] == done["sparse"]
+    assert again["dense"] != done["dense"]
+
+
+def _points(data: Path, scan: str) -> dict[int, NDArray[np.float64]]:
+    model = open_model(data / "files/scans" / scan / "sparse")
+    return {number: np.array(point.xyz) for number, point in model.points3D.items()}
 
 
 @pytest.mark.slow
@@ -114,7 +135,7 @@ def test_a_scan_outlives_its_server(tmp_path: Path, tiny_photos: Path) -> None:
     cookie = world.people["setter"].headers["cookie"].partition("=")[2]
     process = Process(tmp_path, "serve", "--port", "0", **settings)
     try:
-        client = browser(process.said, cookie)
+        client = browser(process.first_line, cookie)
         begun = client.post(f"{world.path}/walls/{world.wall.id}/scans").json()
         path = f"{world.path}/scans/{begun['id']}"
         for file in sorted(tiny_photos.iterdir()):
@@ -122,16 +143,19 @@ def test_a_scan_outlives_its_server(tmp_path: Path, tiny_photos: Path) -> None:
             place = announce(client, f"{path}/photos", file.name, content).headers["location"]
             assert send(client, place, content).status_code == 204
         wait_for(lambda: {p["state"] for p in client.get(f"{path}/photos").json()} == {"usable"})
+        assert sum(p["plate_frames"] for p in client.get(f"{path}/photos").json()) > 1
         assert client.post(f"{path}/start").status_code == 200
         before = wait_for(lambda: "sparse" in (done := _manifest(tmp_path, begun["id"])) and done)
         process.kill()
         assert "export" not in before
         process = Process(tmp_path, "serve", "--port", "0", **settings)
-        client = browser(process.said, cookie)
+        client = browser(process.first_line, cookie)
         ended = wait_for(
             lambda: (facts := _scan(client, path))["state"] in ("review", "failed") and facts
         )
         assert ended["state"] == "review", ended
+        assert ended["scale"]["method"] == "measure"
+        assert ended["scale"]["metric"]
         after = _manifest(tmp_path, begun["id"])
         # What was done before the kill was not done again.
         assert {name: after[name] for name in before} == before
@@ -139,6 +163,7 @@ def test_a_scan_outlives_its_server(tmp_path: Path, tiny_photos: Path) -> None:
         wait_for(lambda: not list((tmp_path / "work").rglob(begun["id"])))
         # Started again in review: no.
         assert client.post(f"{path}/start").status_code == 409
+        _check_scaling(client, path, tmp_path, begun["id"])
         _edit_it(client, path)
     finally:
         process.stop()
@@ -155,15 +180,15 @@ def _edit_it(client: httpx.Client, path: str) -> None:
     tried = client.post(f"{log}/try", json={"edits": edits}).json()["result"]
     gone = next(row for row in tried["holds"] if row["id"] == holds[0]["id"])
     assert gone["left_out"]
-    hard = client.post(f"{log}/problems", json={"edits": edits, "wish": {"grade": "hard"}})
-    assert "no grade" in hard.json()["title"]
+    hard = client.post(f"{log}/problems", json={"edits": edits, "spec": {"grade": "hard"}})
+    assert "not a boulder grade" in hard.json()["title"]
     nowhere = {"edits": edits, "route": 9999, "way": "easier"}
-    assert "no route 9999" in client.post(f"{log}/ease", json=nowhere).json()["title"]
-    asked = {"version": before["version"], "edits": edits}
-    assert client.post(log, json=asked).json()["version"] == "1"
-    second = client.post(log, json=asked)
+    assert "route 9999 does not exist" in client.post(f"{log}/ease", json=nowhere).json()["title"]
+    saved_log = {"version": before["version"], "edits": edits}
+    assert client.post(log, json=saved_log).json()["version"] == "1"
+    second = client.post(log, json=saved_log)
     assert second.status_code == 409
-    assert "other edits were saved" in second.json()["title"]
+    assert "saved edits since" in second.json()["title"]
     at = ",".join(map(str, holds[0]["position"]))
     photos = client.get(f"{path}/editor/photos", params={"at": at})
     assert photos.json()["photos"]
@@ -175,6 +200,28 @@ def _edit_it(client: httpx.Client, path: str) -> None:
     body = {"revision": draft["revision"], "routes": []}
     assert client.post(f"{path}/publish", json=body).status_code == 200
     assert client.get(log).status_code == 409  # it is published
+    _amend_it(client, path, [row["id"] for row in after])
+
+
+def _amend_it(client: httpx.Client, published: str, holds: list[int]) -> None:
+    """A hold that was removed comes back by an amendment of the published wall."""
+    gym, _, scan = published.rpartition("/scans/")
+    wall = _scan(client, published)["wall_id"]
+    begun = time.monotonic()
+    amendment = client.post(f"{gym}/walls/{wall}/amendments").json()
+    assert amendment["amends_id"] == scan
+    path = f"{gym}/scans/{amendment['id']}"
+    log = f"{path}/editor/log"
+    before = _scan(client, log)
+    assert (before["version"], len(before["edits"]["edits"])) == ("1", 1)
+    edits = {"version": 2, "edits": []}
+    assert client.post(log, json={"version": "1", "edits": edits}).status_code == 200
+    wait_for(lambda: not _scan(client, f"{log}/state")["stale"])
+    assert {row["id"] for row in _shown(client, path, "holds.json")["holds"]} > set(holds)
+    draft = client.get(f"{path}/draft").json()
+    body = {"revision": draft["revision"], "routes": []}
+    assert client.post(f"{path}/publish", json=body).status_code == 200
+    assert time.monotonic() - begun < 60  # a missed hold costs a minute
 
 
 def _settled(state: dict[str, Any]) -> dict[str, Any] | None:

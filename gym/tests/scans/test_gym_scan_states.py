@@ -14,8 +14,8 @@ from PIL import Image
 
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.scans.models import Scan
+from walltopo_gym.scans.service import State, move
 from walltopo_gym.scans.stages import ScanSteps
-from walltopo_gym.scans.states import State, move
 
 
 def steps(world: World, tmp_path: Path) -> ScanSteps:
@@ -113,7 +113,7 @@ def test_a_cancelled_scan_stays_cancelled(world: World, tmp_path: Path) -> None:
     assert row_of(world, scan).state == State.CANCELLED
 
 
-def test_who_watches_is_told_of_every_change(world: World, tmp_path: Path) -> None:
+def test_watchers_get_every_change(world: World, tmp_path: Path) -> None:
     """Server-sent events until the scan is nobody's work any more."""
     scan = world.scan(usable=3)
     assert ask(world, scan, "start") == 200
@@ -131,8 +131,10 @@ def test_who_watches_is_told_of_every_change(world: World, tmp_path: Path) -> No
     thread.join()
     assert answer.headers["content-type"].startswith("text/event-stream")
     lines = answer.text.splitlines()
-    told = [json.loads(line.removeprefix("data:")) for line in lines if line.startswith("data:")]
-    states = [facts["state"] for facts in told]
+    messages = [
+        json.loads(line.removeprefix("data:")) for line in lines if line.startswith("data:")
+    ]
+    states = [facts["state"] for facts in messages]
     assert states[-1] == State.FAILED
     assert State.RUNNING in states
-    assert told[-1]["error"] == "no overlap"
+    assert messages[-1]["error"] == "no overlap"

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from walltopo_gym.api.services import Services
 from walltopo_gym.operating.upkeep import alone
+from walltopo_gym.server.app import open_services
 from walltopo_gym.settings import load_settings
 
 
@@ -21,7 +21,7 @@ def test_only_its_user_can_enter_the_data_folder(tmp_path: Path, *, there: bool)
     data = tmp_path / "gym"
     if there:
         data.mkdir(mode=0o755)
-    Services.open(load_settings({"data": data}, {})).close()
+    open_services(load_settings({"data": data}, {})).close()
     assert mode(data) == 0o700
     data.chmod(0o755)
     with alone(data):

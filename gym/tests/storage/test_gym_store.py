@@ -12,10 +12,10 @@ from gym.tests.worlds import Server, World, hold, make_world
 from moto.server import ThreadedMotoServer
 
 from walltopo.core import SettingsError
-from walltopo_gym.api.app import PREFIX
 from walltopo_gym.clock import now
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.operating.doctor import examine
+from walltopo_gym.server.app import PREFIX
 from walltopo_gym.settings import load_settings
 from walltopo_gym.storage.files import FileStore, open_store
 
@@ -38,9 +38,9 @@ def s3() -> Iterator[str]:
 @pytest.fixture
 def objects(s3: str, monkeypatch: pytest.MonkeyPatch) -> str:
     """The bucket's URL; where it is stands in the environment, as for every S3 program."""
-    told = {"ENDPOINT": s3, "ALLOW_HTTP": "true", "REGION": "us-east-1", "ACCESS_KEY_ID": "k",
+    answer = {"ENDPOINT": s3, "ALLOW_HTTP": "true", "REGION": "us-east-1", "ACCESS_KEY_ID": "k",
             "SECRET_ACCESS_KEY": "s"}  # fmt: skip
-    for name, value in told.items():
+    for name, value in answer.items():
         monkeypatch.setenv(f"AWS_{name}", value)
     return f"s3://{BUCKET}"
 
@@ -82,6 +82,6 @@ def test_a_wall_is_served_from_a_bucket(objects: str, tmp_path: Path) -> None:
     server.close()
 
 
-def test_a_store_that_is_none_is_told(tmp_path: Path) -> None:
+def test_an_invalid_store_is_refused(tmp_path: Path) -> None:
     with pytest.raises(SettingsError, match="objects"):
         open_store(load_settings({"data": tmp_path, "objects": "walls"}, {}))

@@ -1,4 +1,4 @@
-"""What is published or stripped is told: signed, again where it was not taken, to nobody inside."""
+"""Webhooks of publications and stripped routes: signed, retried, never into our own networks."""
 
 from __future__ import annotations
 
@@ -14,25 +14,28 @@ from typing import Any
 from uuid import UUID
 
 import pytest
-from gym.tests.worlds import World, hold
+from gym.tests.hurried import at_work, forget_jobs, waiting
+from gym.tests.running import wait_for
+from gym.tests.worlds import Server, World, hold
 from sqlalchemy import select
 
-from walltopo.core import InputError
-from walltopo_gym.webhooks.delivery import Delivery
+from walltopo_gym.errors import RequestError
+from walltopo_gym.jobs.queue import Task
+from walltopo_gym.webhooks.delivery import Delivery, note_failure
 from walltopo_gym.webhooks.models import Webhook, WebhookEvent
-from walltopo_gym.webhooks.sending import check_url, send
+from walltopo_gym.webhooks.service import DELIVERY, check_url, note, send
 
 
 @contextmanager
 def listener(*statuses: int) -> Iterator[tuple[str, list[tuple[dict[str, str], bytes]]]]:
-    """A gym's own program: its address, and what it was told. Answers with these in turn."""
-    told: list[tuple[dict[str, str], bytes]] = []
+    """A gym's own program: its address and the messages that it got. Answers with these in turn."""
+    answer: list[tuple[dict[str, str], bytes]] = []
     answers = iter(statuses)
 
     class Handler(BaseHTTPRequestHandler):
         def do_POST(self) -> None:
             body = self.rfile.read(int(self.headers["content-length"]))
-            told.append(({k.lower(): v for k, v in self.headers.items()}, body))
+            answer.append(({k.lower(): v for k, v in self.headers.items()}, body))
             self.send_response(next(answers, 200))
             self.send_header("location", "http://localhost/elsewhere")
             self.end_headers()
@@ -43,7 +46,7 @@ def listener(*statuses: int) -> Iterator[tuple[str, list[tuple[dict[str, str], b
     thread = threading.Thread(target=server.serve_forever)
     thread.start()
     try:
-        yield f"http://127.0.0.1:{server.server_port}/hook?gym=1", told
+        yield f"http://127.0.0.1:{server.server_port}/hook?gym=1", answer
     finally:
         server.shutdown()
         thread.join()
@@ -56,9 +59,10 @@ def events(world: World) -> list[UUID]:
         return list(session.scalars(ours.order_by(WebhookEvent.created_at)))
 
 
-def delivery(world: World) -> Delivery:
-    settings = world.server.settings.model_copy(update={"webhooks_to_private": True})
-    return Delivery(settings, world.server.database)
+def delivery(server: Server) -> Task:
+    """Return what sends messages, into our own networks too."""
+    settings = server.settings.model_copy(update={"webhooks_to_private": True})
+    return Task(DELIVERY, Delivery(settings, server.database).deliver, note_failure)
 
 
 def hooked(world: World, url: str) -> str:
@@ -71,29 +75,28 @@ def hooked(world: World, url: str) -> str:
     return secret
 
 
-def test_what_changes_is_told_signed_and_until_it_is_taken(world: World) -> None:
-    with listener(500, 302) as (url, told):
+def test_changes_are_sent_signed_until_accepted(world: World) -> None:
+    forget_jobs(world.server)
+    with listener(500, 302) as (url, answer):
         secret = hooked(world, url)
         scan = world.reviewed({1: [1]}, [hold(1, 0.0, 1.0)])
         assert world.publish(scan, {"number": 1}, revision=7).status_code == 409
-        assert events(world) == []  # nothing happened, nothing is told
+        assert events(world) == []  # nothing happened, no message
+        assert waiting(world.server, DELIVERY.name) == []
         assert world.publish(scan, {"number": 1}).is_success
         (event,) = events(world)
-        for status in (500, 302):
-            delivery(world).try_once(event)
-            facts = world.server.ask("GET", f"{world.path}/webhooks", world.owner).json()[0]
-            assert (facts["waiting"], facts["error"]) == (1, f"answered {status}")
-        delivery(world).try_once(event)
-        assert events(world) == []
-        assert len(told) == 3
-    headers, body = told[-1]
+        assert waiting(world.server, DELIVERY.name) == [(str(event),)]
+        with at_work(world.server, delivery(world.server)):
+            wait_for(lambda: not events(world))
+        assert len(answer) == 3
+    headers, body = answer[-1]
     assert json.loads(body)["type"] == "wall.published"
     assert json.loads(body)["data"] == {"wall": str(world.wall.id), "scan": str(scan)}
     key = base64.b64decode(secret.removeprefix("whsec_"))
     signed = f"{headers['webhook-id']}.{headers['webhook-timestamp']}.".encode() + body
     right = base64.b64encode(hmac.new(key, signed, hashlib.sha256).digest()).decode()
     assert headers["webhook-signature"] == f"v1,{right}"
-    assert {told[0][0]["webhook-id"], headers["webhook-id"]} == {str(event)}
+    assert {answer[0][0]["webhook-id"], headers["webhook-id"]} == {str(event)}
 
 
 @pytest.mark.parametrize(
@@ -108,14 +111,24 @@ def test_what_changes_is_told_signed_and_until_it_is_taken(world: World) -> None
     ],
 )  # fmt: skip
 def test_nothing_is_sent_into_our_own_networks(url: str) -> None:
-    with pytest.raises(InputError):
+    with pytest.raises(RequestError):
         check_url(url, private=False)
 
 
 def test_a_name_that_means_ourselves_is_found_out_when_it_is_used() -> None:
-    with listener() as (url, told):
+    with listener() as (url, answer):
         port = int(url.rpartition(":")[2].partition("/")[0])
         check_url(f"https://localhost:{port}/", private=False)  # a name, not looked up yet
-        with pytest.raises(InputError, match="public"):
+        with pytest.raises(RequestError, match="public"):
             send(f"https://localhost:{port}/", "whsec_", UUID(int=1), 0, {}, private=False)
-        assert told == []
+        assert answer == []
+
+
+def test_a_change_that_is_rolled_back_queues_nothing(world: World) -> None:
+    forget_jobs(world.server)
+    hooked(world, "https://example.com/")
+    with world.server.database.writing() as session:
+        note(session, world.gym.id, "wall.published")
+        session.rollback()
+    assert events(world) == []
+    assert waiting(world.server, DELIVERY.name) == []

@@ -1,10 +1,12 @@
-/** The app's words in the reader's language, by i18next. One language is loaded at a time. */
+/** The app's texts in the reader's language, by i18next. One language is loaded at a time. */
 
 import i18next from "i18next";
 import type competitions from "./competitions/locales/en.json";
 import type hall from "./hall/locales/en.json";
 import type insights from "./insights/locales/en.json";
 import type en from "./locales/en.json";
+import type problems from "./problems/locales/en.json";
+import type resets from "./resets/locales/en.json";
 
 export const LANGUAGES = { en: "English", de: "Deutsch", cs: "Čeština", fr: "Français" } as const;
 export type Language = keyof typeof LANGUAGES;
@@ -13,60 +15,75 @@ type Forms<K extends string> = K extends `${infer Base}_${"one" | "few" | "many"
 type Paths<T, Before extends string = ""> = {
   [K in keyof T & string]: T[K] extends string ? `${Before}${Forms<K>}` : Paths<T[K], `${Before}${K}.`>;
 }[keyof T & string];
-/** Where a text stands in `locales/en.json`, or in that of an area (`addWords`); plural forms without their ending. */
-export type Key = Paths<typeof en & typeof competitions & typeof hall & typeof insights>;
+/** The key of a text in `locales/en.json`, or in that of an area (`withTexts`); without plural endings. */
+export type Key = Paths<typeof en & typeof competitions & typeof hall & typeof insights & typeof problems & typeof resets>;
+
+/** A part of the app with texts of its own, which only its pages load (`routes.ts`). */
+export type Area = "competitions" | "hall" | "insights" | "problems" | "resets";
 
 const KEPT = "walltopo-language";
-type Loaders = Record<string, () => Promise<object>>;
-const LOADERS: Loaders[] = [import.meta.glob<object>("./locales/*.json", { import: "default" })];
+const TEXTS = import.meta.glob<object>(["./locales/*.json", "./*/locales/*.json"], { import: "default" });
+const learned = new Set<Area | "">([""]);
 
-// English are the server's own words.
-const SAID = import.meta.glob<Record<string, string>>("./said/*.json", { import: "default" });
-let saidHere: Record<string, string> = {};
+// The server answers in English itself.
+const PROBLEMS = import.meta.glob<object>("../../src/walltopo_gym/messages/{de,cs,fr}.json", { import: "default" });
+const PLACES = { prefix: "{", suffix: "}", escapeValue: false };
 let spoken = $state<Language>("en");
 
-/** A text; whoever shows it is drawn again when the language changes. */
+/** A text; components that show it are redrawn when the language changes. */
 export function t(key: Key, values: Record<string, unknown> = {}): string {
   return i18next.t(key as string, { lng: spoken, ...values });
 }
 
-/** What the server says, by its code, in the reader's language; null where there are no words for it. */
-export function said(code: string, values: Record<string, string>): string | null {
-  const text = saidHere[code];
-  return text === undefined ? null : text.replace(/\{(\w+)\}/g, (whole, name: string) => values[name] ?? whole);
+/** The sentence of a server error by its code; null in English, or for an unknown code. */
+export function problemText(code: string, values: Record<string, string>): string | null {
+  const given = { ...values, ...(values.count === undefined ? {} : { count: Number(values.count) }) };
+  const how = { ...given, ns: "problems", lng: spoken, interpolation: PLACES };
+  return i18next.exists(code, how) ? i18next.t(code, how) : null;
 }
 
 export function language(): Language {
   return spoken;
 }
 
+/**
+ * The locale for dates and numbers: the browser's first entry of this language (en-GB: 20 Nov 2026). English without a
+ * country is international, not American.
+ */
+export function locale(): string {
+  const exact = navigator.languages.find((code) => code.startsWith(`${spoken}-`));
+  return exact ?? (spoken === "en" ? "en-GB" : spoken);
+}
+
 function isKnown(code: string): code is Language {
   return code in LANGUAGES;
 }
 
-/** The language that was chosen here, else the first of the browser's that there is. */
-function wished(): Language {
-  const asked = [localStorage.getItem(KEPT) ?? "", ...navigator.languages];
-  return asked.map((code) => code.slice(0, 2)).find(isKnown) ?? "en";
+/** The chosen language, else the first available one of the browser's. */
+function preferredLanguage(): Language {
+  const requested = [localStorage.getItem(KEPT) ?? "", ...navigator.languages];
+  return requested.map((code) => code.slice(0, 2)).find(isKnown) ?? "en";
 }
 
-async function learn(code: Language, loaders: Loaders): Promise<void> {
-  i18next.addResourceBundle(code, "translation", await loaders[`./locales/${code}.json`]!(), true);
+async function learn(code: Language, area: Area | ""): Promise<void> {
+  const texts = await TEXTS[`./${area && `${area}/`}locales/${code}.json`]!();
+  i18next.addResourceBundle(code, "translation", texts, true);
 }
 
-/**
- * The words of an area of the app, which come with its pages: each of those imports a `words.ts` that waits for this.
- * The area's first key is its own.
- */
-export async function addWords(loaders: Loaders): Promise<void> {
-  LOADERS.push(loaders);
-  await begun;
-  await learn(spoken, loaders);
+/** Resolves to a page once the texts of its area are here. Not awaited by a module itself: in Safari, modules that wait and import each other never end. */
+export function withTexts(area: Area): <T>(page: T) => Promise<T> {
+  return async (page) => {
+    learned.add(area);
+    await begun;
+    await learn(spoken, area);
+    return page;
+  };
 }
 
 export async function speak(code: Language, keep = true): Promise<void> {
-  saidHere = (await SAID[`./said/${code}.json`]?.()) ?? {};
-  await Promise.all(LOADERS.map((loaders) => learn(code, loaders)));
+  const problems = await PROBLEMS[`../../src/walltopo_gym/messages/${code}.json`]?.();
+  if (problems) i18next.addResourceBundle(code, "problems", problems);
+  await Promise.all([...learned].map((area) => learn(code, area)));
   spoken = code;
   document.documentElement.lang = code;
   if (keep) localStorage.setItem(KEPT, code);
@@ -86,7 +103,7 @@ async function start(): Promise<void> {
     // Svelte escapes what it shows.
     interpolation: { escapeValue: false },
   });
-  await speak(wished(), false);
+  await speak(preferredLanguage(), false);
 }
 
 const DAY = { dateStyle: "medium" } as const;
@@ -95,15 +112,15 @@ const DAY = { dateStyle: "medium" } as const;
 export function day(text: string): string {
   // A date without a time is that day everywhere.
   const zone = text.length === 10 ? { timeZone: "UTC" } : {};
-  return new Intl.DateTimeFormat(spoken, { ...DAY, ...zone }).format(new Date(text));
+  return new Intl.DateTimeFormat(locale(), { ...DAY, ...zone }).format(new Date(text));
 }
 
 export function moment(text: string): string {
-  return new Intl.DateTimeFormat(spoken, { ...DAY, timeStyle: "short" }).format(new Date(text));
+  return new Intl.DateTimeFormat(locale(), { ...DAY, timeStyle: "short" }).format(new Date(text));
 }
 
-/** A moment as short as it can be told: the hour today, else the day too. */
+/** A moment as short as possible: the time today, else the day too. */
 export function time(at: Date): string {
   const isToday = at.toDateString() === new Date().toDateString();
-  return new Intl.DateTimeFormat(spoken, isToday ? { timeStyle: "short" } : { ...DAY, timeStyle: "short" }).format(at);
+  return new Intl.DateTimeFormat(locale(), isToday ? { timeStyle: "short" } : { ...DAY, timeStyle: "short" }).format(at);
 }

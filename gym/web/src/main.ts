@@ -7,17 +7,16 @@ import { preload } from "./routes";
 import { recall } from "./session.svelte";
 import { lastGym } from "./shell/lastGym.svelte";
 
-// Opened without a wish, it is where one was last; "Other gyms" leads from there.
+// Without a path the app opens the last visited gym; "Other gyms" leads elsewhere.
 if (location.pathname === "/" && lastGym()) history.replaceState(history.state, "", `/g/${lastGym()}`);
 
 const begun = Promise.all([begin(), recall()]);
-// The page's own script meanwhile; what goes wrong with it the router tells.
+// Prefetch the page's own script; the router reports failures.
 preload(location.pathname as Parameters<typeof preload>[0]).catch(() => undefined);
-await begun;
-mount(App, { target: document.getElementById("app")! });
-
-// Below `/embed` the page is somebody else's: nothing is kept there.
-if (window.top === window) {
+void begun.then(() => {
+  mount(App, { target: document.getElementById("app")! });
+  // Pages below `/embed` belong to other sites: nothing is stored there.
+  if (window.top !== window) return;
   beginOutbox();
   if ("serviceWorker" in navigator) void navigator.serviceWorker.register("/sw.js");
-}
+});

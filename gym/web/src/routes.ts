@@ -1,71 +1,98 @@
-/** Which page is at which address. The first part of each is also known to `api/pages.py`. */
+/** Which page is at which address. The first part of each is also known to `server/pages.py`. */
 
 import { createRouter } from "sv-router";
-import Home from "./pages/Home.svelte";
-import NotFound from "./pages/NotFound.svelte";
+import Home from "./gyms/Home.svelte";
+import { withTexts } from "./i18n.svelte";
+import { has, type Feature } from "./lib/features";
+import NotFound from "./shell/NotFound.svelte";
 
-const wall = () => import("./pages/WallPage.svelte");
-const past = () => import("./pages/PastPage.svelte");
-const embedded = () => import("./pages/Embedded.svelte");
-const widget = () => import("./hall/Widget.svelte");
+const competitions = withTexts("competitions");
+const hall = withTexts("hall");
+const insights = withTexts("insights");
+const ofProblems = withTexts("problems");
+const resets = withTexts("resets");
+
+const wall = () => import("./walls/WallPage.svelte");
+const holds = () => import("./holds/HoldsToCheck.svelte");
+const past = () => import("./publishing/PastPage.svelte");
+const problems = () => import("./problems/ProblemsPage.svelte").then(ofProblems);
+const embedded = () => import("./walls/Embedded.svelte");
+
+/** A page of an optional feature; missing if the feature is off. */
+function of<T>(feature: Feature, page: T): T | typeof NotFound {
+  return has(feature) ? page : NotFound;
+}
+
+const widget = of("hall", () => import("./hall/Widget.svelte").then(hall));
 
 export const { p, navigate, preload, route } = createRouter({
   "/": Home,
-  "/sign-in": () => import("./pages/SignIn.svelte"),
-  "/sign-up": () => import("./pages/SignUp.svelte"),
-  "/new-password": () => import("./pages/NewPassword.svelte"),
-  "/invitation": () => import("./pages/Invitation.svelte"),
-  "/sign-in/device": () => import("./pages/SignInDevice.svelte"),
-  "/me": () => import("./pages/Me.svelte"),
-  "/me/profile": () => import("./pages/MyProfile.svelte"),
-  "/me/security": () => import("./pages/Security.svelte"),
-  "/me/waiting": () => import("./pages/Waiting.svelte"),
-  "/me/messages": () => import("./hall/Messages.svelte"),
-  "/unsubscribe": () => import("./hall/Unsubscribe.svelte"),
-  "/me/data": () => import("./pages/MyData.svelte"),
-  "/people/:person": () => import("./pages/PersonPage.svelte"),
-  "/new-gym": () => import("./pages/NewGym.svelte"),
-  "/g/:gym": () => import("./pages/GymPage.svelte"),
-  "/g/:gym/progress": () => import("./pages/Progress.svelte"),
-  "/g/:gym/sessions/:visit": () => import("./pages/SessionPage.svelte"),
-  "/g/:gym/board": () => import("./pages/Board.svelte"),
-  "/g/:gym/feed": () => import("./pages/Feed.svelte"),
-  "/g/:gym/competitions": () => import("./competitions/List.svelte"),
-  "/g/:gym/competitions/new": () => import("./competitions/Wizard.svelte"),
-  "/g/:gym/competitions/:competition": () => import("./competitions/CompetitionPage.svelte"),
-  "/g/:gym/competitions/:competition/edit": () => import("./competitions/Wizard.svelte"),
-  "/g/:gym/competitions/:competition/entries": () => import("./competitions/StartList.svelte"),
-  "/g/:gym/competitions/:competition/order": () => import("./competitions/OrderPage.svelte"),
-  "/g/:gym/competitions/:competition/card": () => import("./competitions/Card.svelte"),
-  "/g/:gym/competitions/:competition/judge": () => import("./competitions/JudgePage.svelte"),
-  "/g/:gym/competitions/:competition/judge/:problem": () => import("./competitions/JudgeProblem.svelte"),
-  "/g/:gym/competitions/:competition/appeals": () => import("./competitions/Appeals.svelte"),
-  "/g/:gym/competitions/:competition/board": () => import("./competitions/BoardPage.svelte"),
-  "/g/:gym/settings": () => import("./pages/GymSettings.svelte"),
-  "/g/:gym/settings/hall": () => import("./hall/HallPage.svelte"),
-  "/g/:gym/settings/hall/paper": () => import("./hall/Paper.svelte"),
-  "/g/:gym/settings/hall/tags": () => import("./hall/Tags.svelte"),
-  "/g/:gym/settings/hall/website": () => import("./hall/Website.svelte"),
-  "/g/:gym/settings/zones": () => import("./settings/Zones.svelte"),
-  "/g/:gym/settings/comments": () => import("./settings/Reports.svelte"),
-  "/g/:gym/settings/people": () => import("./settings/People.svelte"),
-  "/g/:gym/settings/plan": () => import("./settings/PlanEditor.svelte"),
-  "/g/:gym/settings/webhooks": () => import("./settings/Webhooks.svelte"),
-  "/g/:gym/settings/log": () => import("./settings/Log.svelte"),
-  "/g/:gym/insights": () => import("./insights/Overview.svelte"),
-  "/g/:gym/insights/styles": () => import("./insights/Styles.svelte"),
-  "/g/:gym/insights/holds": () => import("./insights/Holds.svelte"),
-  "/g/:gym/insights/w/:wall": () => import("./insights/HeatMap.svelte"),
-  "/g/:gym/insights/w/:wall/resets": () => import("./insights/Resets.svelte"),
+  "/sign-in": () => import("./accounts/SignIn.svelte"),
+  "/sign-up": () => import("./accounts/SignUp.svelte"),
+  "/new-password": () => import("./accounts/NewPassword.svelte"),
+  "/invitation": () => import("./gyms/Invitation.svelte"),
+  "/sign-in/device": () => import("./accounts/SignInDevice.svelte"),
+  "/me": () => import("./accounts/Me.svelte"),
+  "/me/profile": () => import("./accounts/MyProfile.svelte"),
+  "/me/security": () => import("./accounts/Security.svelte"),
+  "/me/waiting": () => import("./outbox/Waiting.svelte").then(ofProblems),
+  "/me/messages": of("hall", () => import("./hall/Messages.svelte").then(hall)),
+  "/unsubscribe": of("hall", () => import("./hall/Unsubscribe.svelte").then(hall)),
+  "/me/data": () => import("./accounts/MyData.svelte"),
+  "/selftest": () => import("./operating/SelfTest.svelte"),
+  "/people/:person": () => import("./climbing/PersonPage.svelte"),
+  "/new-gym": () => import("./gyms/NewGym.svelte"),
+  "/g/:gym": () => import("./gyms/GymPage.svelte"),
+  "/g/:gym/progress": () => import("./climbing/Progress.svelte"),
+  "/g/:gym/sessions/:visit": () => import("./climbing/SessionPage.svelte"),
+  "/g/:gym/board": () => import("./climbing/Board.svelte"),
+  "/g/:gym/feed": () => import("./climbing/Feed.svelte"),
+  "/g/:gym/competitions": of("competitions", () => import("./competitions/List.svelte").then(competitions)),
+  "/g/:gym/competitions/new": of("competitions", () => import("./competitions/Wizard.svelte").then(competitions)),
+  "/g/:gym/competitions/:competition": of("competitions", () => import("./competitions/CompetitionPage.svelte").then(competitions)),
+  "/g/:gym/competitions/:competition/edit": of("competitions", () => import("./competitions/Wizard.svelte").then(competitions)),
+  "/g/:gym/competitions/:competition/entries": of("competitions", () => import("./competitions/StartList.svelte").then(competitions)),
+  "/g/:gym/competitions/:competition/order": of("competitions", () => import("./competitions/OrderPage.svelte").then(competitions)),
+  "/g/:gym/competitions/:competition/card": of("competitions", () => import("./competitions/Card.svelte").then(competitions)),
+  "/g/:gym/competitions/:competition/judge": of("competitions", () => import("./competitions/JudgePage.svelte").then(competitions)),
+  "/g/:gym/competitions/:competition/judge/:problem": of("competitions", () => import("./competitions/JudgeProblem.svelte").then(competitions)),
+  "/g/:gym/competitions/:competition/appeals": of("competitions", () => import("./competitions/Appeals.svelte").then(competitions)),
+  "/g/:gym/competitions/:competition/board": of("competitions", () => import("./competitions/BoardPage.svelte").then(competitions)),
+  "/g/:gym/settings": () => import("./gyms/GymSettings.svelte"),
+  "/g/:gym/settings/hall": of("hall", () => import("./hall/HallPage.svelte").then(hall)),
+  "/g/:gym/settings/hall/paper": of("hall", () => import("./hall/Paper.svelte").then(hall)),
+  "/g/:gym/settings/hall/tags": of("hall", () => import("./hall/Tags.svelte").then(hall)),
+  "/g/:gym/settings/hall/website": of("hall", () => import("./hall/Website.svelte").then(hall)),
+  "/g/:gym/settings/zones": () => import("./walls/Zones.svelte"),
+  "/g/:gym/settings/comments": () => import("./climbing/Reports.svelte").then(ofProblems),
+  "/g/:gym/settings/people": () => import("./gyms/People.svelte"),
+  "/g/:gym/settings/plan": () => import("./walls/PlanEditor.svelte"),
+  "/g/:gym/settings/webhooks": () => import("./webhooks/Webhooks.svelte"),
+  "/g/:gym/settings/log": () => import("./gyms/Log.svelte"),
+  "/g/:gym/holds": holds,
+  "/g/:gym/w/:wall/holds": holds,
+  "/g/:gym/desk": () => import("./resets/Plans.svelte").then(resets),
+  "/g/:gym/desk/:plan": () => import("./resets/PlanPage.svelte").then(resets),
+  "/g/:gym/desk/:plan/forerun": () => import("./resets/Forerun.svelte").then(resets),
+  "/g/:gym/insights": of("insights", () => import("./insights/Overview.svelte").then(insights)),
+  "/g/:gym/insights/styles": of("insights", () => import("./insights/Styles.svelte").then(insights)),
+  "/g/:gym/insights/holds": of("insights", () => import("./insights/Holds.svelte").then(insights)),
+  "/g/:gym/insights/w/:wall": of("insights", () => import("./insights/HeatMap.svelte").then(insights)),
+  "/g/:gym/insights/w/:wall/resets": of("insights", () => import("./insights/Resets.svelte").then(insights)),
   "/g/:gym/w/:wall": wall,
   "/g/:gym/w/:wall/r/:route": wall,
+  "/g/:gym/w/:wall/problems": problems,
+  "/g/:gym/w/:wall/problems/new": problems,
+  "/g/:gym/w/:wall/problems/:problem": problems,
   "/g/:gym/w/:wall/past": past,
   "/g/:gym/w/:wall/past/:scan": past,
-  "/g/:gym/w/:wall/versions": () => import("./pages/Versions.svelte"),
-  "/g/:gym/s/:scan/edit": () => import("./pages/Editing.svelte"),
-  "/g/:gym/s/:scan": () => import("./pages/ScanPage.svelte"),
-  "/kiosk/g/:gym": () => import("./hall/Kiosk.svelte"),
-  "/r/:code": () => import("./hall/Short.svelte"),
+  "/g/:gym/w/:wall/routes": () => import("./publishing/EditRoutes.svelte"),
+  "/g/:gym/w/:wall/add-routes": () => import("./publishing/AddRoutes.svelte"),
+  "/g/:gym/w/:wall/versions": () => import("./publishing/Versions.svelte"),
+  "/g/:gym/s/:scan/edit": () => import("./editing/Editing.svelte"),
+  "/g/:gym/s/:scan": () => import("./scans/ScanPage.svelte"),
+  "/kiosk/g/:gym": of("hall", () => import("./hall/Kiosk.svelte").then(hall)),
+  "/r/:code": of("hall", () => import("./hall/Short.svelte").then(hall)),
   "/embed/g/:gym/new": widget,
   "/embed/g/:gym/board": widget,
   "/embed/g/:gym/w/:wall": embedded,
@@ -73,7 +100,7 @@ export const { p, navigate, preload, route } = createRouter({
   "*": NotFound,
 });
 
-/** A part of the present address; the page that asks has it. */
-export function part(name: "gym" | "wall" | "route" | "scan" | "person" | "visit" | "competition" | "problem" | "code"): string {
+/** A part of the present address; the calling page has it. */
+export function part(name: "gym" | "wall" | "route" | "scan" | "person" | "visit" | "competition" | "problem" | "code" | "plan"): string {
   return route.params[name] ?? "";
 }

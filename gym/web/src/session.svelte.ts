@@ -1,7 +1,8 @@
-/** Who is signed in here. The secret is a cookie that no script can read; this is only whose it is. */
+/** The signed-in person. The secret is a cookie that no script can read; this only says whose it is. */
 
 import { answer, api, Problem, type Schemas } from "./api/client";
-import { forgetWall } from "./wall/script";
+import { forgetBody } from "./walls/body";
+import { forgetWall } from "./walls/script";
 import { forgetAnswers, isCutOff, KEPT, keeps } from "./offline/reception.svelte";
 
 const SIGNED_IN = "walltopo-signed-in";
@@ -13,7 +14,7 @@ export function me(): Schemas["Me"] | null {
 }
 
 export function signedIn(as: Schemas["Me"]): void {
-  // What was said before was said to somebody else.
+  // Stored data belongs to the earlier account.
   if (person?.id !== as.id) forget();
   person = as;
   localStorage.setItem(SIGNED_IN, "yes");
@@ -26,37 +27,45 @@ export function signedOut(): void {
 }
 
 function forget(): void {
+  forgetBody();
   forgetWall();
   void forgetAnswers();
 }
 
-/** Who was signed in here last; visitors are not asked for. What is kept of them does for the moment. */
+/** The last signed-in person; visitors are not looked up. Stored data is enough until the server responds. */
 export async function recall(): Promise<void> {
   if (localStorage.getItem(SIGNED_IN) === null) return;
-  const asked = keeps() && isCutOff() ? null : ask();
-  if (keeps()) person = (await answer(api.GET("/api/v1/me", KEPT)).catch(() => null)) ?? null;
-  if (!person) await (asked ?? ask());
+  let responded = false;
+  const requested = keeps() && isCutOff() ? null : ask().then((known) => (responded = known));
+  if (keeps()) {
+    const kept = await answer(api.GET("/api/v1/me", KEPT)).catch(() => null);
+    if (!responded) person = kept ?? null; // a slow store must not undo a sign-out
+  }
+  if (!person && !responded) await (requested ?? ask());
 }
 
-async function ask(): Promise<void> {
+/** Ask the server for the signed-in person; returns whether it responded. */
+async function ask(): Promise<boolean> {
   try {
     person = await answer(api.GET("/api/v1/me"));
+    return true;
   } catch (error) {
-    if (error instanceof Problem && error.status === 401) signedOut();
-    else if (!(error instanceof Problem)) throw error;
+    if (!(error instanceof Problem)) throw error;
+    if (error.status === 401) signedOut();
+    return error.status === 401;
   }
 }
 
 const INVITATION = "walltopo-invitation";
 
-/** An invitation that was opened before there was an account; kept over the mail that makes one. */
+/** An invitation that was opened before sign-up; stored until the mailed link returns. */
 export const invitation = {
   keep: (secret: string): void => localStorage.setItem(INVITATION, secret),
   get: (): string | null => localStorage.getItem(INVITATION),
   drop: (): void => localStorage.removeItem(INVITATION),
 };
 
-/** The secret of a mailed link: what stands after `#`, which no server ever sees. */
+/** The secret of a mailed link: the part after `#`, which no server ever sees. */
 export function secretOfLink(): string {
   return location.hash.slice(1);
 }

@@ -1,6 +1,5 @@
-// node phone.mjs PLACES.json: how soon a gym and a wall are there on a slow phone, and what Lighthouse
-// and the browser say of the app. Prints one JSON line a figure; `gym/benchmarks/phone.py` starts the
-// server, makes the demo gym and adds up.
+// node phone.mjs PLACES.json: load times of a gym and a wall on a slow phone, and findings of Lighthouse and the browser. Prints one
+// JSON line per figure; `gym/benchmarks/phone.py` starts the server, makes the demo gym and adds up.
 
 import { execFile } from "node:child_process";
 import { mkdtempSync, readFileSync } from "node:fs";
@@ -15,10 +14,10 @@ import { signIn } from "./place.mjs";
 const SLOWER = 4;
 const LINE = { down: 9e6, up: 1.5e6, roundTrip: 60 };
 const QUIET_MS = 2000;
-const WINDOW_MS = 2500; // a new window first fills its own frame, which a phone's browser has no such of
+const WINDOW_MS = 2500; // a new window first fills its own frame, which phone browsers do not have
 const PATIENCE_MS = 180_000;
 const UNANSWERED_MS = 20_000;
-const MOST_ASKED = 5;
+const MAX_REQUESTS = 5;
 const GYM = ".walls a";
 const WALL = "wall-topo[data-ready=first], wall-topo[data-ready=detail]";
 
@@ -26,7 +25,7 @@ const places = JSON.parse(readFileSync(process.argv[2], "utf8"));
 const tell = (name, value) => process.stdout.write(`${JSON.stringify({ name, value })}\n`);
 const wall = `/g/${places.gym}/w/${places.wall}`;
 
-/** In the page before its scripts: when a place was there, when it was drawn, when the last long task ended. */
+/** Runs before the page's scripts: records when a place existed, when it was drawn, when the last long task ended. */
 function watch(selector) {
   window.there = window.seen = 0;
   window.busy = 0;
@@ -42,7 +41,7 @@ function watch(selector) {
   new PerformanceObserver(note).observe({ type: "longtask", buffered: true });
 }
 
-/** Opens a page as a slow phone does. Milliseconds until `selector` was there, was drawn, and until the page answered taps for good. */
+/** Opens a page as a slow phone does. Returns milliseconds until `selector` existed, was drawn, and the page responded to taps. */
 async function opened(context, path, selector) {
   const page = await context.newPage();
   await sleep(WINDOW_MS);
@@ -57,7 +56,7 @@ async function opened(context, path, selector) {
   return { page, there, seen, interactive: Math.max(seen, busy) };
 }
 
-/** Until the service worker has what the gym's pages need, as `offline/keepGym.ts` asks for it. */
+/** Wait until the service worker has what the gym's pages need, as `offline/keepGym.ts` requests it. */
 async function kept(page) {
   const there = async (address) => Boolean(navigator.serviceWorker.controller && (await caches.match(address)));
   await page.waitForFunction(there, `/api/v1/gyms/${places.gym}/scans/${places.scan}/files/page/first.glb`, { timeout: PATIENCE_MS });
@@ -90,7 +89,7 @@ async function timed(browser) {
   await context.close();
 }
 
-/** What Chromium has against installing the app; nothing where it can be. */
+/** Chromium's objections to installing the app; empty if there are none. */
 async function installable(context) {
   const page = await context.newPage();
   await page.goto(`${places.address}/g/${places.gym}`);
@@ -100,7 +99,7 @@ async function installable(context) {
   const errors = await Promise.race([session.send("Page.getInstallabilityErrors"), sleep(UNANSWERED_MS)]);
   const isManaged = await page.evaluate(async () => Boolean((await navigator.serviceWorker.ready).active));
   await page.close();
-  // Chromium that is asked while it asks itself never answers.
+  // Chromium never answers if it is queried while it checks itself.
   if (!errors) return null;
   return [...manifest.errors.map(({ message }) => message), ...errors.installabilityErrors.map(({ errorId }) => errorId), ...(isManaged ? [] : ["no service worker"])];
 }
@@ -122,8 +121,8 @@ await browser.close();
 // Lighthouse looks at pages of the browser that somebody signed in with.
 const own = await startOwn(mkdtempSync(join(tmpdir(), "walltopo-phone-")), places.debugging, { locale: "en-GB" });
 let against = null;
-for (let asked = 0; !against; asked++) {
-  if (asked === MOST_ASKED) throw new Error("Chromium does not answer whether the app can be installed");
+for (let requested = 0; !against; requested++) {
+  if (requested === MAX_REQUESTS) throw new Error("Chromium does not answer whether the app can be installed");
   against = await installable(own);
 }
 tell("against installing", against);
@@ -133,7 +132,7 @@ const go = async (path) => {
   await page.waitForSelector("h1");
 };
 for (const path of places.public) tell(`visitor ${path}`, await lighthouse(path, places.debugging));
-await signIn({ page, go }, places, places.climber);
+await signIn({ page, go }, places, places.climber, { own: true });
 for (const path of places.own) tell(`climber ${path}`, await lighthouse(path, places.debugging));
 await own.close();
 server.close();

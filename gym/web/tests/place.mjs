@@ -1,15 +1,15 @@
-// A browser on the platform: signs in, waits for conditions, and gathers what must not be there.
+// A browser on the platform: signs in, waits for conditions, and collects errors.
 
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
+import { existsSync, readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
-import { join } from "node:path";
+import { dirname, join } from "node:path";
 
 const require = createRequire(new URL("../../../viewer/package.json", import.meta.url));
 const AXE = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
 const PATIENCE_MS = 90_000;
 
-/** A browser of somebody's own; `log` fills with errors and with what other hosts were asked for. */
+/** A browser of one person; `log` collects errors and requests to other hosts. */
 export async function visit(browser, places, { phone = true, dark = false, locale = "en-GB" } = {}) {
   const viewport = phone ? { width: 390, height: 844 } : { width: 1280, height: 800 };
   const context = await browser.newContext({
@@ -22,7 +22,7 @@ export async function visit(browser, places, { phone = true, dark = false, local
   page.on("console", (message) => message.type() === "error" && log.push(message.text()));
   page.on("request", (request) => {
     const { protocol, origin } = new URL(request.url());
-    if (!["blob:", "data:"].includes(protocol) && origin !== places.address) log.push(`asked for ${request.url()}`);
+    if (!["blob:", "data:"].includes(protocol) && origin !== places.address) log.push(`request to ${request.url()}`);
   });
   const go = async (path) => {
     await page.goto(places.address + path);
@@ -36,20 +36,51 @@ export async function visit(browser, places, { phone = true, dark = false, local
   return { page, context, go, shot, log, close };
 }
 
-export async function signIn({ page, go }, places, email) {
+/** Sign in, by the form only where no earlier browser of this person left a session: more than ten sign-ins of one
+    person in a quarter of an hour are refused. `own` asks for a session of this browser alone. */
+export async function signIn({ page, go }, places, email, { own = false } = {}) {
+  const kept = join(dirname(places.log), `session-${email}.json`);
+  const context = page.context();
+  if (!own && existsSync(kept)) {
+    await context.addCookies(JSON.parse(readFileSync(kept, "utf8")));
+    if ((await context.request.get(`${places.address}/api/v1/me`)).ok()) {
+      await go("/sign-in");
+      await page.evaluate(() => localStorage.setItem("walltopo-signed-in", "yes")); // else the app asks for nobody
+      await go("/");
+      // The start page may lead on to the gym seen last.
+      return await page.getByRole("heading", { name: /^(My gyms|Find a route)$/ }).first().waitFor();
+    }
+    await context.clearCookies();
+  }
   await go("/sign-in");
-  await page.getByLabel("E-mail").fill(email);
+  await page.getByLabel("Email").fill(email);
   await page.getByLabel("Password").fill(places.password);
   await page.getByRole("button", { name: "Sign in", exact: true }).click();
   await page.getByRole("heading", { name: "My gyms" }).waitFor();
+  if (!own) writeFileSync(kept, JSON.stringify(await context.cookies()));
 }
 
-/** Until the wall's first tier is drawn. */
+/** Wait until the wall's first tier is drawn. */
 export async function wallDrawn(page) {
   await page.waitForSelector("wall-topo[data-ready=first], wall-topo[data-ready=detail]", { timeout: PATIENCE_MS });
 }
 
-/** The secret of the last link that was mailed: the operator's console shows mails that nobody sends. */
+/** Name all routes of a review by keyboard and grade the first one; returns how many there are. */
+export async function nameRoutes(page) {
+  const names = page.locator("[data-field=name]");
+  const rows = await names.count();
+  await names.first().focus();
+  for (let row = 1; row <= rows; row++) {
+    await page.keyboard.type(`Moon ${row}`);
+    await page.keyboard.press("Enter");
+  }
+  await page.locator("[data-field=grade]").first().focus();
+  await page.keyboard.type("6A");
+  await page.keyboard.press("Enter");
+  return rows;
+}
+
+/** The secret of the last mailed link: without SMTP the operator's console shows mails. */
 export async function mailed(places, path) {
   for (const end = Date.now() + PATIENCE_MS; Date.now() < end; ) {
     const links = [...readFileSync(places.log, "utf8").matchAll(new RegExp(`${path}#(\\S+)`, "g"))];
@@ -64,7 +95,7 @@ export async function tooWide(page) {
   return (await page.evaluate(() => document.documentElement.scrollWidth)) - page.viewportSize().width;
 }
 
-/** What axe finds grave on a page, as lines. */
+/** The serious axe findings of a page, as lines. */
 export async function grave(page) {
   await page.evaluate(AXE);
   const found = await page.evaluate(() => window.axe.run(document, { iframes: false }));

@@ -1,11 +1,11 @@
-// node whole_way.mjs PLACES.json: from signing up to what a climber sees, in one go. Prints one JSON
-// line a part, with its seconds; `gym/benchmarks/whole_way.py` starts the server and adds up.
+// node whole_way.mjs PLACES.json: from signing up to the climbers' view, in one go. Prints one JSON line per part, with its seconds;
+// `gym/benchmarks/whole_way.py` starts the server and adds up.
 
 import assert from "node:assert/strict";
 import { readdirSync, readFileSync } from "node:fs";
 import { join } from "node:path";
 import { start } from "../../../viewer/tests/browser.mjs";
-import { mailed, visit, wallDrawn } from "./place.mjs";
+import { mailed, nameRoutes, visit, wallDrawn } from "./place.mjs";
 
 // A scan takes minutes; nothing else does.
 const SCAN_MS = 3_600_000;
@@ -16,7 +16,7 @@ const browser = await start();
 const setter = await visit(browser, places);
 const { page, go } = setter;
 
-// A server may refuse and the app try again: told at the end, with what was asked for.
+// A server may refuse and the app retry: failed requests are printed at the end.
 const refused = [];
 page.on("response", (response) => {
   if (response.status() >= 400) refused.push(`${response.status()} ${response.request().method()} ${new URL(response.url()).pathname}`);
@@ -24,40 +24,40 @@ page.on("response", (response) => {
 
 async function part(name, act) {
   const began = Date.now();
-  const told = await act();
-  process.stdout.write(`${JSON.stringify({ name, seconds: (Date.now() - began) / 1000, told })}\n`);
+  const result = await act();
+  process.stdout.write(`${JSON.stringify({ name, seconds: (Date.now() - began) / 1000, result })}\n`);
 }
 
 await part("sign up", async () => {
   await go("/sign-up");
-  await page.getByLabel("E-mail").fill("sam@example.com");
-  await page.getByRole("button", { name: "Mail me the link" }).click();
+  await page.getByLabel("Email").fill("sam@example.com");
+  await page.getByRole("button", { name: "Email me a link" }).click();
   await go(`/sign-up#${await mailed(places, "/sign-up")}`);
   // The same page with another hash is not loaded anew.
   await page.reload();
   await page.getByLabel("Name", { exact: true }).fill("Sam");
   await page.getByLabel("Password").fill(places.password);
-  await page.getByRole("button", { name: "Make account" }).click();
-  await page.getByRole("link", { name: "Open a gym" }).waitFor();
+  await page.getByRole("button", { name: "Create account" }).click();
+  await page.getByRole("link", { name: "New gym" }).waitFor();
 });
 
 await part("gym", async () => {
-  await page.getByRole("link", { name: "Open a gym" }).click();
+  await page.getByRole("link", { name: "New gym" }).click();
   await page.getByLabel("Name", { exact: true }).fill("Sam's hall");
-  await page.getByRole("button", { name: "Open the gym" }).click();
+  await page.getByRole("button", { name: "Create gym" }).click();
   await page.getByRole("link", { name: "Settings" }).click();
-  await page.getByText("Add a grade system").first().click();
+  await page.getByText("Add grade system").first().click();
   await page.getByLabel("Kind").selectOption("v"); // Font is there from the start
-  await page.getByRole("button", { name: "Add a grade system" }).click();
+  await page.getByRole("button", { name: "Add grade system" }).click();
   await page.getByRole("listitem").filter({ hasText: "V scale" }).first().waitFor();
 });
 
 await part("wall", async () => {
   await page.goBack();
-  await page.getByLabel("Name of the wall").fill("Cave");
-  await page.getByRole("button", { name: "Add a wall" }).click();
+  await page.getByLabel("Wall name").fill("Cave");
+  await page.getByRole("button", { name: "Add wall" }).click();
   await page.getByRole("link", { name: "Cave" }).first().click();
-  await page.getByRole("button", { name: "New photos" }).click();
+  await page.getByRole("button", { name: "New scan" }).click();
   await page.waitForSelector("input[type=file]", { state: "attached" });
 });
 
@@ -68,10 +68,10 @@ await part("photos", async () => {
 });
 
 await part("scan", async () => {
-  await page.getByRole("button", { name: "Make the wall" }).click();
+  await page.getByRole("button", { name: "Start scan" }).click();
   await page.locator("ol li[aria-current=step]").waitFor();
   const stages = new Set();
-  // What the page says on the way is for people; here it is enough that it changes.
+  // Progress texts are for people; here it is enough that they change.
   for (const end = Date.now() + SCAN_MS; ; await page.waitForTimeout(250)) {
     assert.ok(Date.now() < end, "the scan takes too long");
     const step = page.locator("ol li[aria-current=step]");
@@ -82,27 +82,19 @@ await part("scan", async () => {
   const failure = page.locator(".failed");
   assert.equal(await failure.count(), 0, (await failure.allInnerTexts()).join());
   await page.locator("[data-field=name]").first().waitFor();
-  assert.ok(stages.size > 5, `the page told of ${stages.size} steps`);
+  assert.ok(stages.size > 5, `the page showed ${stages.size} steps`);
 });
 
 let rows = 0;
 await part("review", async () => {
   await wallDrawn(page);
-  rows = await page.locator("[data-field=name]").count();
-  await page.locator("[data-field=name]").first().focus();
-  for (let row = 1; row <= rows; row++) {
-    await page.keyboard.type(`Moon ${row}`);
-    await page.keyboard.press("Enter");
-  }
-  await page.locator("[data-field=grade]").first().focus();
-  await page.keyboard.type("6A");
-  await page.keyboard.press("Enter");
+  rows = await nameRoutes(page);
   return `${rows} routes named`;
 });
 
 await part("publish", async () => {
   await page.getByRole("button", { name: "Publish" }).click();
-  await page.getByText("This is what everybody sees.").waitFor();
+  await page.getByText("This version is published.").waitFor();
 });
 
 await part("a climber sees it", async () => {

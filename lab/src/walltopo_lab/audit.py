@@ -1,8 +1,8 @@
-"""`python -m walltopo_lab.audit` (`make audit`): known weaknesses of what the packages are made of.
+"""`python -m walltopo_lab.audit` (`make audit`): report known vulnerabilities of the dependencies.
 
-pip-audit asks PyPI about what is installed here, npm its registry about what the two lock files
-pin. What could not be asked about is said, and is no pass: the exit code is 1 where a weakness is
-known, 2 where something was not asked, 0 where all was and nothing is known.
+pip-audit checks the installed Python packages against PyPI. npm checks the packages that the two
+lock files pin. A package that could not be checked is listed and does not pass: the exit code is 1
+for a known vulnerability, 2 for an unchecked package, 0 otherwise.
 """
 
 from __future__ import annotations
@@ -17,19 +17,20 @@ from typing import Any, Final
 
 _ROOT: Final = Path(__file__).resolve().parents[3]
 _NPM: Final = ("viewer", "gym/web")
-# Ours, from this checkout: no registry knows them.
+# Our own packages, installed from this checkout: no registry lists them.
 _OWN: Final = ("walltopo", "walltopo-climb", "walltopo-lab", "walltopo-gym")
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What a registry said.
+class Checked:
+    """The findings of one package registry.
 
     Parameters
     ----------
-    where : which registry, and of what.
-    packages : how many it was asked about.
-    weak : what is known, a line each; silent : what was not asked about and why, a line each.
+    where : name of the registry and of the checked set of packages.
+    packages : number of packages checked.
+    weak : one line per known vulnerability.
+    silent : one line per package that was not checked, with the reason.
     """
 
     where: str
@@ -38,17 +39,17 @@ class Asked:
     silent: tuple[str, ...] = ()
 
 
-def of_python(told: str, failed: str) -> Asked:
-    """What pip-audit said.
+def of_python(json_text: str, failed: str) -> Checked:
+    """Return the findings of pip-audit.
 
     Parameters
     ----------
-    told : its JSON; failed : what it said else, which is why where there is no JSON.
+    json_text : pip-audit's JSON output; failed : its error output, the reason if there is no JSON.
     """
     where = "PyPI, what is installed here"
-    found = _json(told)
+    found = _json(json_text)
     if found is None:
-        return Asked(where, silent=(f"everything: {_last_line(failed)}",))
+        return Checked(where, silent=(f"everything: {_last_line(failed)}",))
     weak, silent, packages = [], [], 0
     for row in found["dependencies"]:
         if row["name"] in _OWN:
@@ -60,25 +61,25 @@ def of_python(told: str, failed: str) -> Asked:
         for known in row["vulns"]:
             mended = ", ".join(known["fix_versions"]) or "no version yet"
             weak.append(f"{row['name']} {row['version']}: {known['id']} (mended in {mended})")
-    return Asked(where, packages, tuple(weak), tuple(silent))
+    return Checked(where, packages, tuple(weak), tuple(silent))
 
 
-def of_npm(folder: str, told: str, failed: str) -> Asked:
-    """What `npm audit` said of a folder; `told` and `failed` as of `of_python`."""
+def of_npm(folder: str, json_text: str, failed: str) -> Checked:
+    """Return the findings of `npm audit` in a folder; parameters as in `of_python`."""
     where = f"npm, what {folder} ships"
-    found = _json(told)
+    found = _json(json_text)
     if found is None or "vulnerabilities" not in found:
         why = (found or {}).get("message") or _last_line(failed)
-        return Asked(where, silent=(f"everything: {why}",))
+        return Checked(where, silent=(f"everything: {why}",))
     weak = [f"{name} {row['range']}: {row['severity']}"
             for name, row in found["vulnerabilities"].items()]  # fmt: skip
-    return Asked(where, found["metadata"]["dependencies"]["prod"], tuple(weak))
+    return Checked(where, found["metadata"]["dependencies"]["prod"], tuple(weak))
 
 
-def report(asked: Sequence[Asked]) -> str:
-    """All of it in words."""
+def report(results: Sequence[Checked]) -> str:
+    """Return the findings of all registries as text."""
     lines = []
-    for one in asked:
+    for one in results:
         known = f"{len(one.weak)} known weaknesses" if one.weak else "no known weakness"
         lines.append(f"{one.where}: {one.packages} packages asked about, {known}")
         lines += [f"  {line}" for line in one.weak]
@@ -88,21 +89,21 @@ def report(asked: Sequence[Asked]) -> str:
     return "\n".join(lines)
 
 
-def code_of(asked: Sequence[Asked]) -> int:
-    """The exit code."""
-    if any(one.weak for one in asked):
+def code_of(results: Sequence[Checked]) -> int:
+    """Return the exit code: 1 for a vulnerability, 2 for an unchecked package, else 0."""
+    if any(one.weak for one in results):
         return 1
-    return 2 if any(one.silent for one in asked) else 0
+    return 2 if any(one.silent for one in results) else 0
 
 
 def main() -> int:
-    """Ask, and print."""
+    """Check the Python and npm packages, print the report and return the exit code."""
     python = [sys.executable, "-m", "pip_audit", "--format", "json", "--progress-spinner", "off"]
-    asked = [of_python(*_output([*python, "--skip-editable"], _ROOT))]
+    results = [of_python(*_output([*python, "--skip-editable"], _ROOT))]
     npm = ["npm", "audit", "--omit=dev", "--package-lock-only", "--json"]
-    asked += [of_npm(folder, *_output(npm, _ROOT / folder)) for folder in _NPM]
-    print(report(asked))  # noqa: T201
-    return code_of(asked)
+    results += [of_npm(folder, *_output(npm, _ROOT / folder)) for folder in _NPM]
+    print(report(results))  # noqa: T201
+    return code_of(results)
 
 
 def _output(command: list[str], folder: Path) -> tuple[str, str]:

@@ -39,7 +39,7 @@ def code_lines(source: str) -> int:
 
 
 def main(folder: Path) -> None:
-    """Print lines of code and files of each package of a folder, and in all."""
+    """Print the lines of code and the files of each package of a folder, and the totals."""
     lines: Counter[str] = Counter()
     files: Counter[str] = Counter()
     for path in sorted(folder.rglob("*.py")):

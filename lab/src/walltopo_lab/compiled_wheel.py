@@ -1,12 +1,12 @@
 """A wheel that carries its kernels compiled: the first scan then waits for no compiler.
 
-    python -m walltopo_lab.compiled_wheel dist/walltopo-0.1.0-py3-none-any.whl
+    python -m walltopo_lab.compiled_wheel dist/walltopo-0.2.0-py3-none-any.whl
 
-Writes, beside the given one, a wheel for this Python on 64-bit Linux on x86 that holds numba's
-files for all kernels of `walltopo/pipeline/kernels.txt`. They serve where numba is of the version
+Writes a wheel for this Python on 64-bit x86 Linux beside the given one, with numba's cache
+files for all kernels of `walltopo/pipeline/kernels.txt`. They are used where numba has the version
 that is installed here and the processor is of the kind
 `walltopo.geometry.kernels.PROCESSOR` or newer;
-elsewhere the scan compiles, as it does from a wheel without.
+elsewhere the scan compiles, as with the pure wheel.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from numba import config
 from walltopo.core import EnvironmentLacksError, InputError
 from walltopo.geometry.kernels import PROCESSOR
 
-# Object code that numba links by itself: it asks nothing of the C library that Python does not.
+# The object code links numba's own runtime and needs no newer C library than Python itself.
 _PLATFORM = "manylinux_2_17_x86_64"
-# In a process of its own, which imports the package from the unpacked wheel.
+# The compilation runs in its own process, which imports the package from the unpacked wheel.
 _COMPILE = """
 from walltopo.pipeline.warm_up import TABLE, compile_line
 for line in TABLE.read_text(encoding="utf-8").splitlines():
@@ -44,15 +44,15 @@ def main() -> int:
 
 
 def compiled_wheel(pure: Path) -> Path:
-    """The path of the wheel that was written.
+    """Write the wheel with compiled kernels beside `pure` and return its path.
 
     Parameters
     ----------
-    pure : `walltopo-VERSION-py3-none-any.whl`; is left as it is.
+    pure : `walltopo-VERSION-py3-none-any.whl`; is not changed.
 
     Raises
     ------
-    InputError : it is no such wheel.
+    InputError : the file is not such a wheel.
     EnvironmentLacksError : no 64-bit Linux on x86, an older processor, or a kernel does not
         compile here.
     """
@@ -85,7 +85,7 @@ def _wheel(*arguments: str) -> None:
 
 
 def _compile(inside: Path) -> None:
-    """Let numba leave its files in the unpacked wheel, beside the modules."""
+    """Compile the kernels, so that numba writes its cache files beside the modules of the wheel."""
     kept = {name: text for name, text in os.environ.items() if not name.startswith("NUMBA_")}
     environment = {**kept, "PYTHONPATH": str(inside), "PYTHONDONTWRITEBYTECODE": "1"}
     done = subprocess.run(

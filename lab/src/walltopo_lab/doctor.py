@@ -1,4 +1,4 @@
-"""What `walltopo doctor` says of this distribution: which of its extras are here."""
+"""The part of `walltopo doctor` about this distribution: which of its extras are installed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from walltopo_lab.extras import EXTRAS
 
 
 def examine() -> Iterator[Finding]:
-    """A line for the distribution and one per extra."""
+    """Yield a finding for the distribution and one for each extra."""
     yield Finding("walltopo-lab", "ok", "installed")
     for extra, names in EXTRAS.items():
         absent = [name for name in names if importlib.util.find_spec(name) is None]

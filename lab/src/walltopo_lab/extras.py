@@ -1,4 +1,4 @@
-"""Libraries that come with an optional extra, and those of the lab itself."""
+"""Imports of libraries that come with an optional extra, and of the lab's own dependencies."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from typing import Any
 
 from walltopo.core import EnvironmentLacksError
 
-# What an extra brings: its name to the modules.
+# Name of an extra to the modules that it installs.
 EXTRAS = {
     "train": ("torch", "onnx", "onnxscript"),
     "tune": ("optuna", "torch"),
     "ultralytics": ("ultralytics",),
 }
-# What comes with the lab; missing where it was installed without its dependencies.
+# Dependencies of the lab itself; absent if the lab was installed without its dependencies.
 PLOTS = {"matplotlib": "walltopo-lab"}
 SHAPES = {"skimage": "walltopo-lab"}
 LEARN = {"sklearn": "walltopo-lab"}
 
 
 def of(*extras: str) -> dict[str, str]:
-    """What the commands need of these extras, for `walltopo.cli.needs`."""
+    """Return the modules of these extras, each with its requirement, for `walltopo.cli.options`."""
     return {module: f"walltopo-lab[{extra}]" for extra in extras for module in EXTRAS[extra]}
 
 
@@ -29,12 +29,12 @@ def need(module: str, extra: str, what: str, instead: str = "") -> Any:
 
     Parameters
     ----------
-    what : what is to be done with it, for the message.
-    instead : what can be done without it.
+    what : the task that needs the module, for the message.
+    instead : an alternative that works without the module.
 
     Raises
     ------
-    EnvironmentLacksError : it is not installed, or cannot be loaded.
+    EnvironmentLacksError : the module is not installed, or cannot be loaded.
     """
     try:
         return importlib.import_module(module)
@@ -47,7 +47,7 @@ def need(module: str, extra: str, what: str, instead: str = "") -> Any:
 
 
 def need_optuna() -> Any:
-    """Optuna, quiet, with the PyTorch that its Gaussian process needs."""
+    """Import Optuna, with PyTorch for its Gaussian process, and silence its log."""
     need("torch", "tune", "tuning")
     optuna = need("optuna", "tune", "tuning")
     optuna.logging.set_verbosity(optuna.logging.ERROR)
@@ -55,5 +55,5 @@ def need_optuna() -> Any:
 
 
 def need_ultralytics(what: str, instead: str) -> Any:
-    """Ultralytics (AGPL-3.0)."""
+    """Import Ultralytics (AGPL-3.0)."""
     return need("ultralytics", "ultralytics", what, instead)

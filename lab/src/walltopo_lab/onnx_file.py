@@ -1,4 +1,4 @@
-"""What an exported network says about itself: the metadata of ONNX files."""
+"""Metadata of ONNX files."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from walltopo.core.files import atomic_path
 
 
 def label_export(model: Any, facts: Mapping[str, str]) -> None:
-    """Give a freshly exported model its metadata, and nothing but it.
+    """Write the metadata of a freshly exported model and remove the exporter's own annotations.
 
-    PyTorch's exporter leaves its stack traces, with this machine's paths, in the nodes.
+    PyTorch's exporter writes stack traces, which contain local paths, into the nodes.
     """
     import onnx
 

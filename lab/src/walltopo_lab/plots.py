@@ -1,4 +1,4 @@
-"""Panels of matplotlib in one file, and the colours of series."""
+"""Matplotlib figures with several panels, and the colours of series."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Any
 
 from walltopo.core.files import atomic_path
 
-# Okabe & Ito: told apart by people who do not see all colours.
+# Okabe & Ito palette: distinguishable for people with colour blindness.
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 
 
 def panels(count: int, columns: int = 2) -> tuple[Any, list[Any]]:
-    """A `matplotlib.figure.Figure` and its `count` axes, without a window or a global state."""
+    """Return a `matplotlib.figure.Figure` with `count` axes; needs no window or global state."""
     from matplotlib.figure import Figure
 
     columns = min(columns, count)
@@ -28,6 +28,6 @@ def panels(count: int, columns: int = 2) -> tuple[Any, list[Any]]:
 
 
 def save(figure: Any, path: Path) -> None:
-    """Write a figure as what the suffix says; atomic."""
+    """Write a figure in the format of the path's suffix; atomic."""
     with atomic_path(path) as temporary:
         figure.savefig(temporary, format=path.suffix[1:])

@@ -25,11 +25,13 @@ def test_it_gives_the_threads_back() -> None:
     assert cv2.getNumThreads() == before
 
 
-def test_stages_are_told_in_seconds_and_in_calibrations(capsys: pytest.CaptureFixture[str]) -> None:
+def test_stages_are_in_seconds_and_in_calibrations(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     stage = {"seconds": 30.0, "peak_mb": 1024.0}
     report_stages(
         {"calibrations_s": (0.5, 1.5), "stages": {"dense": stage}, "seconds": 30.0, "peak_mb": 2048}
     )
-    told = capsys.readouterr().out
-    assert "| dense | 30.0 | 30 | 1.0 |" in told
-    assert "| all | 30.0 | 30 | 2.0 |" in told
+    output = capsys.readouterr().out
+    assert "| dense | 30.0 | 30 | 1.0 |" in output
+    assert "| all | 30.0 | 30 | 2.0 |" in output

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from walltopo.segment.detect.found import Found
+from walltopo.segment.detect.photo_detections import PhotoDetections
 from walltopo_lab.benchmarks.detectors import by_size, coco_rows
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo
 from walltopo_lab.evaluate.detector import evaluate_detections
@@ -34,7 +34,7 @@ def test_the_mean_of_the_classes_stands_first() -> None:
 def test_objects_are_counted_by_size_at_the_scores_in_use() -> None:
     truth = photo(Annotation(1, HOLD), Annotation(2, VOLUME))
     boxes = np.array([[10.0, 10, 30, 30], [300.0, 300, 320, 320], [100.0, 100, 180, 180]])
-    found = Found(640, 480, boxes, np.array([0.9, 0.8, 0.05]), np.array([1, 1, 2]))
+    found = PhotoDetections(640, 480, boxes, np.array([0.9, 0.8, 0.05]), np.array([1, 1, 2]))
     assert list(by_size(truth, [found], {1: 0.2, 2: 0.1}))[2:] == [
         "| objects | 0 | 1 | 1 | 0 | 2 |",
         "| recall | 0.000 | 1.000 | 0.000 | 0.000 | 0.500 |",

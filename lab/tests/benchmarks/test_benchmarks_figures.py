@@ -25,7 +25,7 @@ def made(root: Path, page: str) -> Path:
     return path
 
 
-def test_a_table_is_written_from_its_record_and_an_old_one_is_told(tmp_path: Path) -> None:
+def test_a_table_is_written_from_its_record_and_an_old_one_is_reported(tmp_path: Path) -> None:
     page = made(tmp_path, "<!-- figures: some -->\nold\n<!-- /figures -->\n")
     assert any("not as recorded" in line for line in complaints(page, tmp_path))
     text = written(page, tmp_path)
@@ -36,7 +36,7 @@ def test_a_table_is_written_from_its_record_and_an_old_one_is_told(tmp_path: Pat
 
 
 @pytest.mark.parametrize(
-    ("prose", "told"),
+    ("prose", "figure"),
     [
         ('ARI [0.692](results/some.json "by paint")', None),
         ('ARI [.69](results/some.json "by paint")', None),
@@ -58,12 +58,12 @@ def test_a_table_is_written_from_its_record_and_an_old_one_is_told(tmp_path: Pat
         ("`0.692` is a setting", None),
     ],
 )
-def test_figures_in_prose(tmp_path: Path, prose: str, told: str | None) -> None:
+def test_figures_in_prose(tmp_path: Path, prose: str, figure: str | None) -> None:
     found = complaints(made(tmp_path, f"{prose}\n"), tmp_path)
-    if told is None:
+    if figure is None:
         assert found == []
     else:
-        assert [told in line for line in found] == [True]
+        assert [figure in line for line in found] == [True]
 
 
 def test_a_constant_is_no_figure_while_the_page_has_it(

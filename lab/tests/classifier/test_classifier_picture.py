@@ -70,7 +70,7 @@ def test_classes_say_type_colour_and_role(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "output"),
     [
         ("[[class]]\nname = 'a'\nrole = 'start'", "'start'.*role"),
         ("[[class]]\nname = 'a'\nsize = 'xl'", "`size`"),
@@ -81,23 +81,23 @@ def test_classes_say_type_colour_and_role(tmp_path: Path) -> None:
         ("[[class", "not valid TOML"),
     ],
 )
-def test_broken_class_files_are_named(tmp_path: Path, text: str, told: str) -> None:
+def test_broken_class_files_are_named(tmp_path: Path, text: str, output: str) -> None:
     path = tmp_path / "classes.toml"
     path.write_text(text)
-    with pytest.raises(InputError, match=told) as error:
+    with pytest.raises(InputError, match=output) as error:
         read_classes(path)
     assert str(path) in error.value.message
 
 
 def test_confidences_are_summed_by_weight() -> None:
     """Two small cutouts say jug, a large one says crimp: the large one wins, with doubt."""
-    said = np.array([[0.9, 0.1], [0.8, 0.2], [0.2, 0.8]])
-    verdict = judge(said, np.array([100.0, 100.0, 800.0]), ["jug", "crimp"])
+    shown = np.array([[0.9, 0.1], [0.8, 0.2], [0.2, 0.8]])
+    verdict = judge(shown, np.array([100.0, 100.0, 800.0]), ["jug", "crimp"])
     assert verdict.name == "crimp"
-    sums = np.array([100, 100, 800]) @ said / 1000
+    sums = np.array([100, 100, 800]) @ shown / 1000
     assert verdict.confidence == pytest.approx((sums[1] - sums[0]) * 0.8)
-    assert judge(said, np.ones(3), ["jug", "crimp"]).name == "jug"
-    assert judge(said, np.zeros(3), ["jug", "crimp"]).name == "jug"
+    assert judge(shown, np.ones(3), ["jug", "crimp"]).name == "jug"
+    assert judge(shown, np.zeros(3), ["jug", "crimp"]).name == "jug"
 
 
 def test_one_class_has_no_rival() -> None:

@@ -10,11 +10,11 @@ import pytest
 from msgspec.structs import replace as with_
 
 from walltopo.core import InputError, SettingsError
+from walltopo.describe.classify.attributes import classifier_of
 from walltopo.describe.classify.observations import HoldView, _hidden
 from walltopo.describe.classify.palette import Entry
-from walltopo.describe.classify.plug_in import classifier_of
-from walltopo.describe.classify.settings import ClassifySettings
-from walltopo.scans.attributes import Hold
+from walltopo.describe.settings import ClassifySettings
+from walltopo.scans.holds import Hold
 from walltopo_lab.classifier.cutout_classifier import Meaning, Verdict
 from walltopo_lab.classifier.verdicts import (
     cutout_weights,

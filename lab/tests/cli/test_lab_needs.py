@@ -1,4 +1,4 @@
-"""What a command of the lab lacks is told before it does anything."""
+"""A command of the lab reports what it lacks before it does anything."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def lacking(monkeypatch: pytest.MonkeyPatch) -> Callable[[set[str]], None]:
 
 
 @pytest.mark.parametrize(("use", "modules"), USES.items())
-def test_it_is_told_first(
+def test_it_is_reported_first(
     use: str,
     modules: set[str],
     lacking: Callable[[set[str]], None],
@@ -61,9 +61,9 @@ def test_it_is_told_first(
     for module in sorted(modules):
         lacking({module, "ultralytics"} if "ultralytics" in modules else {module})
         assert main(use.split()) == 5
-        told = " ".join(capsys.readouterr().err.split())
-        assert module in told
-        assert "pip install 'walltopo-lab" in told
+        output = " ".join(capsys.readouterr().err.split())
+        assert module in output
+        assert "pip install 'walltopo-lab" in output
     assert list(tmp_path.iterdir()) == []
 
 
@@ -71,7 +71,7 @@ def test_it_is_told_first(
     "use",
     ["evaluate detector d --truth t", "dataset stats d", "dataset convert d o --to coco"],
 )
-def test_what_is_not_needed_is_not_asked_for(
+def test_what_is_not_needed_is_not_requested(
     use: str,
     lacking: Callable[[set[str]], None],
     tmp_path: Path,
@@ -87,8 +87,8 @@ def test_no_command_reaches_a_library_that_it_does_not_ask_for(command: str) -> 
     """A new import, however deep, must be declared."""
     graph = grimp.build_graph("walltopo", "walltopo_lab", include_external_packages=True)
     reached = OPTIONAL & graph.find_upstream_modules(f"walltopo_lab.cli.{command}")
-    asked = {m for use, names in USES.items() if use.split()[0] == command for m in names}
-    assert reached <= asked
+    requests = {m for use, names in USES.items() if use.split()[0] == command for m in names}
+    assert reached <= requests
 
 
 def test_every_use_is_one_of_the_parsers() -> None:

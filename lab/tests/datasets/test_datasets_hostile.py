@@ -78,7 +78,7 @@ def test_shapes_that_are_none_are_named(
 
 def test_an_outline_without_end_is_refused(tmp_path: Path) -> None:
     zigzag = np.tile([0.0, 0.0, 20.0, 18.0], 150_000).tolist()
-    with pytest.raises(InputError, match="no outlines of an object"):
+    with pytest.raises(InputError, match="too long for an object"):
         read_dataset(_coco(tmp_path / "in", row={"segmentation": [zigzag]}))
 
 
@@ -113,3 +113,17 @@ def test_labelme_takes_only_the_name_of_a_way_that_leads_up(tmp_path: Path) -> N
     )
     (photo,) = read_dataset(tmp_path / "labels" / "a.json").photos
     assert photo.path is None
+
+
+def test_convert_does_not_copy_what_a_link_leads_to(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    labels = _coco(tmp_path / "in")
+    secret = tmp_path / "secret.png"
+    (tmp_path / "in" / "a.png").rename(secret)
+    (tmp_path / "in" / "a.png").symlink_to(secret)
+    for kind in ("coco", "yolo", "labelme"):
+        given = ["dataset", "convert", str(labels), str(tmp_path / "to" / kind), "--to", kind]
+        assert main(given) == 3
+        assert "a link" in capsys.readouterr().err
+    assert not [path for path in _files(tmp_path) if path.is_relative_to(tmp_path / "to")]

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, InputError, Mesh, View
-from walltopo.geometry.ply import write_ply
+from walltopo.geometry.mesh_files import write_ply
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
 from walltopo_lab.cli import dataset as commands

@@ -16,8 +16,8 @@ import pytest
 
 from walltopo.core import EnvironmentLacksError, InputError, Silent
 from walltopo.segment.detect.detector import open_detector
-from walltopo.segment.detect.found import Found
-from walltopo.segment.detect.settings import DetectSettings
+from walltopo.segment.detect.photo_detections import PhotoDetections
+from walltopo.segment.settings import DetectSettings
 from walltopo_lab.detectors.fetch import SAM_WEIGHTS, Weights, cache_folder, fetch
 
 PHOTO = np.random.default_rng(0).integers(0, 255, (80, 100, 3), dtype=np.uint8)
@@ -57,7 +57,7 @@ def mobile_sam(ultralytics: Any, tmp_path_factory: pytest.TempPathFactory) -> Pa
     return path
 
 
-def check(found: Found) -> None:
+def check(found: PhotoDetections) -> None:
     """Boxes and masks lie in the photo and belong together."""
     height, width = PHOTO.shape[:2]
     assert (found.width, found.height) == (width, height)
@@ -104,8 +104,8 @@ def test_sam_answers_for_each_box_and_takes_points_of_a_known_shape(mobile_sam: 
     sam = SamMasks(mobile_sam)
     scores, labels = np.array([0.9, 0.8]), np.array([1, 2])
     plain = sam.look(PHOTO, boxes, scores, labels)
-    told = sam.look(PHOTO, boxes, scores, labels, points)
-    assert len(plain) == len(told) == 2
+    output = sam.look(PHOTO, boxes, scores, labels, points)
+    assert len(plain) == len(output) == 2
     whole = sam.masks(PHOTO, boxes, scores, labels)  # an ellipse where SAM has none
     assert [mask.label for mask in whole] == [1, 2]
     for mask, (x0, y0, x1, y1) in zip(whole, boxes, strict=True):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from walltopo.scans.attributes import Hold
+from walltopo.scans.holds import Hold
 from walltopo_lab.evaluate.routes import attribute_metrics
 from walltopo_lab.evaluate.truth import TrueInstance
 
@@ -17,9 +17,9 @@ def true_hold(number: int, kind: str) -> TrueInstance:
 def test_types_named_and_right() -> None:
     kinds = ("jug", "foot", "crimp", "pinch", "volume")
     truth = {k: true_hold(k, kind) for k, kind in enumerate(kinds, start=1)}
-    said = {11: "jug", 12: "foothold", 13: "sloper", 14: "unknown", 15: "volume"}
-    holds = [Hold(k, "hold", type=name, colour="red") for k, name in said.items()]
-    figures = attribute_metrics(holds, {k: k - 10 for k in said}, truth)
+    shown = {11: "jug", 12: "foothold", 13: "sloper", 14: "unknown", 15: "volume"}
+    holds = [Hold(k, "hold", type=name, colour="red") for k, name in shown.items()]
+    figures = attribute_metrics(holds, {k: k - 10 for k in shown}, truth)
     assert figures["type_named"] == pytest.approx(3 / 4)  # volumes are no holds
     assert figures["type_accuracy"] == pytest.approx(2 / 3)  # a foot is a foothold
     assert figures["type_unknown"] == 1

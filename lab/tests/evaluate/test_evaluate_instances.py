@@ -159,7 +159,7 @@ def test_void_excuses_a_false_prediction_mostly_inside() -> None:
     assert at_50_to_75[-1] < 1.0
 
 
-def test_small_truth_is_ignored_only_if_asked() -> None:
+def test_small_truth_is_ignored_only_on_request() -> None:
     truth = of([(1, 10), (2, 2), (0, 3)])
     found = of([(1, 10), (0, 5)])
     assert agnostic(found, truth).ap < 1.0

@@ -14,9 +14,9 @@ import pytest
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh
-from walltopo.geometry.ply import read_mesh, write_ply
-from walltopo.scans.attributes import Attributes, Hold
+from walltopo.geometry.mesh_files import read_mesh, write_ply
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import Hold, Holds
 from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
 from walltopo.scans.routes import Route, Routes
 from walltopo.scans.scale import Scale
@@ -201,7 +201,7 @@ def test_truth_is_read_back_and_faults_are_named(tmp_path: Path, truth: Truth) -
 
 
 def records(instances: Mapping[int, TrueInstance], *more: InstanceRecord) -> InstanceRecords:
-    """What the lift would say of these."""
+    """Return what the lift would say of these."""
     classes = {1: "hold", 2: "volume"}
     rows = [
         InstanceRecord(k, one.label, classes[one.label], 0.9, {str(one.label): 1.0}, (), 1)
@@ -319,7 +319,7 @@ def test_a_doubtful_instance_is_ranked_but_not_shown(tmp_path: Path) -> None:
 
     before = measured()
     assert before["shown"]["precision"] == pytest.approx(3 / 4)
-    Attributes(instances=tuple(Hold(k, "hold") for k in TRUE)).save(scan.attributes)
+    Holds(metric=True, holds=tuple(Hold(k, "hold") for k in TRUE)).save(scan.holds)
     after = measured()
     assert after["instances"] == before["instances"]
     assert after["instances"]["agnostic"]["predicted"] == 4

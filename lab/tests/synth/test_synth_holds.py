@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from walltopo.core import InputError, Mesh
-from walltopo.geometry.ply import write_ply
+from walltopo.geometry.mesh_files import write_ply
 from walltopo_lab.synth.holds import HOLD_KINDS, SIZES, STYLES, make_hold, vertex_normals
 from walltopo_lab.synth.scanned import read_hold, scanned_holds
 

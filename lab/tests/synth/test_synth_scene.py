@@ -50,6 +50,17 @@ def test_files_have_the_shared_format(tiny_gym: Path) -> None:
     np.testing.assert_allclose(np.linalg.norm(side, axis=1), 0.42, atol=1e-9)
 
 
+def test_the_photos_of_the_products_tests_are_made_by_it(tiny_gym: Path, tiny_photos: Path) -> None:
+    names = sorted(path.name for path in tiny_photos.iterdir())
+    assert names == sorted(path.name for path in (tiny_gym / "photos").iterdir())
+    for name in names:
+        made, kept = (
+            np.asarray(Image.open(folder / name), dtype=np.float64)
+            for folder in (tiny_gym / "photos", tiny_photos)
+        )
+        assert np.abs(made - kept).mean() < 0.5, name
+
+
 def test_colmap_model_carries_the_true_poses(tiny_gym: Path) -> None:
     truth = np.load(tiny_gym / "truth" / "gt.npz")
     views = read_views(tiny_gym / "truth" / "cameras")

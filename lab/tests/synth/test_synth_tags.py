@@ -1,4 +1,4 @@
-"""Start tags: what is drawn is what the truth tells."""
+"""Start tags are drawn as the truth says."""
 
 from __future__ import annotations
 

@@ -99,17 +99,17 @@ def test_presets_and_files(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "output"),
     [
         ("mosiac = 0.5", "unknown setting 'mosiac'.*mosaic"),
         ("hue = 'red'", "hue: expected a number, got 'red'"),
         ("hue = 2", "hue"),
     ],
 )
-def test_wrong_files_are_refused(tmp_path: Path, text: str, told: str) -> None:
+def test_wrong_files_are_refused(tmp_path: Path, text: str, output: str) -> None:
     file = tmp_path / "a.toml"
     file.write_text(text)
-    with pytest.raises(SettingsError, match=f"(?s){told}"):
+    with pytest.raises(SettingsError, match=f"(?s){output}"):
         read_augment(str(file))
     file.write_text("hue = ")
     with pytest.raises(InputError, match="not valid TOML"):
@@ -152,7 +152,7 @@ def test_a_pasted_volume_takes_its_holds_along() -> None:
         assert made.image.min() >= 50
 
 
-def test_what_pasted_objects_hide_is_not_asked_for() -> None:
+def test_what_pasted_objects_hide_is_not_requested() -> None:
     source = crop_of(2)
     target = crop_of(1)
     target.ids[:] = 0

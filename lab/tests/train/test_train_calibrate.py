@@ -1,4 +1,4 @@
-"""What an exported network is told about itself."""
+"""Calibration of an exported network, in its metadata."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from walltopo.segment.detect.found import Found
-from walltopo_lab.train.calibrate import least_scores, network_offset
+from walltopo.segment.detect.photo_detections import PhotoDetections
+from walltopo_lab.train.calibrate import min_scores, network_offset
 from walltopo_lab.train.choose import Truth
 
 
-def found_of(boxes: np.ndarray, scores: list[float], labels: list[int]) -> Found:
-    return Found(1000, 500, boxes.astype(float), np.array(scores), np.array(labels))
+def found_of(boxes: np.ndarray, scores: list[float], labels: list[int]) -> PhotoDetections:
+    return PhotoDetections(1000, 500, boxes.astype(float), np.array(scores), np.array(labels))
 
 
 def row(count: int) -> np.ndarray:
@@ -28,19 +28,19 @@ def test_least_scores_are_chosen_by_class() -> None:
     truth = Truth(boxes[[*range(4), *range(10, 14)]], np.array([1] * 4 + [2] * 4))
     scores = [0.9, 0.8, 0.7, 0.6, *[0.5] * 6, 0.3, 0.25, 0.2, 0.15, *[0.1] * 6]
     found = found_of(boxes, scores, [1] * 10 + [2] * 10)
-    assert least_scores([found], [truth], [1, 2]) == [0.6, 0.15]
+    assert min_scores([found], [truth], [1, 2]) == [0.6, 0.15]
 
 
 def test_a_little_precision_is_given_for_recall() -> None:
     boxes = row(24)
     truth = Truth(boxes[:22], np.full(22, 1))
     many = found_of(np.tile(boxes, (30, 1)), [0.5] * 720, [1] * 720)
-    assert least_scores([many], [truth], [1])[0] == 0.5
-    assert least_scores([found_of(boxes[:0], [], [])], [truth], [1]) == [0.3]
+    assert min_scores([many], [truth], [1])[0] == 0.5
+    assert min_scores([found_of(boxes[:0], [], [])], [truth], [1]) == [0.3]
 
 
 @pytest.mark.parametrize("label_error", [-1.5, 0.0, 2.0])
-def test_the_networks_offset_is_told_from_the_labels(label_error: float) -> None:
+def test_the_networks_offset_is_reported_from_the_labels(label_error: float) -> None:
     """The network is off by (+3, -2) in its input, the labels by something in the photo."""
     true = row(12)
     scale = 1.0
@@ -48,7 +48,7 @@ def test_the_networks_offset_is_told_from_the_labels(label_error: float) -> None
     class Detector:
         settings = SimpleNamespace(size=1000)
 
-        def detect(self, photo: Any) -> Found:
+        def detect(self, photo: Any) -> PhotoDetections:
             boxes = true.copy()
             if photo[0, 0, 0]:  # the mark in the corner: mirrored
                 boxes[:, [0, 2]] = 1000 - true[:, [2, 0]]

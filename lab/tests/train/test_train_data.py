@@ -157,7 +157,7 @@ def test_targets_decode_to_the_labels(seed: int) -> None:
     np.testing.assert_array_equal(found.labels[order], labels[wanted])
 
 
-def test_little_seen_objects_are_not_asked_for() -> None:
+def test_little_seen_objects_are_not_requested() -> None:
     ids = np.zeros((64, 64), np.int16)
     crop = Crop(
         np.zeros((64, 64, 3), np.uint8),

@@ -14,7 +14,7 @@ import torch
 
 from walltopo.core import InputError, Mask, Silent
 from walltopo.core.files import read_json, write_json
-from walltopo.segment.detect.found import Found
+from walltopo.segment.detect.photo_detections import PhotoDetections
 from walltopo_lab.train import cache, pseudomask, shipped, shipped_sets
 from walltopo_lab.train.augment import Crop
 from walltopo_lab.train.batches import source_of
@@ -88,7 +88,7 @@ def test_detections_in_ignored_places_do_not_count() -> None:
     ids[10:30, 10:30] = 1
     ids[:, 50:] = IGNORED
     boxes = np.array([[10.0, 10, 30, 30], [60, 60, 80, 80]])
-    found = Found(100, 100, boxes, np.array([0.5, 0.9]), np.array([1, 1]))
+    found = PhotoDetections(100, 100, boxes, np.array([0.5, 0.9]), np.array([1, 1]))
     image = np.zeros((100, 100, 3), np.uint8)
     hulls = np.zeros((1, 16, 2), np.float32)
     sample = Sample("a", image, ids, np.array([1]), boxes[:1].astype(np.float32), hulls)
@@ -270,13 +270,13 @@ def test_masks_are_matched_with_drawn_outlines() -> None:
     half = ids == 2
     half[45:] = False
     masks = (Mask.from_full(ids == 1, 1, 0.9), Mask.from_full(half, 1, 0.8))
-    found = Found(60, 60, boxes, np.array([0.9, 0.8]), np.array([1, 1]), masks)
+    found = PhotoDetections(60, 60, boxes, np.array([0.9, 0.8]), np.array([1, 1]), masks)
     np.testing.assert_allclose(mask_iou(found, sample), np.array([[1, 0], [0, 0.5]]))
     figures = figures_of([found], [sample], [True])
     assert figures["mask50_hold"] == pytest.approx(1.0)
     assert figures["score"] == pytest.approx(1.0)
     masks = (masks[0], Mask.from_full(ids == 1, 1, 0.8))
-    found = Found(60, 60, boxes, np.array([0.9, 0.8]), np.array([1, 1]), masks)
+    found = PhotoDetections(60, 60, boxes, np.array([0.9, 0.8]), np.array([1, 1]), masks)
     assert figures_of([found], [sample], [True])["mask50_hold"] == pytest.approx(51 / 101)
 
 

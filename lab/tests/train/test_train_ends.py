@@ -22,7 +22,7 @@ def test_a_simulated_scan_is_of_its_gym(seen: SeenGym) -> None:
     gym = true_gym(EASY)
     places = {hold.id: hold.position for hold in gym.holds}
     shown = {hold.id for hold in seen.holds}
-    assert shown.isdisjoint(row.hold.id for row in seen.left_out)
+    assert shown.isdisjoint(hold.id for hold in seen.left_out)
     for hold in seen.holds:
         if hold.id in places:
             assert np.linalg.norm(np.subtract(hold.position, places[hold.id])) < 0.1
@@ -37,8 +37,8 @@ def test_what_a_scan_says_of_its_routes_is_what_the_rule_says_anew(seen: SeenGym
     rows = rows_of(seen)
     for (route, _), row in zip(seen.matched(), rows, strict=True):
         assert route.start == tuple(hold.id for hold in row.ends.start)
-        assert route.doubtful_start == row.ends.start_doubt.reason
-        assert route.doubtful_top == row.ends.top_doubt.reason
+        assert route.doubtful_start == row.ends.start_confidence.reason
+        assert route.doubtful_top == row.ends.top_confidence.reason
 
 
 def test_fitting_names_the_cues_of_the_product(seen: SeenGym) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from walltopo.core import Silent
 from walltopo.describe.classify.types import NONE_OF_THESE, open_model
-from walltopo.scans.attributes import UNKNOWN
+from walltopo.scans.holds import UNKNOWN
 from walltopo_lab.synth.holds import make_hold
 from walltopo_lab.train.hold_types import scanned
 from walltopo_lab.train.hold_types.fit import fit_hold_types

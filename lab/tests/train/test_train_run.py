@@ -12,9 +12,9 @@ import torch
 
 from walltopo.core import InputError, Silent
 from walltopo.images.files import read_rgb
-from walltopo.segment.detect.found import Found
 from walltopo.segment.detect.onnx_detector import OnnxDetector
-from walltopo.segment.detect.settings import DetectSettings
+from walltopo.segment.detect.photo_detections import PhotoDetections
+from walltopo.segment.settings import DetectSettings
 from walltopo_lab.train.choose import Truth, ap_of
 from walltopo_lab.train.detector import Job, plot_history, train_detector
 from walltopo_lab.train.export import export_onnx, fuse
@@ -65,7 +65,7 @@ def test_folding_normalisation_changes_nothing() -> None:
 
 def test_each_label_is_found_once() -> None:
     boxes = np.array([[0.0, 0, 10, 10], [0, 0, 10, 10.5]])
-    found = Found(20, 20, boxes, np.array([0.9, 0.8]), np.array([1, 1]))
+    found = PhotoDetections(20, 20, boxes, np.array([0.9, 0.8]), np.array([1, 1]))
     truth = Truth(boxes[:1], np.array([1]))
     assert ap_of([found], [truth]) == pytest.approx(1.0)
     assert ap_of([found], [truth], label=2) != ap_of([found], [truth], label=1)
@@ -113,7 +113,7 @@ def test_learns_resumes_and_exports(
     assert "disc walls" in (job.out / "holds.md").read_text()
     assert "<svg" in (job.out / "history.svg").read_text()
     detector = OnnxDetector(job.out / "holds.onnx", DetectSettings(size=256, score=0.05))
-    assert detector.model.many, "tiles may go together"
+    assert detector.model.batched, "tiles may go together"
     found = detector.detect(read_rgb(data / "images" / "wall0.png"))
     assert found.width == 240
 

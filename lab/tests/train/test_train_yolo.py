@@ -1,4 +1,4 @@
-"""Ultralytics' own trainer on the same sets; what it is asked for and given needs it not."""
+"""Ultralytics' own trainer on the same sets; its arguments and files are tested without it."""
 
 from __future__ import annotations
 
@@ -111,10 +111,10 @@ def test_exact_masks_keep_their_outline() -> None:
 
 
 def test_arguments_follow_the_settings(tmp_path: Path) -> None:
-    asked = train_arguments(YoloSettings(), AUGMENTS["none"], tmp_path / "d.yaml", tmp_path)
+    requests = train_arguments(YoloSettings(), AUGMENTS["none"], tmp_path / "d.yaml", tmp_path)
     zero = ("hsv_h", "hsv_s", "hsv_v", "degrees", "translate", "scale", "flipud", "fliplr")
-    assert [asked[key] for key in zero] == [0] * 8
-    assert "device" not in asked
+    assert [requests[key] for key in zero] == [0] * 8
+    assert "device" not in requests
     published = train_arguments(
         YoloSettings(device="cpu"), AUGMENTS["published"], tmp_path / "d.yaml", tmp_path
     )

@@ -96,9 +96,9 @@ def test_the_result_is_what_train_reads(
     assert values["batch"] == best["batch"]
     assert values["crop" if family == "votes" else "size"] == best["size"]
     assert values["rate"] == pytest.approx(best["rate"], rel=1e-4)
-    told = (search.out / "tuned.toml").read_text()
-    assert tomllib.loads(told)
-    assert f"--model {'votes' if family == 'votes' else 'rtdetr-' + best['network']}" in told
+    output = (search.out / "tuned.toml").read_text()
+    assert tomllib.loads(output)
+    assert f"--model {'votes' if family == 'votes' else 'rtdetr-' + best['network']}" in output
     assert f"Best: trial {best_trial(trials).number}" in (search.out / "report.md").read_text()
     assert (search.out / "search.png").stat().st_size > 5000
 
@@ -108,14 +108,16 @@ def test_each_family_trains_with_what_was_suggested(
 ) -> None:
     from walltopo_lab.train import detector, yolo
 
-    asked: dict[str, Any] = {}
+    requests: dict[str, Any] = {}
     monkeypatch.setattr(
-        detector, "fit_detector", lambda job, settings, *rest: asked.update(votes=(job, settings))
+        detector,
+        "fit_detector",
+        lambda job, settings, *rest: requests.update(votes=(job, settings)),
     )
     monkeypatch.setattr(
         yolo,
         "fit_yolo",
-        lambda job, name, settings, *rest: asked.update(yolo=(job, name, settings)),
+        lambda job, name, settings, *rest: requests.update(yolo=(job, name, settings)),
     )
     values = {"rate": 2e-3, "momentum": 0.8, "batch": 4, "size": 384, "network": "m"}
 
@@ -123,12 +125,12 @@ def test_each_family_trains_with_what_was_suggested(
 
     search, _ = search_in(tmp_path)
     room._train(search, values, tmp_path / "t", ignore, Silent())
-    job, settings = asked["votes"]
+    job, settings = requests["votes"]
     assert (settings.crop, settings.network, settings.momentum) == (384, "m", 0.8)
     assert job.cached == search.out / "cache"
     search = DetectorSearch("yolo11-seg", (), tmp_path, 5.0, pretrained=tmp_path / "coco")
     room._train(search, values, tmp_path / "t", ignore, Silent())
-    job, name, yolo_settings = asked["yolo"]
+    job, name, yolo_settings = requests["yolo"]
     assert name == "yolo11m-seg"
     assert job.pretrained == tmp_path / "coco" / "yolo11m-seg.pt"
     assert (yolo_settings.size, yolo_settings.rate) == (384, 2e-3)

@@ -113,7 +113,7 @@ def test_a_robust_trial_costs_what_it_changes(wall: LiftWall) -> None:
         return set(problem.lifted[0].done - before)
 
     assert cost() == {"look", "weigh", "compare", "decide"}
-    assert cost(threshold=0.3, cohesion=0.5, least_support=0.3) == {"decide"}
+    assert cost(threshold=0.3, cohesion=0.5, min_support=0.3) == {"decide"}
     assert cost(border_band=9.0) == {"weigh", "decide"}
     assert cost(visibility_distance=2.5) == {"weigh", "compare", "decide"}
     assert problem.lifted[0].done["look"] == 1

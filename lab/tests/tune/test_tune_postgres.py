@@ -43,11 +43,11 @@ def test_two_machines_share_a_search(
         )
         for k in range(2)
     ]
-    told = [process.communicate(timeout=240)[0] for process in processes]
-    assert [process.returncode for process in processes] == [0, 0], told
+    output = [process.communicate(timeout=240)[0] for process in processes]
+    assert [process.returncode for process in processes] == [0, 0], output
     study = optuna.load_study(study_name="lift-robust-ap", storage=database)
     done = study.get_trials(states=(optuna.trial.TrialState.COMPLETE,))
     assert 12 <= len(done) <= 13
-    assert len({trial.user_attrs["worker"] for trial in done}) == 2, told
+    assert len({trial.user_attrs["worker"] for trial in done}) == 2, output
     for k in range(2):
         assert (tmp_path / f"machine{k}/walltopo.toml").is_file()

@@ -88,7 +88,7 @@ def test_a_study_stays_on_its_walls(tmp_path: Path, two_gyms: Path) -> None:
         run_command(*command)
 
 
-def test_a_password_is_not_told(tmp_path: Path) -> None:
+def test_a_password_is_not_printed(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"\*\*\*") as caught:
         open_study(Hill(), "postgresql+none://me:secret@host/t", "hill", 0)
     assert "secret" not in str(caught.value)

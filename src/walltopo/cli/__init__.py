@@ -1,7 +1,7 @@
 """The command line: argparse shells over the library.
 
-Each module of this package registers the commands of one group; this file joins them and turns
-errors into messages and exit codes.
+Each module of this package registers the commands of one group. This module combines them and
+converts errors to messages and exit codes.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from contextlib import suppress
 from importlib.metadata import entry_points
 
 from walltopo import __version__
-from walltopo.cli.needs import check_needs
-from walltopo.cli.parser import Parser
-from walltopo.cli.quiet import quiet_console, quiet_libraries
+from walltopo.cli.options import Parser, check_needs
+from walltopo.cli.quiet import quiet_console, quiet_libraries, show_unprintable
 from walltopo.cli.stopping import STOPPED, Stop, stoppable
 
 GROUPS = (
     "scan",
+    "importing",
     "batch",
     "status",
     "view",
@@ -38,12 +38,12 @@ GROUPS = (
     "completion",
 )
 
-# Commands of other distributions come by entry points of this group: name -> `register`.
+# Other distributions add commands by entry points of this group: name -> `register`.
 ENTRY_POINTS = "walltopo.commands"
-# Theirs where they are not installed: what they are for, and what to install.
+# Commands of distributions that may not be installed: purpose, and the distribution to install.
 ELSEWHERE = {
-    "moves": ("how each route may be climbed", "walltopo-climb"),
-    "grade": ("a range of grades for each route", "walltopo-climb"),
+    "moves": ("find likely moves of each route", "walltopo-climb"),
+    "grade": ("estimate a grade range for each route", "walltopo-climb"),
     "problem": ("propose new problems", "walltopo-climb"),
     "ease": ("make a route one grade easier or harder", "walltopo-climb"),
     "synth": ("generate gyms with exact truth", "walltopo-lab"),
@@ -57,19 +57,19 @@ ELSEWHERE = {
 EXIT_CODES = """\
 exit codes:
   0  done
-  1  looked at, and not all well: `status` (stages would run), `batch` (a scan is not done),
-     `mesh check`, `dataset check`
+  1  checked, and something needs attention: `status` (stages would run), `batch` (a scan is not
+     done), `mesh check`, `dataset check`
   2  wrong usage, or an unknown or impossible setting
-  3  the input cannot be used (missing, damaged, too few photos)
+  3  the input is unusable (missing, damaged, too few photos)
   4  a stage found no result in usable input
   5  this machine lacks something (a program, an extra, disk space)
   70 a defect in walltopo: please report it
-  130 stopped by Ctrl-C (143: by SIGTERM); run again to go on (`view` ends so, with 0)
+  130 stopped by Ctrl-C (143: by SIGTERM); run again to continue (`view` ends this way, with 0)
 """
 
 
 def build_parser() -> argparse.ArgumentParser:
-    """The whole command line; importing no heavy library."""
+    """Return the parser of all commands, without importing heavy libraries."""
     parser = Parser(
         prog="walltopo",
         description="Phone photos of an indoor climbing wall to a 3D topo.",
@@ -87,7 +87,7 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def leaf_parsers(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser]:
-    """Yield the parsers of all commands, those below other commands too."""
+    """Yield the parsers of all commands and subcommands."""
     inner = [a for a in parser._actions if isinstance(a, argparse._SubParsersAction)]
     below = [child for action in inner for child in dict.fromkeys(action.choices.values())]
     below += getattr(parser, "parsers_by_word", ())
@@ -98,7 +98,7 @@ def leaf_parsers(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentP
 
 
 def _add_common(parser: argparse.ArgumentParser) -> None:
-    """Add the options that every command has, where it has none of its own."""
+    """Add the common options that a command does not define itself."""
     for short, long, text in (
         ("-v", "--verbose", "more detail; the traceback of a defect"),
         ("-q", "--quiet", "errors only"),
@@ -110,7 +110,7 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_plugins(commands: argparse._SubParsersAction[Parser]) -> None:
-    """Commands of installed distributions, and a word on those that are not installed."""
+    """Add the commands of installed distributions, and placeholders for those not installed."""
     found = set()
     for point in sorted(entry_points(group=ENTRY_POINTS), key=lambda point: point.name):
         point.load()(commands)
@@ -128,7 +128,7 @@ def _missing(args: argparse.Namespace) -> int:
     from walltopo.core import EnvironmentLacksError
 
     raise EnvironmentLacksError(
-        f"`walltopo {args.command}` comes with {args.distribution}, which is not installed here",
+        f"`walltopo {args.command}` comes with {args.distribution}, which is not installed",
         f"pip install {args.distribution}",
     )
 
@@ -136,6 +136,7 @@ def _missing(args: argparse.Namespace) -> int:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
     args = argparse.Namespace()
+    show_unprintable()
     with stoppable() as stop:
         try:
             parser = build_parser()
@@ -158,32 +159,32 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _report(error: Exception, stop: Stop, verbose: bool) -> int:
-    """Report what went wrong; return the exit code."""
+    """Print an error and return the exit code."""
     from walltopo.cli.console import error_console
     from walltopo.core import WalltopoError
 
-    def tell(what: str, text: str) -> None:
+    def show(what: str, text: str) -> None:
         error_console.print(what, style="bold red", end=" ")
         error_console.print(text, soft_wrap=True)
 
-    if stop.number:  # what a library made of the interruption
+    if stop.number:  # a library raised this error because of the interruption
         sys.stderr.write(f"\n{STOPPED}\n")
         return stop.exit_code
     if isinstance(error, WalltopoError):
-        tell("error:", error.message)
+        show("error:", error.message)
         if error.hint:
             error_console.print(error.hint, soft_wrap=True, style="dim")
         return error.exit_code
     if isinstance(error, MemoryError):
-        tell("error:", "this machine's memory is too small for this input")
+        show("error:", "this machine does not have enough memory for this input")
         return 5
     if isinstance(error, OSError):
         where = f"{error.filename}: " if error.filename else ""
-        tell("error:", f"{where}{error.strerror or error}")
+        show("error:", f"{where}{error.strerror or error}")
         if verbose:
             error_console.print(traceback.format_exc(), soft_wrap=True)
-        return _refused(error)
-    tell("defect in walltopo:", type(error).__name__)
+        return _os_exit_code(error)
+    show("defect in walltopo:", type(error).__name__)
     error_console.print(str(error), soft_wrap=True)
     if verbose:
         error_console.print(traceback.format_exc(), soft_wrap=True)
@@ -192,9 +193,9 @@ def _report(error: Exception, stop: Stop, verbose: bool) -> int:
     return 70
 
 
-def _refused(error: OSError) -> int:
-    """Return the exit code for what the operating system refused: a full disk, a name too long."""
-    if error.errno == errno.ENOSPC:  # stdout may be what is full: Python would flush it again
+def _os_exit_code(error: OSError) -> int:
+    """Return the exit code for an error of the operating system, such as a full disk."""
+    if error.errno == errno.ENOSPC:  # stdout itself may be full, and Python would flush it again
         with suppress(OSError):
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return 3 if error.errno == errno.ENAMETOOLONG else 5

@@ -1,4 +1,4 @@
-"""`walltopo batch`: many scans from one list."""
+"""`walltopo batch`: run many scans from one list."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from typing import TYPE_CHECKING
 from walltopo.cli.options import Number
 
 if TYPE_CHECKING:
-    from walltopo.pipeline.batch.job import Job, Outcome
+    from walltopo.pipeline.batch.job import Outcome, ScanJob
 
 
 _EPILOG = """\
-the list is a text of lines `PHOTOS SCAN`, a CSV with the columns photos, out, and perhaps
-reference, config, settings, or a TOML of [[scan]] tables with these keys. Paths are meant from
-the folder of the list; photos and out may be URLs of S3 (needs walltopo[s3]).
+the list is a text of lines `PHOTOS SCAN`, a CSV with the columns photos, out, and optionally
+reference, config, settings, or a TOML of [[scan]] tables with these keys. Paths are relative to
+the folder of the list; photos and out may be S3 URLs (needs walltopo[s3]).
 
 examples:
-  walltopo batch walls.csv                 as many at a time as this machine has room for
+  walltopo batch walls.csv                 as many at a time as this machine can run
   walltopo batch walls.toml --jobs 4 --json
   walltopo batch walls.csv --ray auto      on the Ray cluster of this machine
 
-Run the same command again after a failure or Ctrl-C: what is done is kept. Each scan's log is
-scan.log in its folder. Exit code 0 when all are done, 1 when one is not.
+Run the same command again after a failure or Ctrl-C: finished work is kept. Each scan's log is
+scan.log in its folder. Exit code 0 if all scans are done, else 1.
 """
 
 _GB = 1 << 30
@@ -36,42 +36,42 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     """Add the command."""
     batch = commands.add_parser(
         "batch",
-        help="many scans from one list",
-        description="Run every scan of a list; one that fails does not end the others.",
+        help="run many scans from one list",
+        description="Run every scan of a list; a failed scan does not stop the others.",
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    batch.add_argument("list", type=Path, metavar="LIST", help="which photos become which scans")
+    batch.add_argument("list", type=Path, metavar="LIST", help="the list of photos and scans")
     batch.add_argument(
         "-j",
         "--jobs",
         type=Number(int, 1, 1024),
         metavar="N",
-        help="scans at a time, on this machine",
+        help="number of parallel scans on this machine",
     )
-    batch.add_argument("--config", type=Path, metavar="FILE", help="settings of scans without own")
+    batch.add_argument("--config", type=Path, metavar="FILE", help="settings file of all scans")
     batch.add_argument(
-        "--set", action="append", default=[], metavar="KEY=VALUE", help="for all, below their own"
+        "--set", action="append", default=[], metavar="KEY=VALUE", help="setting of all scans"
     )
     batch.add_argument(
         "--ray",
         metavar="ADDRESS",
-        help="each scan a task of this Ray cluster: auto, local, address",
+        help="run each scan as a task of this Ray cluster: auto, local, address",
     )
     batch.add_argument(
         "--cores",
         type=Number(int, 1, 1024),
         metavar="N",
-        help="cores of one scan (with --ray 2 by default, else as its libraries like)",
+        help="cores per scan (default with --ray: 2, else as the libraries choose)",
     )
     batch.add_argument(
         "--memory",
         type=Number(float, 0.1, 4096),
         default=4.0,
         metavar="GB",
-        help="memory of one scan that --ray reckons with (4)",
+        help="memory per scan that --ray reserves (default: 4)",
     )
-    batch.add_argument("--json", action="store_true", help="the result as JSON on stdout")
+    batch.add_argument("--json", action="store_true", help="print the result as JSON on stdout")
     batch.add_argument("-q", "--quiet", action="store_true", help="errors only")
     batch.set_defaults(run=_batch)
 
@@ -82,13 +82,13 @@ def _batch(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console, error_console
     from walltopo.core import SettingsError
     from walltopo.pipeline.batch.job import settings_of_job
-    from walltopo.pipeline.batch.listed import read_list
+    from walltopo.pipeline.batch.job_list import read_list
 
     if args.ray is not None and args.jobs is not None:
-        raise SettingsError("--jobs is for this machine", "With --ray, say --cores and --memory.")
+        raise SettingsError("--jobs is for this machine", "With --ray, use --cores and --memory.")
     jobs = [_with_common(job, args) for job in read_list(args.list)]
     for job in jobs:
-        settings_of_job(job)  # before the first begins
+        settings_of_job(job)  # find invalid settings before the first scan starts
     outcomes: list[Outcome] = []
     for outcome in _run(jobs, args):
         outcomes.append(outcome)
@@ -102,36 +102,40 @@ def _batch(args: argparse.Namespace) -> int:
         console.print(msgspec.json.encode(outcomes).decode(), soft_wrap=True)
     elif not args.quiet:
         _show(outcomes)
-    bad = [outcome for outcome in outcomes if not outcome.well]
+    bad = [outcome for outcome in outcomes if not outcome.is_finished]
     for outcome in bad:
-        told = outcome.error.removeprefix(f"{outcome.out}: ")
-        error_console.print(f"{outcome.out}: {told}", soft_wrap=True, style="red")
+        message = outcome.error.removeprefix(f"{outcome.out}: ")
+        error_console.print(f"{outcome.out}: {message}", soft_wrap=True, style="red")
         if outcome.hint:
             error_console.print(outcome.hint, soft_wrap=True, style="dim")
     return 1 if bad else 0
 
 
-def _with_common(job: Job, args: argparse.Namespace) -> Job:
+def _with_common(job: ScanJob, args: argparse.Namespace) -> ScanJob:
     from msgspec.structs import replace
 
     config = job.config or (str(args.config.absolute()) if args.config else "")
     return replace(job, config=config, settings=(*args.set, *job.settings))
 
 
-def _run(jobs: Sequence[Job], args: argparse.Namespace) -> Iterator[Outcome]:
-    from walltopo.pipeline.batch.ray_cluster import on_cluster
-    from walltopo.pipeline.batch.run import jobs_for_here, run_here, run_on_cluster
+def _run(jobs: Sequence[ScanJob], args: argparse.Namespace) -> Iterator[Outcome]:
+    from walltopo.pipeline.batch.run import (
+        default_parallel_scans,
+        on_cluster,
+        run_here,
+        run_on_cluster,
+    )
 
     with ExitStack() as stack:
         if args.ray is None:
-            yield from run_here(jobs, args.jobs or jobs_for_here(), args.cores or 0)
+            yield from run_here(jobs, args.jobs or default_parallel_scans(), args.cores or 0)
             return
         stack.enter_context(on_cluster(args.ray))
         yield from run_on_cluster(jobs, args.cores or 2, int(args.memory * _GB))
 
 
 def _show(outcomes: Sequence[Outcome]) -> None:
-    """A line a scan, and how many are well."""
+    """Print a line per scan, and the number of scans that are done."""
     from rich.table import Table
 
     from walltopo.cli.console import console
@@ -143,11 +147,11 @@ def _show(outcomes: Sequence[Outcome]) -> None:
     for column in ("photos", "holds", "routes", "time", "tries"):
         table.add_column(column, justify="right")
     for one in outcomes:
-        counts = [str(n) if one.well else "" for n in (one.photos, one.holds, one.routes)]
+        counts = [str(n) if one.is_finished else "" for n in (one.photos, one.holds, one.routes)]
         style = _MARKS[one.state]
         table.add_row(
             one.out, one.state, *counts, duration(one.seconds), str(one.tries), style=style
         )
     console.print(table)
-    well = sum(outcome.well for outcome in outcomes)
+    well = sum(outcome.is_finished for outcome in outcomes)
     console.print(f"{well} of {len(outcomes)} scans are done")

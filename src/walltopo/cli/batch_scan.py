@@ -1,9 +1,8 @@
-"""The process of one scan of a batch: a `Job` on stdin, its `Outcome` on stdout, a log.
+"""The process of one scan of a batch: reads a `ScanJob` on stdin, writes an `Outcome` to stdout.
 
     python -m walltopo.cli.batch_scan
 
-The log is `scan.log` in the scan folder, from the moment when the folder is known to be one; each
-run adds to it.
+The log is `scan.log` in the scan folder, from the first stage on; each run appends to it.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from rich.console import Console
 from walltopo.cli.scan_progress import ScanListener
 from walltopo.core import BusyError, WalltopoError
 from walltopo.core.children import end_with_parent
-from walltopo.pipeline.batch.job import Job, Outcome, settings_of_job
+from walltopo.pipeline.batch.job import Outcome, ScanJob, settings_of_job
 
 if TYPE_CHECKING:
     from walltopo.pipeline.forecast import Forecast
@@ -31,23 +30,23 @@ if TYPE_CHECKING:
 
 LOG = "scan.log"
 _WIDTH = 200
-_PATIENCE_S = 30.0  # for the process of a lost worker to let go of the folder
-_ASK_AGAIN_S = 0.5
+_BUSY_TIMEOUT_S = 30.0  # for the process of a lost worker to release the folder
+_RETRY_S = 0.5
 
 
-class _Logged(ScanListener):
-    """Writes what a terminal would show into the scan's log, native code's words included."""
+class _LogListener(ScanListener):
+    """Writes a scan's terminal output, including that of native code, into the scan's log."""
 
     def __init__(self, folder: Path) -> None:
-        # The words stand in the log as they are: no colours, no bar.
+        # Plain text for the log: no colours, no bar.
         console = Console(file=sys.stderr, width=_WIDTH, highlight=False, color_system=None)
         super().__init__(console, verbose=True)
         self._folder = folder
-        self._begun: Forecast | None = None
+        self._forecast_to_print: Forecast | None = None
 
     def scan_begins(self, forecast: Forecast) -> None:
-        # Told once there is a log: before its first stage, the folder is not yet a scan's.
-        self._begun = forecast
+        # Print this later: before its first stage, the folder is not yet a scan folder.
+        self._forecast_to_print = forecast
 
     def stage_begins(self, stage: str) -> None:
         self._open()
@@ -58,30 +57,30 @@ class _Logged(ScanListener):
         super().stage_kept(stage, record)
 
     def _open(self) -> None:
-        if self._begun is None:
+        if self._forecast_to_print is None:
             return
         log = os.open(self._folder / LOG, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
         os.dup2(log, 1)
         os.dup2(log, 2)
         os.close(log)
         now = datetime.now(UTC).isoformat(timespec="seconds")
-        self._console.print(f"-- begun {now}, process {os.getpid()}")
-        super().scan_begins(self._begun)
-        self._begun = None
+        self._console.print(f"-- started {now}, process {os.getpid()}")
+        super().scan_begins(self._forecast_to_print)
+        self._forecast_to_print = None
 
 
 def main() -> int:
-    """Scan, and say how it went; anything but 0 is a process that was lost."""
-    job = msgspec.json.decode(sys.stdin.buffer.readline(), type=Job)
+    """Run the scan and write its outcome; another exit code than 0 means a lost process."""
+    job = msgspec.json.decode(sys.stdin.buffer.readline(), type=ScanJob)
     end_with_parent()
-    answer = os.fdopen(os.dup(1), "wb")
+    output = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     try:
-        outcome = _scanned(job)
+        outcome = _run(job)
     except WalltopoError as error:
         outcome = Outcome(out=job.out, state="failed", error=error.message, hint=error.hint)
     except MemoryError:
-        error_text = "this machine's memory is too small for this input"
+        error_text = "this machine does not have enough memory for this input"
         outcome = Outcome(out=job.out, state="failed", error=error_text)
     except Exception as error:
         traceback.print_exc()
@@ -94,25 +93,25 @@ def main() -> int:
     if outcome.error:
         sys.stderr.write(f"error: {outcome.error}\n{outcome.hint}\n")
     sys.stderr.flush()
-    with answer:
-        answer.write(msgspec.json.encode(outcome))
+    with output:
+        output.write(msgspec.json.encode(outcome))
     return 0
 
 
-def _scanned(job: Job) -> Outcome:
+def _run(job: ScanJob) -> Outcome:
     from walltopo.pipeline.runner import scan
 
     settings = settings_of_job(job)
-    patient_until = time.monotonic() + _PATIENCE_S
+    deadline = time.monotonic() + _BUSY_TIMEOUT_S
     while True:
         try:
-            with _Logged(Path(job.out)) as listener:
+            with _LogListener(Path(job.out)) as listener:
                 result = scan([Path(p) for p in job.photos], job.out, settings, listener=listener)
             break
         except BusyError:
-            if time.monotonic() > patient_until:
+            if time.monotonic() > deadline:
                 raise
-            time.sleep(_ASK_AGAIN_S)
+            time.sleep(_RETRY_S)
     return Outcome(
         out=job.out,
         state="done" if result.ran else "up to date",
@@ -129,7 +128,7 @@ def _count(metrics: dict[str, dict[str, Any]], stage: str, name: str) -> int:
 
 
 if __name__ == "__main__":
-    # Python waits at its end for no thread that reads.
+    # Exit without waiting: at interpreter exit, Python would wait for threads that read.
     code = main()
     sys.stdout.flush()
     os._exit(code)

@@ -1,4 +1,4 @@
-"""`walltopo completion`: the commands and options for a shell's Tab key."""
+"""`walltopo completion`: complete commands and options with a shell's Tab key."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from pathlib import Path
 SHELLS = ("bash", "zsh", "fish")
 
 _EPILOG = """\
-how to use it:
+installation:
   bash   walltopo completion bash > ~/.local/share/bash-completion/completions/walltopo
   zsh    walltopo completion zsh > DIR/_walltopo      DIR: a folder of your $fpath
   fish   walltopo completion fish > ~/.config/fish/completions/walltopo.fish
-in this shell alone:
+only in this shell:
   eval "$(walltopo completion bash)"
 
-Write it again after installing walltopo-lab, whose commands it then knows too.
+Run it again after installing walltopo-lab, to include its commands.
 """
 
 
@@ -25,8 +25,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     """Add the command."""
     parser = commands.add_parser(
         "completion",
-        help="a script that lets the Tab key of bash, zsh or fish complete walltopo",
-        description="Print the completion of commands, options and files for a shell.",
+        help="print a script that completes walltopo in bash, zsh or fish",
+        description="Print a script that completes commands, options and files in a shell.",
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -46,7 +46,7 @@ def _completion(args: argparse.Namespace) -> int:
 
 
 def _complete_files(parser: argparse.ArgumentParser, how: Mapping[str, object]) -> None:
-    """Let every argument that is a path be completed by files and folders."""
+    """Complete every path argument with files and folders."""
     for action in parser._actions:
         if action.type is Path:
             action.complete = how  # type: ignore[attr-defined]

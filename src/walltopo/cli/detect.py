@@ -1,4 +1,4 @@
-"""`walltopo detect`: holds and volumes in photos, as a stage on its own."""
+"""`walltopo detect`: find holds and volumes in photos, without a scan."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ import argparse
 from contextlib import nullcontext
 from pathlib import Path
 
-from walltopo.cli.options import add_options, options_given
-from walltopo.cli.outputs import add_overwrite, target
-from walltopo.segment.detect.settings import DetectSettings
+from walltopo.cli.options import add_options, add_overwrite, options_given, target
+from walltopo.segment.settings import DetectSettings
 
 EXAMPLES = """\
 examples:
@@ -32,13 +31,13 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     parser.add_argument("-o", "--output", type=Path, required=True, help="the COCO file to write")
     parser.add_argument("--draw", type=Path, metavar="DIR", help="also write pictures here")
     add_overwrite(parser)
-    parser.add_argument("-v", "--verbose", action="store_true", help="a line per photo")
+    parser.add_argument("-v", "--verbose", action="store_true", help="print a line per photo")
     add_options(parser.add_argument_group("settings"), DetectSettings)
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Detect, write, say how much was found."""
+    """Detect objects, write them and print their number."""
     settings = options_given(args, DetectSettings)
 
     from walltopo.cli.console import console

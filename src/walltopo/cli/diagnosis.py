@@ -1,9 +1,8 @@
-"""What this machine can do: programs, accelerators, models, memory, disk."""
+"""`walltopo doctor`: check this machine for everything that walltopo can use."""
 
 from __future__ import annotations
 
 import importlib.util
-import os
 import shutil
 import sys
 from collections.abc import Iterator
@@ -12,6 +11,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 
 from walltopo.core.files import shipped_file
+from walltopo.core.memory import total_memory
 from walltopo.core.parallel import cores
 from walltopo.reconstruct.openmvs import PROGRAMS
 
@@ -22,10 +22,10 @@ class Finding:
 
     Parameters
     ----------
-    topic : what was looked at.
-    state : "ok", "missing" (optional things) or "problem" (a scan will not work well).
-    detail : what was found and what it means.
-    install : the line to type that mends it; empty where there is nothing to mend.
+    topic : the thing checked.
+    state : "ok", "missing" (optional) or "problem" (a scan will not work well).
+    detail : the result and its meaning.
+    install : the command that fixes it; empty if nothing needs fixing.
     """
 
     topic: str
@@ -37,22 +37,22 @@ class Finding:
 _CORE = ("numpy", "scipy", "numba", "pycolmap", "cv2", "PIL", "pillow_heif", "av")
 _CORE_MORE = ("networkit", "trimesh", "embreex", "potpourri3d", "fast_simplification")
 _RUNTIME = ("faster_coco_eval", "jinja2", "msgspec", "onnxruntime", "rich", "segno", "shtab")
-# Extras of this distribution: module, what it is for.
+# Extras of this distribution: module and purpose.
 _EXTRAS = {
-    "web": ("meshoptimizer", "pages that are small"),
+    "web": ("meshoptimizer", "small pages"),
     "ray": ("ray", "many machines: `batch --ray`"),
-    "s3": ("obstore", "photos and scans of `batch` in a store of objects"),
+    "s3": ("obstore", "photos and scans of `batch` in an object store"),
     "profile": ("viztracer", "`scan --profile`"),
 }
-# Other distributions report on themselves by entry points of this group.
+# Other distributions add findings by entry points of this group.
 _ENTRY_POINTS = "walltopo.doctor"
-# Distributions beside this one: module, what it adds.
+# Other distributions: module, and the commands it adds.
 _BESIDE = {
     "walltopo-climb": ("walltopo_climb", "moves, grade, problem, ease"),
     "walltopo-lab": ("walltopo_lab", "synth, dataset, train, evaluate, tune"),
     "walltopo-gym": ("walltopo_gym", "a gym's walls online"),
 }
-# Programs that no scan needs: any of the names will do, what it is for, Debian's package.
+# Programs that no scan needs: alternative names, purpose, Debian package.
 _OTHERS = {
     "Chromium": (("chromium", "chromium-browser", "google-chrome"), "tests of pages", "chromium"),
     "node": (("node",), "building the viewer and the gym's app", "nodejs npm"),
@@ -61,7 +61,7 @@ _OTHERS = {
 
 
 def examine(folder: Path) -> Iterator[Finding]:
-    """Look at the machine; `folder` tells which disk is meant."""
+    """Yield the findings about this machine, with the disk of `folder`."""
     yield Finding("python", "ok", sys.version.split()[0])
     yield from _packages()
     yield from _cores_and_memory()
@@ -76,13 +76,13 @@ def examine(folder: Path) -> Iterator[Finding]:
 def _packages() -> Iterator[Finding]:
     missing = [n for n in (*_CORE, *_CORE_MORE, *_RUNTIME) if not importlib.util.find_spec(n)]
     if missing:
-        told = f"missing: {', '.join(missing)}"
-        yield Finding("packages", "problem", told, "pip install --force-reinstall walltopo")
+        text = f"missing: {', '.join(missing)}"
+        yield Finding("packages", "problem", text, "pip install --force-reinstall walltopo")
     else:
         from walltopo.geometry.colmap import pycolmap
 
-        told = f"all that a scan needs; COLMAP {pycolmap.__version__}"
-        yield Finding("packages", "ok", told)
+        text = f"all that a scan needs; COLMAP {pycolmap.__version__}"
+        yield Finding("packages", "ok", text)
     for extra, (module, use) in _EXTRAS.items():
         if importlib.util.find_spec(module):
             yield Finding(f"extra {extra}", "ok", use)
@@ -92,13 +92,13 @@ def _packages() -> Iterator[Finding]:
 
 
 def _formats() -> Iterator[Finding]:
-    """Photos as iPhones take them: a decoder is asked for by name, for a wheel may lack it."""
+    """Check the decoder of iPhone photos (HEIC), which some wheels lack."""
     if not importlib.util.find_spec("pillow_heif"):
         return
     import pillow_heif
 
     able = bool(pillow_heif.libheif_info()["decoders"])
-    detail = "photos of iPhones are read" if able else "this build of pillow-heif has no decoder"
+    detail = "iPhone photos can be read" if able else "this build of pillow-heif has no decoder"
     mend = "" if able else "pip install --force-reinstall pillow-heif"
     yield Finding("HEIC", "ok" if able else "problem", detail, mend)
 
@@ -108,16 +108,16 @@ def _distributions() -> Iterator[Finding]:
         if importlib.util.find_spec(module) is None:
             yield Finding(name, "missing", f"adds {adds}", f"pip install {name}")
     if importlib.util.find_spec("walltopo_gym"):
-        yield Finding("walltopo-gym", "ok", "`walltopo gym doctor --data DIR` looks at a gym")
+        yield Finding("walltopo-gym", "ok", "`walltopo gym doctor --data DIR` checks a gym")
     for point in entry_points(group=_ENTRY_POINTS):
         yield from point.load()()
 
 
 def _cores_and_memory() -> Iterator[Finding]:
     yield Finding("cores", "ok", str(cores()))
-    total = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
+    total = total_memory() / 2**30
     state = "ok" if total >= 6 else "problem"
-    advice = "" if total >= 6 else "; a scan of 70 photos wants 6"
+    advice = "" if total >= 6 else "; a scan of 70 photos needs 6"
     yield Finding("memory", state, f"{total:.1f} GiB{advice}")
 
 
@@ -128,10 +128,10 @@ def _disk(folder: Path) -> Iterator[Finding]:
 
 
 def _accelerators() -> Iterator[Finding]:
-    """Both libraries come without CUDA; where there is a device, others can take their place."""
+    """Check GPU support: both libraries come without CUDA, and alternatives support a device."""
     device = Path("/proc/driver/nvidia/version").is_file() or shutil.which("nvidia-smi") is not None
     if not device:
-        yield Finding("GPU", "missing", "no NVIDIA device; not needed, all runs on the CPU")
+        yield Finding("GPU", "missing", "no NVIDIA device; optional, everything runs on the CPU")
         return
     if importlib.util.find_spec("pycolmap"):
         from walltopo.reconstruct.dense.external import has_cuda
@@ -156,14 +156,14 @@ def _for_gpu(topic: str, able: bool, what: str, plain: str, other: str) -> Findi
 def _programs() -> Iterator[Finding]:
     absent = [name for name in PROGRAMS if shutil.which(name) is None]
     if absent:
-        told = f"another dense backend, built from its source; not on PATH: {', '.join(absent)}"
-        yield Finding("OpenMVS", "missing", told)
+        reason = f"optional dense backend, built from source; not on PATH: {', '.join(absent)}"
+        yield Finding("OpenMVS", "missing", reason)
     else:
         yield Finding("OpenMVS", "ok", "`openmvs` available to dense and texture")
     for topic, (names, use, package) in _OTHERS.items():
         found = next((path for path in map(shutil.which, names) if path), None)
-        mend = "" if found else f"sudo apt-get install {package}"
-        yield Finding(topic, "ok" if found else "missing", found or f"for {use} alone", mend)
+        mend = f"sudo apt-get install {package}" if not found and shutil.which("apt-get") else ""
+        yield Finding(topic, "ok" if found else "missing", found or f"only for {use}", mend)
 
 
 def _models() -> Iterator[Finding]:

@@ -1,4 +1,4 @@
-"""`walltopo doctor`: what this machine can do."""
+"""`walltopo doctor`: print what works on this machine."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     """Add this group's command."""
     doctor = commands.add_parser(
         "doctor",
-        help="what works on this machine, what is missing for what, and the line that installs it",
-        description="Exit code 0 when a scan can run here, 5 when something needed is missing.",
+        help="check what works on this machine, and how to install what is missing",
+        description="Exit code 0 if a scan can run here, 5 if something needed is missing.",
     )
-    doctor.add_argument("--json", action="store_true", help="for programs")
+    doctor.add_argument("--json", action="store_true", help="print JSON")
     doctor.set_defaults(run=_doctor)
 
 
@@ -49,14 +49,14 @@ def _as_table(findings: Sequence[Finding], ready: bool) -> None:
 
     marks = {
         "ok": Text("ok", "green"),
-        "missing": Text("not here", "yellow"),
+        "missing": Text("missing", "yellow"),
         "problem": Text("problem", "red"),
     }
     table = Table(show_header=False, box=None, pad_edge=False)
     for finding in findings:
-        told = Text(finding.detail)
+        shown = Text(finding.detail)
         if finding.install:
-            told.append(f"\n{finding.install}", "bold")
-        table.add_row(finding.topic, marks[finding.state], told)
+            shown.append(f"\n{finding.install}", "bold")
+        table.add_row(finding.topic, marks[finding.state], shown)
     console.print(table)
-    console.print("A scan can run here." if ready else "A scan cannot run here, or not well.")
+    console.print("A scan can run here." if ready else "A scan cannot run well here.")

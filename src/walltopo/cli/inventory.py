@@ -1,4 +1,4 @@
-"""`walltopo inventory`: what hangs on a wall, and what changed since another scan."""
+"""`walltopo inventory`: list the holds on a wall, and the changes since another scan."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from walltopo.cli.outputs import add_overwrite, target
+from walltopo.cli.options import add_overwrite, target
 
 _EXAMPLE = """examples:
   walltopo inventory gym3
@@ -21,19 +21,16 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         "inventory",
         help="count holds by colour, type and size; compare two scans of a wall",
         description="Count the holds of a scan by role, colour, type and size. With --since: "
-        "what came and went since an older scan of the same wall (matched by position and shape; "
-        "both scans must share a frame, as `walltopo update` or measures at the same place "
-        "give them).",
+        "list the changes since an older scan of the same wall (matched by position and shape; "
+        "both scans must share a frame, from `--reference` or scale plates at the same place).",
         epilog=_EXAMPLE,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("scan", type=Path, help="scan folder")
     parser.add_argument("--since", type=Path, metavar="OLD", help="an older scan of the wall")
-    parser.add_argument(
-        "--changed", action="store_true", help="with --since: leave out holds that stayed"
-    )
+    parser.add_argument("--changed", action="store_true", help="with --since: omit unchanged holds")
     parser.add_argument("--format", choices=("table", "csv", "json"), default="table")
-    parser.add_argument("--out", type=Path, help="write there instead of to the terminal")
+    parser.add_argument("--out", type=Path, help="write to this file instead of the terminal")
     add_overwrite(parser)
     parser.set_defaults(run=run)
 
@@ -49,8 +46,8 @@ def run(args: argparse.Namespace) -> int:
     if args.since is None:
         rows = [row.to_json() for row in count_holds(holds, unit)]
         area = wall_area(scan)
-        told = "m²" if metric else "square scan units (the scan has no scale)"
-        summary = f"{len(holds)} instances on {area:.1f} {told} of mesh"
+        area_unit = "m²" if metric else "square scan units (the scan has no scale)"
+        summary = f"{len(holds)} instances on {area:.1f} {area_unit} of mesh"
         return _emit(args, rows, {"holds": len(holds), "area_m2": round(area, 3)}, summary)
     old = load_scan(args.since).holds
     found = changes(old, holds, unit)

@@ -1,4 +1,4 @@
-"""`walltopo lift`: masks of anything, on a mesh of anything."""
+"""`walltopo lift`: lift masks of any objects onto any mesh."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from walltopo.cli.options import Number, add_options, options_given
-from walltopo.cli.outputs import add_overwrite, target
+from walltopo.cli.options import Number, add_options, add_overwrite, options_given, target
 from walltopo.segment.lift.settings import LiftParams
 
 if TYPE_CHECKING:
@@ -28,7 +27,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         "lift",
         help="lift 2D masks of posed photos onto a mesh",
         description="Find the objects that masks in many photos show, and label the mesh's "
-        "triangles with them. Writes instances.npz, instances.json and, to look at, "
+        "triangles with them. Writes instances.npz, instances.json and, for inspection, "
         "instances.ply and instances.glb with a colour per instance.",
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -44,20 +43,20 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     add_overwrite(parser)
     parser.add_argument(
         "--refine-borders", type=Number(int, low=0, high=8), default=0, metavar="N",
-        help="also cut the triangles at the borders of instances, N times in half, and write "
-        "the finer mesh and its labels to refined/ in the output folder",
+        help="also split the triangles at the borders of instances, N times, and write the finer "
+        "mesh and its labels to refined/ in the output folder",
     )  # fmt: skip
     add_options(parser.add_argument_group("settings"), LiftParams)
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Read, lift, write; says what came out."""
+    """Read the inputs, lift, write the results and print a summary."""
     params = options_given(args, LiftParams)
 
     from walltopo.cli.console import console
     from walltopo.core.outputs import written_folder
-    from walltopo.geometry.ply import read_mesh, write_ply
+    from walltopo.geometry.mesh_files import read_mesh, write_ply
     from walltopo.segment.lift import lift
     from walltopo.segment.lift.refine import refine_borders
     from walltopo.segment.lift_files import (

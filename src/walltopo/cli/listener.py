@@ -1,4 +1,4 @@
-"""How the terminal shows a running scan: one bar, then one line per stage."""
+"""Show a running scan in the terminal: one bar, then one line per stage."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ class TerminalListener:
     ----------
     console : where to draw.
     verbose : also show details.
-    quiet : show nothing at all (errors are the caller's).
-    bar : started and stopped with the listener; one row for each step by default.
+    quiet : show nothing (the caller prints errors).
+    bar : started and stopped with the listener; default: one row per step.
     """
 
     def __init__(
@@ -111,11 +111,11 @@ class TerminalListener:
 
 
 def describe_metrics(metrics: dict[str, Any], width: int | None = None) -> str:
-    """The one-line summary of a stage: its `summary`, else its plain figures.
+    """Return the one-line summary of a stage: its `summary`, else its scalar figures.
 
     Parameters
     ----------
-    width : give only the first figures, as many as are whole in so many columns; one at least.
+    width : maximum number of columns; figures that do not fit are omitted, except the first.
     """
     if isinstance(metrics.get("summary"), str):
         return str(metrics["summary"])
@@ -127,7 +127,7 @@ def describe_metrics(metrics: dict[str, Any], width: int | None = None) -> str:
 
 
 def duration(seconds: float) -> str:
-    """1.4 s, 2 min 05 s."""
+    """Return a duration such as 1.4 s or 2 min 05 s."""
     if seconds < 60:
         return f"{seconds:.1f} s"
     return f"{int(seconds // 60)} min {int(seconds % 60):02d} s"

@@ -1,4 +1,4 @@
-"""`walltopo measure`: print the plates, find them in photos."""
+"""`walltopo measure`: print scale plates, and find them in photos."""
 
 from __future__ import annotations
 
@@ -7,19 +7,20 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from walltopo.cli.options import Number
-from walltopo.cli.outputs import add_overwrite, target
+from walltopo.cli.options import Number, add_overwrite, target
 
 if TYPE_CHECKING:
-    from walltopo.reconstruct.scale.markers import Detection
+    from walltopo.images.markers import Detection
+    from walltopo.reconstruct.scale.plates import Plate
 
 
 _EPILOG = """\
 examples:
   walltopo measure print -o plate.pdf                  an A4 plate
   walltopo measure print -o plate.pdf --paper a3 --number 2
-  walltopo measure detect photos/                      which photos show which markers
-  walltopo measure plates > plates.toml                the known plates, to add your own to
+  walltopo measure print -o stickers.pdf --stickers 24 for bare walls
+  walltopo measure detect photos/                      list the markers in each photo
+  walltopo measure plates > plates.toml                the built-in plates, as a start for your own
 """
 
 
@@ -27,8 +28,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     """Add this group's commands."""
     measure = commands.add_parser(
         "measure",
-        help="the printed plate that gives a scan its metres, up and floor",
-        description="Print the measure, or see where it is found.",
+        help="the printed scale plate that gives a scan its metres, up and floor",
+        description="Print a scale plate, or find it in photos.",
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -36,31 +37,40 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     _register_print(group)
     detect = group.add_parser(
         "detect",
-        help="which photos show which markers",
-        description="Look for the plates' markers in photos, before or without a scan.",
+        help="list the markers in each photo",
+        description="Find the markers of plates and stickers in photos, without a scan.",
     )
     detect.add_argument("photos", nargs="+", type=Path, metavar="PHOTOS", help="files or folders")
-    detect.add_argument("--plates", type=Path, metavar="FILE", help="TOML of other plates")
+    detect.add_argument("--plates", type=Path, metavar="FILE", help="TOML of your own plates")
     detect.set_defaults(run=_detect)
-    plates = group.add_parser("plates", help="the TOML of the plates that walltopo knows")
+    plates = group.add_parser("plates", help="print the TOML of the built-in plates")
     plates.set_defaults(run=_plates)
 
 
 def _register_print(group: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     printing = group.add_parser(
         "print",
-        help="a plate as a PDF at true size",
+        help="write a plate as a PDF at true size",
         description="Write a plate of four ArUco markers as a PDF to print at 100 %.",
     )
     printing.add_argument("-o", "--out", type=Path, required=True, metavar="FILE", help="the PDF")
     add_overwrite(printing)
-    printing.add_argument("--paper", choices=("a4", "a3"), default="a4", help="default: a4")
+    printing.add_argument(
+        "--paper", choices=("a4", "a3", "letter"), default="a4", help="default: a4"
+    )
     printing.add_argument(
         "--number",
         type=Number(int, low=1),
         default=1,
         metavar="N",
-        help="which plate of the kind: lay several out with different numbers (default: 1)",
+        help="number of the plate: use different numbers for several plates (default: 1)",
+    )
+    printing.add_argument(
+        "--stickers",
+        type=Number(int, low=1, high=587),
+        default=0,
+        metavar="COUNT",
+        help="write sheets of stickers instead; two a metre of bare wall tie its photos",
     )
     printing.add_argument("--plates", type=Path, metavar="FILE", help="TOML of your own plates")
     printing.set_defaults(run=_print)
@@ -68,9 +78,29 @@ def _register_print(group: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def _print(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo.core import SettingsError
     from walltopo.core.outputs import written_file
-    from walltopo.reconstruct.scale.plate_pdf import PAPERS, draw_plate, to_pdf
+    from walltopo.reconstruct.scale.plate_pdf import PAPERS, draw_plate, draw_stickers, to_pdf
+
+    paper = PAPERS[args.paper]
+    if args.stickers:
+        pages = draw_stickers(range(args.stickers), paper)
+        what = f"{args.stickers} stickers"
+        hint = f"{len(pages)} page(s). Print at 100 %, cut, and stick each once on the wall."
+    else:
+        plate = _plate_to_print(args)
+        pages = [draw_plate(plate, paper)]
+        what = f"plate {plate.label}"
+        hint = f"markers of {1000 * plate.marker:g} mm. Print at 100 % and check its ruler."
+    pdf = to_pdf(pages, paper, f"walltopo measure {what}")
+    with written_file(target(args, args.out, "measure print", inputs=[args.plates])) as temporary:
+        temporary.write_bytes(pdf)
+    console.print(f"{args.out}: {what} for {args.paper.upper()}, {hint}")
+    return 0
+
+
+def _plate_to_print(args: argparse.Namespace) -> Plate:
+    """Return the plate of the arguments; raise SettingsError if there is none of that number."""
+    from walltopo.core import SettingsError
     from walltopo.reconstruct.scale.plates import built_in_plates, read_plates
 
     if args.plates:
@@ -79,15 +109,7 @@ def _print(args: argparse.Namespace) -> int:
         kinds = [plate for plate in built_in_plates() if plate.name == args.paper]
     if not 1 <= args.number <= len(kinds):
         raise SettingsError(f"--number: expected 1 to {len(kinds)}, got {args.number}")
-    plate, paper = kinds[args.number - 1], PAPERS[args.paper]
-    pdf = to_pdf(draw_plate(plate, paper), paper, f"walltopo measure {plate.label}")
-    with written_file(target(args, args.out, "measure print", inputs=[args.plates])) as temporary:
-        temporary.write_bytes(pdf)
-    console.print(
-        f"{args.out}: plate {plate.label} for {args.paper.upper()}, markers of "
-        f"{1000 * plate.marker:g} mm. Print at 100 % and check its ruler."
-    )
-    return 0
+    return kinds[args.number - 1]
 
 
 def _detect(args: argparse.Namespace) -> int:
@@ -95,6 +117,7 @@ def _detect(args: argparse.Namespace) -> int:
 
     from walltopo.cli.console import console
     from walltopo.core import Silent
+    from walltopo.images.markers import detect_stickers
     from walltopo.reconstruct.scale.plates import built_in_plates, read_plates
     from walltopo.reconstruct.scale.world_frame import detect_in_photos
     from walltopo.scans.photos import PhotoSet
@@ -105,7 +128,11 @@ def _detect(args: argparse.Namespace) -> int:
     for path in args.photos:
         files = sorted(p for p in path.iterdir() if p.is_file()) if path.is_dir() else [path]
         for file in files:
-            found = detect_in_photos(PhotoSet(file.parent), [file.name], plates, Silent())
+            photo = PhotoSet(file.parent)
+            found = detect_in_photos(photo, [file.name], plates, Silent())
+            if stickers := detect_stickers(photo.read_grey(file.name), file.name):
+                codes = ", ".join(str(code) for code in sorted(one.marker for one in stickers))
+                table.add_row(file.name, "stickers", codes, f"{_shortest(stickers):.0f} px")
             for plate in plates:
                 seen = [d for d in found if d.marker in plate.ids]
                 seen = [d for d in seen if d.dictionary == plate.dictionary]
@@ -117,13 +144,13 @@ def _detect(args: argparse.Namespace) -> int:
     for label, names in sorted(photos.items()):
         few = "" if len(names) >= 3 else " (take at least 3)"
         console.print(f"plate {label}: in {len(names)} photo(s){few}")
-    if not photos:
-        console.print("no plate is seen")
+    if not table.row_count:
+        console.print("found no plate and no sticker")
     return 0
 
 
 def _shortest(detections: Sequence[Detection]) -> float:
-    """Shortest side of the markers, pixels."""
+    """Return the shortest side of the markers, pixels."""
     import numpy as np
 
     return min(

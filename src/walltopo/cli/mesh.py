@@ -1,4 +1,4 @@
-"""`walltopo mesh`: look at a mesh."""
+"""`walltopo mesh`: examine a mesh."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     actions = group.add_subparsers(dest="action", required=True, metavar="ACTION")
     check = actions.add_parser(
         "check",
-        help="say what is wrong with a mesh",
-        description="Say what is wrong with a mesh: edges and vertices that are not manifold, "
-        "degenerate and doubled faces, crumbs, normals, edge lengths. Exit code 0: nothing "
-        "wrong; 1: problems were found.",
+        help="list the defects of a mesh",
+        description="List the defects of a mesh: non-manifold edges and vertices, degenerate and "
+        "duplicate faces, floaters, normals, edge lengths. Exit code 0: no defects; 1: defects "
+        "were found.",
         epilog="example: walltopo mesh check gym/mesh.ply --cameras gym/sparse",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     check.add_argument("file", type=Path, metavar="FILE", help="PLY, OBJ, STL or GLB")
     check.add_argument(
-        "--cameras", type=Path, metavar="MODEL", help="COLMAP model; checks the normals' side"
+        "--cameras", type=Path, metavar="MODEL", help="COLMAP model, to check the normals' side"
     )
-    check.add_argument("--json", action="store_true", help="print the facts as JSON")
+    check.add_argument("--json", action="store_true", help="print JSON")
     check.set_defaults(run=_check)
 
 
@@ -33,7 +33,7 @@ def _check(args: argparse.Namespace) -> int:
 
     from walltopo.cli.console import console
     from walltopo.geometry.mesh_check import check_mesh
-    from walltopo.geometry.ply import read_mesh
+    from walltopo.geometry.mesh_files import read_mesh
     from walltopo.scans.colmap_model import read_views
 
     report = check_mesh(read_mesh(args.file), read_views(args.cameras) if args.cameras else ())
@@ -49,6 +49,6 @@ def _check(args: argparse.Namespace) -> int:
     for problem in report.problems:
         console.print(Text.assemble(("problem", "red"), f": {problem}"))
     if not report.problems:
-        told = ": manifold, no degenerate faces, no crumbs"
-        console.print(Text.assemble(("no problems", "green"), told))
+        detail = ": manifold, no degenerate faces, no floaters"
+        console.print(Text.assemble(("no problems", "green"), detail))
     return 1 if report.problems else 0

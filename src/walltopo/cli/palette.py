@@ -1,11 +1,11 @@
-"""`walltopo palette`: the colours of a gym as a file that a setter can edit."""
+"""`walltopo palette`: write the colours of a gym to a file that a setter can edit."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
-from walltopo.cli.outputs import add_overwrite, target
+from walltopo.cli.options import add_overwrite, target
 
 _EXAMPLE = """examples:
   walltopo palette learn gym3                 # writes gym3/palette.toml
@@ -19,9 +19,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     """Add the `palette` command."""
     parser = commands.add_parser(
         "palette",
-        help="write a gym's colours to a file to edit",
-        description="The colours of a gym: found by clustering its holds, named and kept in a "
-        "palette.toml.",
+        help="write a gym's colours to an editable file",
+        description="Write the colours of a gym, found by clustering its holds, to a palette.toml.",
         epilog=_EXAMPLE,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -29,7 +28,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     learn = actions.add_parser(
         "learn",
         help="write the palette of a classified scan",
-        description="Write the colours that a scan's holds have, with how many holds have each.",
+        description="Write the colours of a scan's holds, with the number of holds of each.",
         epilog=_EXAMPLE,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -40,7 +39,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 
 def run_learn(args: argparse.Namespace) -> int:
-    """Write the palette; exit code 0."""
+    """Write the palette; return exit code 0."""
     from walltopo.cli.console import console
     from walltopo.core import InputError
     from walltopo.core.outputs import written_file
@@ -52,7 +51,7 @@ def run_learn(args: argparse.Namespace) -> int:
     with written_file(target(args, out, "palette learn", flag="--out")) as made:
         entries, counts = palette_of_holds(holds)
         if not entries:
-            raise InputError(f"{scan.attributes}: no hold has a colour", "Nothing to learn from.")
+            raise InputError(f"{scan.holds}: no hold has a colour", "The palette would be empty.")
         write_palette(made, entries, counts)
     names = ", ".join(f"{e.name} ({n})" for e, n in zip(entries, counts, strict=True))
     console.print(f"{out}: {len(entries)} colours: {names}")

@@ -1,4 +1,4 @@
-"""`walltopo scan --profile FILE`: where a scan's time and memory went, as a trace for Perfetto."""
+"""`walltopo scan --profile FILE`: trace a scan's time and memory for Perfetto."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from typing import Any
 
 from walltopo.cli.scan_progress import ScanListener
 from walltopo.core.errors import EnvironmentLacksError
-from walltopo.pipeline.memory import resident_mb
+from walltopo.core.memory import resident_mb
 from walltopo.scans.manifest import StageRecord
 
-# Shorter calls are left out, microseconds: a scan makes hundreds of millions.
+# Minimum duration of a traced call, microseconds: a scan makes hundreds of millions of calls.
 _SHORTEST_US = 1000.0
 _ENTRIES = 1_000_000
 _SAMPLE_S = 0.25
 
 
 class ProfiledListener(ScanListener):
-    """A `ScanListener` that also marks the stages in a trace; None marks nothing."""
+    """A `ScanListener` that also marks the stages in a trace, if it has a tracer."""
 
     tracer: Any = None
     _span: AbstractContextManager[Any] | None = None
@@ -40,14 +40,14 @@ class ProfiledListener(ScanListener):
 
 @contextmanager
 def profiled(file: Path | None) -> Iterator[Any]:
-    """Trace what runs meanwhile, on all threads, and write it to `file`, however it ends.
+    """Trace all threads during the block and write the trace to `file`, even after an error.
 
-    Calls of a millisecond and more, with a track of this process's resident memory. What child
-    processes do (COLMAP) is not in it, but how long it took is.
+    The trace has the calls of at least a millisecond, and a track of this process's resident
+    memory. It shows the duration of child processes (COLMAP), but not their calls.
 
     Yields
     ------
-    viztracer's tracer; None without a file.
+    viztracer's tracer, or None without a file.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def profiled(file: Path | None) -> Iterator[Any]:
 
 
 def _sample(tracer: Any, ended: threading.Event) -> None:
-    """Note the memory now and then."""
+    """Record the memory periodically."""
     while True:
         tracer.add_counter("memory", {"resident MiB": resident_mb()})
         if ended.wait(_SAMPLE_S):

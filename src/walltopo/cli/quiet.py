@@ -1,7 +1,8 @@
-"""Warnings of libraries are for those who write programs; `-v` shows them."""
+"""The output streams of a command for `-v` and `-q`. Imports only what does not delay a start."""
 
 from __future__ import annotations
 
+import io
 import logging
 import sys
 import warnings
@@ -9,11 +10,18 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 
+def show_unprintable() -> None:
+    """Print escape codes for characters that the terminal's encoding lacks, instead of failing."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
 @contextmanager
 def quiet_libraries(verbose: bool) -> Iterator[None]:
-    """Keep Python warnings and log lines of libraries from the terminal in the block.
+    """Hide Python warnings and log lines of libraries during the block, unless `verbose`.
 
-    With `verbose` they are shown; Python's own `-W` and `PYTHONWARNINGS` stay in force.
+    Python's own `-W` and `PYTHONWARNINGS` stay in force.
     """
     root, handler = logging.getLogger(), logging.NullHandler()
     with warnings.catch_warnings():
@@ -45,7 +53,7 @@ def _show(
 
 @contextmanager
 def quiet_console(quiet: bool) -> Iterator[None]:
-    """Print nothing but errors while this is open, where `quiet` says so."""
+    """Print only errors during the block, if `quiet`."""
     if not quiet:
         yield
         return

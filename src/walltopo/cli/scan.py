@@ -1,4 +1,4 @@
-"""`walltopo scan`, `settings`: the pipeline and what can be set in it."""
+"""`walltopo scan` and `walltopo settings`: run the pipeline, and list its settings."""
 
 from __future__ import annotations
 
@@ -15,30 +15,31 @@ _SCAN_EPILOG = f"""\
 stages: {STAGE_LIST}
 
 examples:
-  walltopo scan photos/ -o wall                  photos of a wall with a printed measure
+  walltopo scan photos/ -o wall                  photos of a wall with a printed scale plate
   walltopo scan visit.mp4 -o wall                a video instead
   walltopo scan photos/ -o wall --to dense       stop after the mesh
-  walltopo scan -o wall --from lift --set lift.threshold=0.4   again from the lift on
+  walltopo scan -o wall --from lift --set lift.threshold=0.4   redo from the lift on
   walltopo scan new/ -o wall2 --reference wall   after a reset, in the old scan's frame
+  walltopo scan left/ -o wall3 --reference wall2 --part   only what changed; the rest stays
 
-Run the same command again after a failure or Ctrl-C: what is done is kept.
+Run the same command again after a failure or Ctrl-C: finished work is kept.
 """
 
 
 def register(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add this group's commands."""
     _register_scan(commands)
-    settings = commands.add_parser("settings", help="every setting with its default, as TOML")
+    settings = commands.add_parser("settings", help="list all settings and defaults as TOML")
     settings.add_argument("section", nargs="?", default="", help="only this section, e.g. lift")
-    settings.add_argument("--all", action="store_true", help="also those that experts vary")
-    settings.add_argument("--markdown", action="store_true", help="as the table of the docs")
+    settings.add_argument("--all", action="store_true", help="include expert settings")
+    settings.add_argument("--markdown", action="store_true", help="print the table of the docs")
     settings.set_defaults(run=_settings)
 
 
 def _register_scan(commands: Commands[argparse.ArgumentParser]) -> None:
     scan = commands.add_parser(
         "scan",
-        help="photos in, segmented and routed wall out",
+        help="make a segmented wall with routes from photos",
         description="Run the stages that are missing or out of date, from photos to the page.",
         epilog=_SCAN_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -60,12 +61,21 @@ def _register_scan(commands: Commands[argparse.ArgumentParser]) -> None:
     scan.add_argument(
         "--accept-changes",
         action="store_true",
-        help="take files of the scan that you changed as they are",
+        help="accept files of the scan that you changed",
     )
     scan.add_argument(
         "--scale-from", metavar="A-B=METRES", help="distance of two photos or named points"
     )
     scan.add_argument("--reference", type=Path, metavar="SCAN", help="align into this scan")
+    scan.add_argument(
+        "--part", action="store_true", help="the photos show a part of the reference's wall"
+    )
+    scan.add_argument(
+        "--poses", type=Path, metavar="PATH", help="camera poses of a phone or another program"
+    )
+    scan.add_argument(
+        "--mesh", type=Path, metavar="FILE", help="ready mesh in the frame of --poses"
+    )
     scan.add_argument("--align", metavar="HOW", help="constrained (default) or rigid")
     scan.add_argument("--dense", metavar="BACKEND", help="auto, sgm, colmap, openmvs, sparse")
     scan.add_argument("--model", metavar="NAME|FILE", help="the detector")
@@ -108,24 +118,27 @@ def _scan(args: argparse.Namespace) -> int:
 
 
 def _shortcuts(args: argparse.Namespace) -> list[str]:
-    """Flags that are short for a setting."""
+    """Return the settings of short options."""
     pairs = {
         "scale.distance": args.scale_from,
         "sparse.reference": args.reference.absolute() if args.reference else None,
+        "sparse.poses": args.poses.absolute() if args.poses else None,
+        "dense.mesh": args.mesh.absolute() if args.mesh else None,
         "sparse.align": args.align,
         "dense.backend": args.dense,
         "detect.model": args.model,
     }
-    # JSON's strings are TOML's too.
-    return [
+    # JSON strings are valid TOML.
+    given = [
         f"{key}={json.dumps(str(v), ensure_ascii=False)}"
         for key, v in pairs.items()
         if v is not None
     ]
+    return [*given, "sparse.part=true"] if args.part else given
 
 
 def _show_result(root: Path) -> None:
-    """The table of routes, and the page to open."""
+    """Print the table of routes, and the page to open."""
     from rich.table import Table
 
     from walltopo.cli.console import console
@@ -154,7 +167,7 @@ def _show_result(root: Path) -> None:
         )
     console.print(table)
     if not metric:
-        console.print("no measure was found: lengths are in arbitrary units", style="yellow")
+        console.print("found no scale plate: lengths are in arbitrary units", style="yellow")
     console.print(f"open {folder.page.absolute()}", soft_wrap=True)
     console.print(f"or   walltopo view {root}", soft_wrap=True)
 
@@ -165,7 +178,7 @@ def _settings(args: argparse.Namespace) -> int:
     from walltopo.pipeline.settings import SECTIONS, allowed, sections, settings_markdown
 
     if args.section and args.section not in SECTIONS:
-        raise SettingsError(f"no section {args.section!r}; there are {', '.join(SECTIONS)}")
+        raise SettingsError(f"no section {args.section!r}; expected one of {', '.join(SECTIONS)}")
     if args.markdown:
         console.print(settings_markdown(), soft_wrap=True, end="")
         return 0
@@ -183,7 +196,7 @@ def _settings(args: argparse.Namespace) -> int:
 
 
 def _toml(value: object) -> str:
-    """A default as TOML writes it."""
+    """Return a default value in TOML."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, (int, float)):

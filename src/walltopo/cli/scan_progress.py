@@ -1,4 +1,4 @@
-"""One bar for a whole scan: which stage it is at, how much is done, how long it may still take."""
+"""Show one bar for a whole scan: the current stage, the progress and the time left."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from walltopo.cli.listener import TerminalListener
 from walltopo.pipeline.forecast import Forecast, photos_of
 from walltopo.scans.manifest import StageRecord
 
-WIDEST = 34  # columns of what is being done, so that all fits into 80
+MAX_WIDTH = 34  # columns of the current step, so that the bar fits into 80
 
 
 class ScanListener(TerminalListener):
@@ -20,7 +20,7 @@ class ScanListener(TerminalListener):
 
     Parameters
     ----------
-    clock : seconds, from any beginning.
+    clock : returns seconds from an arbitrary start.
     """
 
     def __init__(
@@ -31,7 +31,7 @@ class ScanListener(TerminalListener):
         quiet: bool = False,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        bar = _Bar(self._look, console, disable=quiet or not console.is_terminal)
+        bar = _Bar(self._status, console, disable=quiet or not console.is_terminal)
         super().__init__(console, verbose=verbose, quiet=quiet, bar=bar)
         self._clock = clock
         self._forecast: Forecast | None = None
@@ -41,7 +41,7 @@ class ScanListener(TerminalListener):
 
     def scan_begins(self, forecast: Forecast) -> None:
         self._forecast = forecast
-        self._say_estimate()
+        self._print_estimate()
 
     def step(self, what: str, total: int | None = None) -> None:
         self._what, self._total, self._done = what, total, 0
@@ -57,46 +57,46 @@ class ScanListener(TerminalListener):
         super().stage_ends(stage, record)
         if self._forecast is None:
             return
-        self._forecast.ends(stage, record.seconds)
-        if not self._forecast.known:
-            self._forecast.photos_are(photos_of({stage: record}))
-            self._say_estimate()
+        self._forecast.stage_ended(stage, record.seconds)
+        if not self._forecast.is_known:
+            self._forecast.set_photo_count(photos_of({stage: record}))
+            self._print_estimate()
 
     def stage_kept(self, stage: str, record: StageRecord) -> None:
         super().stage_kept(stage, record)
         if self._forecast is not None:
-            self._forecast.ends(stage, 0.0)
+            self._forecast.stage_ended(stage, 0.0)
 
-    def _say_estimate(self) -> None:
-        """A line at the beginning, which a log has too."""
+    def _print_estimate(self) -> None:
+        """Print the estimated time once, so that a log has it too."""
         forecast = self._forecast
-        if self._quiet or forecast is None or not forecast.known or not forecast.stages:
+        if self._quiet or forecast is None or not forecast.is_known or not forecast.stages:
             return
-        left = roughly(forecast.left("", 0.0))
+        left = roughly(forecast.seconds_left("", 0.0))
         photos = f"{forecast.photos} photo{'' if forecast.photos == 1 else 's'}"
-        self._console.print(f"  {photos}: {left}, by estimate", style="dim")
+        self._console.print(f"  {photos}: {left} (estimate)", style="dim")
 
-    def _look(self) -> tuple[float, str, str]:
-        """Share done, what is being done, and the time left, at this moment."""
+    def _status(self) -> tuple[float, str, str]:
+        """Return the share done, the current step and the time left, at this moment."""
         count = "" if self._total is None else f" {self._done}/{self._total}"
         what = f"{self._stage:<8} {self._what}"
-        room = WIDEST - len(count)
+        room = MAX_WIDTH - len(count)
         what = (what if len(what) <= room else what[: room - 1] + "…") + count
         forecast = self._forecast
-        if forecast is None or not forecast.known:
+        if forecast is None or not forecast.is_known:
             return 0.0, what, ""
         elapsed = self._clock() - self._began
-        left = roughly(forecast.left(self._stage, elapsed))
-        return forecast.share(self._stage, elapsed), what, f"{left} left"
+        left = roughly(forecast.seconds_left(self._stage, elapsed))
+        return forecast.share_done(self._stage, elapsed), what, f"{left} left"
 
 
 class _Bar(Progress):
-    """A bar that asks how far it is whenever it is drawn."""
+    """A bar that queries its state whenever it is drawn."""
 
     def __init__(
-        self, look: Callable[[], tuple[float, str, str]], console: Console, *, disable: bool
+        self, status: Callable[[], tuple[float, str, str]], console: Console, *, disable: bool
     ) -> None:
-        self._ask = look
+        self._status = status
         self._row = None
         columns = (
             SpinnerColumn(),
@@ -111,12 +111,12 @@ class _Bar(Progress):
     def get_renderables(self) -> Iterable[RenderableType]:
         task = self._tasks.get(self._row) if self._row is not None else None
         if task is not None:
-            task.completed, task.description, task.fields["left"] = self._ask()
+            task.completed, task.description, task.fields["left"] = self._status()
         return super().get_renderables()
 
 
 def roughly(seconds: float) -> str:
-    """As little as an estimate can promise: "under a minute", "about 4 min", "about 1 h 20 min"."""
+    """Return a rounded duration in words, such as "under a minute" or "about 1 h 20 min"."""
     if seconds < 50:
         return "under a minute"
     minutes = max(1, round(seconds / 60))

@@ -1,4 +1,4 @@
-"""`walltopo status`: how a scan stands, in lines that fit a terminal."""
+"""`walltopo status`: print the state of a scan, one line per stage."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     """Add the command."""
     status = commands.add_parser(
         "status",
-        help="what a scan holds and how its stages went",
-        description="A line a stage: its state, time, memory and as many of its figures as fit. "
-        "Exit code 0 when all are done, 1 when some would run again.",
+        help="show the state of a scan and its stages",
+        description="Print a line per stage: its state, time, memory and figures that fit. "
+        "Exit code 0 if all stages are done, 1 if some would run again.",
     )
     status.add_argument("scan", type=Path, metavar="SCAN", help="the scan folder")
     status.add_argument("--verify", action="store_true", help="read every file to find damage")

@@ -1,4 +1,4 @@
-"""`walltopo view`: a scan in the browser."""
+"""`walltopo view`: show a scan in the browser, and its address as a QR code."""
 
 from __future__ import annotations
 
@@ -10,15 +10,18 @@ from typing import TYPE_CHECKING
 from walltopo.cli.options import Number
 from walltopo.core import InputError
 
+if TYPE_CHECKING:
+    from rich.console import Console
+    from starlette.routing import BaseRoute
+
+
 _EXAMPLES = """\
 examples:
   walltopo view wall
-  walltopo view wall --host 192.168.1.20           on a phone: scan the code that is shown
-  walltopo view wall --host 192.168.1.20 --edit    the code has the token: it lets a phone edit
+  walltopo view wall --host 192.168.1.20           on a phone: scan the QR code
+  walltopo view wall --host 192.168.1.20 --edit    the QR code includes the token for editing
 """
 
-if TYPE_CHECKING:
-    from starlette.routing import BaseRoute
 
 Commands = argparse._SubParsersAction  # argparse has no public name for it
 
@@ -36,26 +39,26 @@ def register(commands: Commands[argparse.ArgumentParser]) -> None:
     view.add_argument(
         "--port", type=Number(int, low=0, high=65535), default=8000, help="port (0: any free one)"
     )
-    view.add_argument("--edit", action="store_true", help="with the editor; saves edit files")
+    view.add_argument("--edit", action="store_true", help="enable the editor, which saves edits")
     view.add_argument(
         "--host",
         default="127.0.0.1",
         metavar="NAME",
-        help="name or address of this machine in the network, for viewers elsewhere in it; shows "
-        "a QR code for a phone",
+        help="name or address of this machine, for viewers elsewhere in the network; prints a QR "
+        "code for phones",
     )
     view.add_argument(
         "--embed",
         action="append",
         default=[],
         metavar="ORIGIN",
-        help="let pages of this origin show the wall in a frame, e.g. https://gym.example",
+        help="let pages of this origin embed the wall in a frame, e.g. https://gym.example",
     )
     view.set_defaults(run=_view)
 
 
 def _editor(args: argparse.Namespace) -> tuple[Sequence[BaseRoute], Callable[[], None]]:
-    """Return the editor's routes and what ends its session; none without `--edit`."""
+    """Return the editor's HTTP routes (none without `--edit`) and a function that closes it."""
     if not args.edit:
         return (), lambda: None
     from walltopo.editing.http import editor_routes
@@ -68,28 +71,65 @@ def _editor(args: argparse.Namespace) -> tuple[Sequence[BaseRoute], Callable[[],
 
 def _view(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console, error_console
-    from walltopo.cli.qr import show_qr
     from walltopo.publish.server.run import Server
     from walltopo.scans.folder import ScanFolder
 
     if not ScanFolder(args.scan).page.is_file():
         raise InputError(
-            f"{args.scan}: no page to show", f"Run `walltopo scan -o {args.scan}` to its end first."
+            f"{args.scan}: no page to show", f"Finish `walltopo scan -o {args.scan}` first."
         )
 
-    def tell(text: str) -> None:
+    def print_defect(text: str) -> None:
         error_console.print(text, soft_wrap=True)
 
-    server = Server(args.scan, args.port, args.host, args.embed, tell, *_editor(args))
+    server = Server(args.scan, args.port, args.host, args.embed, print_defect, *_editor(args))
     console.print(server.url, style="bold", soft_wrap=True)
     for line in server.notes():
         console.print(line, soft_wrap=True)
     if not server.address.local and show_qr(console, server.url):
         console.print(
-            "Scan it with a phone in the same network"
-            + ("; the code has the token: who scans it can save edits." if args.edit else ".")
+            "Scan the code with a phone in the same network"
+            + ("; it includes the token: anyone who scans it can save edits." if args.edit else ".")
         )
     console.print("Ctrl-C stops.")
     server.run()
     console.print("stopped")
     return 0
+
+
+BORDER = 2  # of light modules; phones need fewer than the standard's four
+# (upper module dark, lower module dark) to the character that draws both
+_HALVES = {(0, 0): " ", (1, 0): "▀", (0, 1): "▄", (1, 1): "█"}
+
+
+def qr_lines(address: str, dark_on_light: bool = True) -> list[str]:
+    """Return a QR code as text lines, each two rows of modules.
+
+    With `dark_on_light` the characters draw the dark modules, otherwise the light ones.
+    """
+    import segno
+
+    # `micro=False`: phone cameras do not read Micro QR.
+    code = segno.make(address, error="l", micro=False, boost_error=False)
+    rows = [[int(bool(module)) for module in row] for row in code.matrix_iter(border=BORDER)]
+    if not dark_on_light:
+        rows = [[1 - module for module in row] for row in rows]
+    if len(rows) % 2:
+        rows.append([0 if dark_on_light else 1] * len(rows[0]))
+    pairs = zip(rows[::2], rows[1::2], strict=True)
+    return ["".join(_HALVES[pair] for pair in zip(*both, strict=True)) for both in pairs]
+
+
+def show_qr(console: Console, address: str) -> bool:
+    """Print the QR code if the terminal is wide enough; return whether it was printed."""
+    from rich.text import Text
+
+    coloured = console.color_system is not None
+    lines = qr_lines(address, dark_on_light=coloured)
+    if not console.is_terminal or len(lines[0]) > console.width:
+        return False
+    # Without colours the code assumes light text on a dark background.
+    style = "black on bright_white" if coloured else ""
+    for line in lines:
+        console.print(Text(line, style), soft_wrap=True)
+    return True

@@ -1,6 +1,5 @@
-"""The nouns everyone shares, errors, files, settings; NumPy and msgspec only."""
+"""Define the shared types, errors, file access and settings; depends on NumPy and msgspec only."""
 
-from walltopo.core.camera import Camera
 from walltopo.core.errors import (
     BusyError,
     EnvironmentLacksError,
@@ -10,11 +9,10 @@ from walltopo.core.errors import (
     WalltopoError,
 )
 from walltopo.core.instances import Instance, Instances
-from walltopo.core.mask import Mask
 from walltopo.core.mesh import Mesh
 from walltopo.core.progress import Progress, Silent
 from walltopo.core.settings import SettingField, about, check_settings, settings_of
-from walltopo.core.view import View
+from walltopo.core.view import Camera, Mask, View
 
 __all__ = [
     "BusyError",

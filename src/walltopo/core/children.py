@@ -1,4 +1,4 @@
-"""Child processes: start one, send it a message, read its lines, and never leave it behind."""
+"""Run child processes: start, send a message, read output lines, always terminate."""
 
 from __future__ import annotations
 
@@ -12,13 +12,18 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
+# Windows has no sessions: there a group of its own keeps Ctrl-C from the child.
+_NEW_GROUP = 0
+if sys.platform == "win32":
+    _NEW_GROUP = subprocess.CREATE_NEW_PROCESS_GROUP
+
 
 class Child:
     """A running child process.
 
     Parameters
     ----------
-    output : what it prints, line by line; ends when it does.
+    output : standard output of the process.
     """
 
     def __init__(self, process: subprocess.Popen[bytes]) -> None:
@@ -27,7 +32,7 @@ class Child:
         self.output: IO[bytes] = process.stdout
 
     def wait(self) -> int:
-        """Wait for its end; return its exit code, negative for a signal."""
+        """Wait for the process to exit; return its exit code, negative for a signal."""
         return self._process.wait()
 
 
@@ -40,18 +45,18 @@ def child_process(
     errors: int | IO[bytes] = subprocess.DEVNULL,
     folder: Path | None = None,
 ) -> Iterator[Child]:
-    """Run a command while the block is open; it is killed where it still runs at the end.
+    """Run a command during the block; kill it if it is still running at the end.
 
-    The child has its own session, so that Ctrl-C reaches only this process. Its stdin stays open
-    until the block ends: a child that calls `end_with_parent` ends with this process.
+    The child has its own session, so Ctrl-C reaches only this process. Its stdin stays open until
+    the block ends, so a child that calls `end_with_parent` exits with this process.
 
     Parameters
     ----------
-    command : see `python_module` for one of our own.
-    message : written to its stdin.
-    environment : variables beside this process's own.
-    errors : where its stderr goes, as in `subprocess.Popen`.
-    folder : its working folder.
+    command : program and arguments; see `python_module`.
+    message : bytes written to stdin.
+    environment : variables added to those of this process.
+    errors : destination of stderr, as in `subprocess.Popen`.
+    folder : working folder.
     """
     process = subprocess.Popen(
         command,
@@ -59,13 +64,14 @@ def child_process(
         stdout=subprocess.PIPE,
         stderr=errors,
         start_new_session=True,
+        creationflags=_NEW_GROUP,
         env={**os.environ, **(environment or {})},
         cwd=folder,
     )
     assert process.stdin is not None
     assert process.stdout is not None
     try:
-        # A child that dies at once breaks the pipe; its output and exit code say why.
+        # A child that exits at once breaks the pipe; its output and exit code tell why.
         with suppress(BrokenPipeError):
             process.stdin.write(message)
             process.stdin.flush()
@@ -80,7 +86,7 @@ def child_process(
 
 
 def python_module(name: str, *arguments: str) -> list[str]:
-    """Return the command that runs a module by this Python."""
+    """Return the command that runs a module with this Python interpreter."""
     return [sys.executable, "-m", name, *arguments]
 
 
@@ -95,14 +101,14 @@ def ending(code: int) -> str:
 
 
 def end_with_parent() -> None:
-    """Let this process end when its stdin does, which its parent holds open.
+    """Exit this process when its stdin closes, which its parent keeps open.
 
-    The message from the parent must have been read before.
+    Call it after the parent's message has been read.
     """
-    threading.Thread(target=_wait_for_end, daemon=True).start()
+    threading.Thread(target=_exit_at_eof, daemon=True).start()
 
 
-def _wait_for_end() -> None:
+def _exit_at_eof() -> None:
     # Read the raw file: a thread blocked in a buffered reader holds its lock at interpreter exit.
     while os.read(0, 4096):
         pass

@@ -1,4 +1,4 @@
-"""Errors that are meant for people: what happened, on which file, what to do."""
+"""Define the errors that users see: what happened, on which file, what to do."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from contextlib import contextmanager
 
 
 class WalltopoError(Exception):
-    """Base of every error that walltopo raises on purpose.
+    """The base class of all errors that walltopo raises on purpose.
 
     Parameters
     ----------
-    message : what happened, naming the file or the value.
-    hint : what the reader can do about it (optional; shown on its own line).
+    message : what happened; names the file or the value.
+    hint : what the user can do (optional; shown on its own line).
     """
 
     exit_code = 1
@@ -33,33 +33,33 @@ class SettingsError(WalltopoError):
 
 
 class InputError(WalltopoError):
-    """What the user gave cannot be used: a missing file, a broken photo, too few photos."""
+    """The user's input cannot be used: a missing file, a broken photo, too few photos."""
 
     exit_code = 3
 
 
 class StageError(WalltopoError):
-    """A stage could not produce its result from inputs that look right."""
+    """A stage failed although its inputs look valid."""
 
     exit_code = 4
 
 
 class EnvironmentLacksError(WalltopoError):
-    """Something this machine lacks: a program, an extra, a GPU, disk space."""
+    """This machine lacks something: a program, an extra, a GPU, disk space."""
 
     exit_code = 5
 
 
 class BusyError(EnvironmentLacksError):
-    """Another run is at work on the same scan."""
+    """Another run holds the lock of the same scan."""
 
 
 class EditsChangedError(InputError):
-    """Other edits were saved since the version that these edits were made on."""
+    """Other edits were saved after the version that these edits are based on."""
 
 
 def problem_key(error: Exception) -> str:
-    """Return the key by which a page states a problem in its own language; "" where none."""
+    """Return the translation key of a problem, or "" if it has none."""
     if isinstance(error, EditsChangedError):
         return "changed"
     if isinstance(error, BusyError):
@@ -69,7 +69,7 @@ def problem_key(error: Exception) -> str:
 
 @contextmanager
 def naming(where: object) -> Iterator[None]:
-    """Begin the message of an `InputError` in the block with `where`: a file, an entry of one."""
+    """Prefix the message of an `InputError` in the block with `where`: a file or an entry."""
     try:
         yield
     except InputError as error:

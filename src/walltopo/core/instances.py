@@ -1,4 +1,4 @@
-"""3D instances: which triangles of a mesh belong to which object."""
+"""Define 3D instances: the objects that a mesh's triangles belong to."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from walltopo.core.errors import InputError
 
 @dataclass(frozen=True)
 class Instance:
-    """What is known of one 3D instance besides its triangles.
+    """The class, score and masks of one 3D instance.
 
     Parameters
     ----------
     id : >= 1; the value in `Instances.face_instance`.
     label : class id, as in the masks.
     score : confidence in [0, 1].
-    views : (view index, mask index) of every mask that supports it.
-    votes : class id to its share of the votes, summing to 1.
+    views : (view index, mask index) of every mask that supports the instance.
+    votes : share of the votes by class id; the shares sum to 1.
     """
 
     id: int
@@ -32,12 +32,12 @@ class Instance:
 
 @dataclass(frozen=True, eq=False)
 class Instances:
-    """Labels of a mesh's triangles.
+    """The instance labels of a mesh's triangles.
 
     Parameters
     ----------
     face_instance : (F,) int32, 0 = none, else an instance's id.
-    face_score : (F,) float32 in [0, 1], support of the face's label (0 where none).
+    face_score : (F,) float32 in [0, 1], support of the face's label; 0 without an instance.
     records : one `Instance` per id, in the order of ids.
 
     Examples
@@ -63,11 +63,11 @@ class Instances:
         known = {0, *(record.id for record in self.records)}
         stray = set(np.unique(self.face_instance).tolist()) - known
         if stray:
-            raise InputError(f"instances: faces carry ids without a record: {sorted(stray)[:5]}")
+            raise InputError(f"instances: faces have ids without a record: {sorted(stray)[:5]}")
 
     def __len__(self) -> int:
         return len(self.records)
 
     def faces_of(self, instance_id: int) -> NDArray[np.int64]:
-        """Indices of the faces of one instance."""
+        """Return the indices of the faces of one instance."""
         return np.flatnonzero(self.face_instance == instance_id)

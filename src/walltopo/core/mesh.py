@@ -1,4 +1,4 @@
-"""A triangle mesh."""
+"""Define the triangle mesh."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Triangles in the world frame (metres once a scan is scaled).
+    """A triangle mesh in the world frame (metres in a scaled scan).
 
     Parameters
     ----------
     vertices : (V, 3) float64, finite.
     faces : (F, 3) int32, counter-clockwise seen from outside.
     vertex_colours : (V, 3) uint8 sRGB, or None.
-    guessed : (F,) bool, triangles that span a hole: no photo measured them; becomes None where it
-        names none.
+    guessed : (F,) bool, triangles that span a hole and were not measured; stored as None if no
+        triangle is guessed.
 
     Examples
     --------
@@ -61,7 +61,7 @@ class Mesh:
         if colours is not None and colours.shape != vertices.shape:
             raise InputError(f"mesh vertex colours: expected {vertices.shape}, got {colours.shape}")
         if self.guessed is not None and self.guessed.shape != (len(faces),):
-            raise InputError(f"mesh guesses: expected ({len(faces)},), got {self.guessed.shape}")
+            raise InputError(f"mesh.guessed: expected ({len(faces)},), got {self.guessed.shape}")
         if self.guessed is not None and not self.guessed.any():
             object.__setattr__(self, "guessed", None)
         object.__setattr__(self, "vertices", vertices)
@@ -69,13 +69,13 @@ class Mesh:
 
     @cached_property
     def centroids(self) -> Floats:
-        """(F, 3) triangle centroids."""
+        """Return the (F, 3) triangle centroids."""
         a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
         return (a + b + c) / 3.0
 
     @cached_property
     def _crosses(self) -> Floats:
-        # By axis: rows of three numbers are what NumPy is slow at.
+        # Compute by axis, because NumPy is slow on rows of three numbers.
         first, second = [], []
         for axis in self.vertices.T:
             axis = np.ascontiguousarray(axis)
@@ -90,25 +90,25 @@ class Mesh:
 
     @cached_property
     def areas(self) -> Floats:
-        """(F,) triangle areas, square metres."""
+        """Return the (F,) triangle areas, square metres."""
         x, y, z = self._crosses.T
         return 0.5 * np.sqrt(x * x + y * y + z * z)
 
     @cached_property
     def normals(self) -> Floats:
-        """(F, 3) unit normals; zeros for triangles without area."""
+        """Return the (F, 3) unit normals; zeros for triangles without area."""
         lengths, normals = 2.0 * self.areas[:, None], np.zeros_like(self._crosses)
         return np.divide(self._crosses, lengths, out=normals, where=lengths > 0)
 
     @cached_property
     def measured(self) -> NDArray[np.bool_]:
-        """(F,) whether photos measured each triangle: not `guessed`."""
+        """Return (F,) whether photos measured each triangle, the inverse of `guessed`."""
         return np.ones(len(self.faces), np.bool_) if self.guessed is None else ~self.guessed
 
     def without_guesses(self) -> Mesh:
-        """The measured triangles in their order, and all vertices but those of guesses alone.
+        """Return the mesh of the measured triangles, without vertices of guessed triangles only.
 
-        What measures (areas, votes, accuracy) takes this mesh; itself where nothing is guessed.
+        Areas, votes and accuracy use this mesh. A mesh without guesses is returned unchanged.
         """
         if self.measured.all():
             return self

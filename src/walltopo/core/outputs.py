@@ -1,14 +1,13 @@
-"""Where a command writes what its user asked for: nothing that it did not write is replaced.
+"""Write command results without replacing files that the command did not write.
 
-A *file* that is there is replaced with `--overwrite` only. A *folder* gets a marker that says
-which command filled it, and with what: the same command may replace its own files there, as long
-as nobody changed them, and takes away those that it no longer makes. Everything else in it stays,
-and what would be replaced wants `--overwrite`. With or without it, no device, pipe, socket or
-link is replaced, no folder by a file, and nothing that the command was given to read. `-o LINK`
-means what the link leads to.
+An existing *file* is replaced with `--overwrite` only. A *folder* gets a marker with the command
+that filled it and the hashes of its files. The same command may replace its own unchanged files
+there, and removes those that it no longer produces. Other files stay, or need `--overwrite`. Even
+with `--overwrite`, these are never replaced: devices, pipes, sockets, links, a folder by a file,
+and inputs of the command. `-o LINK` means the target of the link.
 
-Results are made in a temporary folder beside the target and moved file by file, when all of them
-have been found to have a free place: a refusal changes nothing.
+Results are written to a temporary folder beside the target. The files are moved after all of them
+have been checked, so an error changes nothing.
 """
 
 from __future__ import annotations
@@ -24,14 +23,14 @@ import msgspec
 from walltopo.core.errors import EnvironmentLacksError, InputError
 from walltopo.core.files import hash_path, is_special, read_json, scratch_beside, write_json
 
-MARKER = ".walltopo-output"  # not .json: readers of labels look at every one of those
-_PARTIAL = ".partial-"  # what a killed run left behind counts as nothing
+MARKER = ".walltopo-output"  # no .json suffix, because readers of labels open every .json file
+_PARTIAL = ".partial-"  # prefix of temporary folders; those of a killed run are ignored
 
 
 class _Marker(msgspec.Struct, frozen=True):
-    """What lies in a folder of ours: which command made it, and the hash of each file.
+    """The content of a marker file: the command that filled the folder, and the hash of each file.
 
-    `files` is None where the command fills the folder over time and resumes from it.
+    `files` is None for a command that fills the folder over time and resumes from it.
     """
 
     version: int
@@ -39,22 +38,22 @@ class _Marker(msgspec.Struct, frozen=True):
     files: dict[str, str] | None
 
 
-def _anywhere(path: Path) -> None:
-    """The check of a command that may write wherever nothing is."""
+def _accept_any(path: Path) -> None:
+    """Accept any path."""
 
 
 @dataclass(frozen=True)
 class Target:
-    """Where a user wants a result.
+    """The path at which a user wants a result.
 
     Parameters
     ----------
-    path : as given; its links are followed.
-    flag : what it was given with, for messages.
-    command : the words that make it, such as "export labelme": whose files its own are.
-    overwrite : the user allows that other files are replaced.
+    path : path as given by the user; links are followed.
+    flag : command line option of the path, for messages.
+    command : command that owns the files, such as "export labelme".
+    overwrite : whether other files may be replaced.
     inputs : files and folders that the command reads; never replaced.
-    check : raises for places that are never written, such as the parts of a scan.
+    check : raises for paths that are never written, such as the parts of a scan.
     """
 
     path: Path
@@ -62,15 +61,15 @@ class Target:
     command: str
     overwrite: bool = False
     inputs: Sequence[Path] = ()
-    check: Callable[[Path], None] = _anywhere
+    check: Callable[[Path], None] = _accept_any
 
     @property
     def place(self) -> Path:
-        """The absolute path, links followed."""
+        """Return the absolute path with links resolved."""
         return Path(os.path.realpath(self.path))
 
-    def shown(self, place: Path) -> Path:
-        """A place within or beside the target as the user would write it."""
+    def display_path(self, place: Path) -> Path:
+        """Return a path within or beside the target as the user would write it."""
         if place.is_relative_to(self.place):
             return self.path / place.relative_to(self.place)
         return self.path.parent / place.name
@@ -78,11 +77,11 @@ class Target:
 
 @contextmanager
 def written_file(target: Target) -> Iterator[Path]:
-    """Give a temporary path; what is made there, and beside it, moves to the target at the end.
+    """Yield a temporary path; move its file, and files beside it, to the target at the end.
 
     Raises
     ------
-    InputError : something is there that would be replaced; nothing was changed.
+    InputError : a file would be replaced; nothing was changed.
     EnvironmentLacksError : the folder cannot be written.
     """
     place = target.place
@@ -98,15 +97,15 @@ def written_file(target: Target) -> Iterator[Path]:
 
 @contextmanager
 def written_folder(target: Target) -> Iterator[Path]:
-    """Give a temporary folder; its files move into the target at the end.
+    """Yield a temporary folder; move its files into the target at the end.
 
     Raises
     ------
-    InputError : the folder is not of this command, or a file in it would be replaced that is
-        not; nothing was changed.
+    InputError : the folder belongs to another command, or a foreign file would be replaced; nothing
+        was changed.
     EnvironmentLacksError : the folder cannot be written.
     """
-    known = _judge_folder(target)
+    known = _check_folder(target)
     changed = sorted(_named(target.place, known) - _unchanged(target.place, known))
     if changed and not target.overwrite:
         raise _refusal(target, target.place / changed[0], "was changed since walltopo wrote it")
@@ -119,20 +118,20 @@ def written_folder(target: Target) -> Iterator[Path]:
             _publish(made, target, known)
     except BaseException:
         if is_new:
-            with suppress(OSError):  # not empty: a file of somebody else came meanwhile
+            with suppress(OSError):  # not empty: another process wrote a file
                 target.place.rmdir()
         raise
 
 
 def claimed_folder(target: Target) -> Path:
-    """The folder of a command that fills it over time and goes on where it stopped; marked.
+    """Mark and return the folder of a command that fills it over time and resumes.
 
     Raises
     ------
-    InputError : it is not empty and not of this command; nothing was changed.
-    EnvironmentLacksError : it cannot be written.
+    InputError : the folder is not empty and belongs to another command; nothing was changed.
+    EnvironmentLacksError : the folder cannot be written.
     """
-    _judge_folder(target)
+    _check_folder(target)
     try:
         target.place.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -142,13 +141,13 @@ def claimed_folder(target: Target) -> Path:
 
 
 def _refusal(target: Target, place: Path, what: str, allowed: bool = True) -> InputError:
-    """The error for a place that is taken; `allowed`: the user may say --overwrite."""
+    """Return the error for an occupied path; `allowed`: --overwrite would help."""
     ways = f"Give another {target.flag}" + (", or --overwrite to replace it" if allowed else "")
-    return InputError(f"{target.shown(place)}: {what}", f"{ways}; nothing was changed.")
+    return InputError(f"{target.display_path(place)}: {what}", f"{ways}; nothing was changed.")
 
 
 def _check_file(place: Path, target: Target, own: bool = False) -> None:
-    """Refuse a place that this command may not write; `own`: the file there is its own."""
+    """Raise InputError if this command may not write a path; `own`: the file there is its own."""
     target.check(place)
     if not os.path.lexists(place):
         return
@@ -169,12 +168,12 @@ def _is_input(place: Path, target: Target) -> bool:
     return any(place.is_relative_to(os.path.realpath(given)) for given in target.inputs)
 
 
-def _judge_folder(target: Target) -> Mapping[str, str]:
-    """The files that this command wrote there before, with their hashes.
+def _check_folder(target: Target) -> Mapping[str, str]:
+    """Return the files that this command wrote there before, with their hashes.
 
     Raises
     ------
-    InputError : the folder is not of this command, not empty, and may not be written into.
+    InputError : the folder is not empty, belongs to another command, and `overwrite` is not set.
     """
     place = target.place
     target.check(place)
@@ -196,7 +195,7 @@ def _judge_folder(target: Target) -> Mapping[str, str]:
 
 
 def _read_marker(folder: Path) -> _Marker | None:
-    """The marker of a folder; None where it has none, or none that can be understood."""
+    """Return the marker of a folder, or None if it is missing or invalid."""
     path = folder / MARKER
     if path.is_symlink() or not path.is_file():
         return None
@@ -217,9 +216,9 @@ def _has_files(folder: Path) -> bool:
 
 
 def _files(folder: Path) -> set[str]:
-    """Relative paths of what lies in a folder and below, marker and leftovers apart.
+    """Return the relative paths of all files below a folder, without marker and temporary ones.
 
-    Links to folders are named, not followed.
+    Links to folders are listed, not followed.
     """
     found = set()
     for root, folders, files in os.walk(folder):
@@ -231,27 +230,26 @@ def _files(folder: Path) -> set[str]:
 
 
 def _key(name: str) -> str:
-    """A file's name as the marker has it; JSON cannot hold one that is not UTF-8."""
+    """Return a file's name as stored in the marker; JSON cannot hold names that are not UTF-8."""
     return os.fsencode(name).decode("utf-8", "backslashreplace")
 
 
 def _named(folder: Path, known: Mapping[str, str]) -> set[str]:
-    """What lies in a folder and is named by its marker.
+    """Return the files of a folder that its marker lists.
 
-    The marker's names are compared with what is there and never made into paths: it is a file
-    that anyone may have written.
+    The marker is untrusted: its names are compared with existing files and never used as paths.
     """
     return {name for name in _files(folder) if _key(name) in known} if known else set()
 
 
 def _unchanged(folder: Path, known: Mapping[str, str]) -> set[str]:
-    """Those of the `known` files that still are what was written."""
+    """Return the listed files whose content is still what was written."""
     named = [name for name in _named(folder, known) if not (folder / name).is_symlink()]
     return {name for name in named if hash_path(folder / name) == known[_key(name)]}
 
 
 def _publish(made: Path, target: Target, known: Mapping[str, str]) -> None:
-    """Move what was made into the target, and take away what of ours is no longer made."""
+    """Move the results into the target, and remove own files that are no longer produced."""
     place = target.place
     own = _unchanged(place, known)
     names = sorted(_files(made))
@@ -260,7 +258,7 @@ def _publish(made: Path, target: Target, known: Mapping[str, str]) -> None:
         _check_file(place / name, target, own=name in own)
     stale = {name for name in own - set(names) if not _is_input(place / name, target)}
     hashes = {_key(name): hash_path(made / name) for name in names}
-    # Before the files: should this be cut short, what is there counts as somebody else's.
+    # Write the marker first: after a crash, files without a matching hash count as foreign.
     _write_marker(target, {_key(n): known[_key(n)] for n in own - stale} | hashes)
     for name in names:
         (place / name).parent.mkdir(parents=True, exist_ok=True)
@@ -271,7 +269,7 @@ def _publish(made: Path, target: Target, known: Mapping[str, str]) -> None:
 
 
 def _check_parents(place: Path, target: Target) -> None:
-    """No file, and no link, where a folder has to be."""
+    """Raise InputError if a parent folder is a file or a link."""
     for parent in place.parents:
         if parent == target.place:
             return
@@ -280,7 +278,7 @@ def _check_parents(place: Path, target: Target) -> None:
 
 
 def _remove_empty(folder: Path, top: Path) -> None:
-    """Remove folders that hold nothing any more, up to `top`, which stays."""
+    """Remove empty folders upwards to `top`, which stays."""
     while folder != top:
         try:
             folder.rmdir()

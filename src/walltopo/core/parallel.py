@@ -1,4 +1,4 @@
-"""Work on many independent items in threads of this process."""
+"""Process independent items in threads of this process."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ Result = TypeVar("Result")
 
 
 def ahead(work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
-    """`work(item)` of each item, in their order; as many at a time as there are cores.
+    """Yield `work(item)` of each item in order, computed in as many threads as there are cores.
 
-    No more results wait than that, so that memory stays bounded. What `work` raises is raised at
-    its item's turn.
+    At most that many results are buffered, so memory is bounded. An exception of `work` is raised
+    when its item's turn comes.
     """
     with ThreadPoolExecutor(cores()) as pool:
-        waiting: deque[Future[Result]] = deque()
+        futures: deque[Future[Result]] = deque()
         try:
             for item in items:
-                if len(waiting) >= cores():
-                    yield waiting.popleft().result()
-                waiting.append(pool.submit(work, item))
-            while waiting:
-                yield waiting.popleft().result()
+                if len(futures) >= cores():
+                    yield futures.popleft().result()
+                futures.append(pool.submit(work, item))
+            while futures:
+                yield futures.popleft().result()
         finally:
-            for left in waiting:
-                left.cancel()
+            for future in futures:
+                future.cancel()
 
 
 def cores() -> int:
-    """How many processors this process may use."""
+    """Return the number of processors that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

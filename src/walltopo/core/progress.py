@@ -1,4 +1,4 @@
-"""How a stage tells the outside how far it is, without knowing who listens."""
+"""Define the interface for a stage's progress."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ from typing import Protocol
 
 
 class Progress(Protocol):
-    """Receiver of a stage's progress; the CLI draws it, a library caller may ignore it."""
+    """Receives a stage's progress; the command line displays it, library callers may ignore it."""
 
     def step(self, what: str, total: int | None = None) -> None:
-        """Begin a new sub-step of the stage, of `total` items where that is known."""
+        """Start a new step of the stage, with `total` items if known."""
 
     def advance(self, count: int = 1) -> None:
-        """`count` more items of the current step are done."""
+        """Report `count` more finished items of the current step."""
 
     def note(self, message: str) -> None:
-        """Tell something worth a line (a photo skipped, a fallback chosen by a setting)."""
+        """Report an event for the user (a skipped photo, a fallback chosen by a setting)."""
 
     def detail(self, message: str) -> None:
-        """Tell something that only `-v` shows."""
+        """Report an event that is shown with `-v` only."""
 
 
 class Silent:
-    """The receiver that says nothing."""
+    """A `Progress` that ignores everything."""
 
     def step(self, what: str, total: int | None = None) -> None: ...
     def advance(self, count: int = 1) -> None: ...

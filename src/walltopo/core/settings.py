@@ -1,4 +1,4 @@
-"""Declared settings: a typed field, its default, and what is to be known of it.
+"""Declare settings: a typed field with default, help text, unit and bounds.
 
     @dataclass(frozen=True)
     class TextureSettings:
@@ -7,14 +7,16 @@
         def __post_init__(self) -> None:
             check_settings(self, "texture")
 
-The type and the default are checked by mypy, the bounds when the object is made.
+mypy checks the type and the default; `check_settings` checks the bounds when an object is created.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import difflib
 import functools
 import math
+import tomllib
 import typing
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -49,30 +51,30 @@ def about(
     program: bool = False,
     expert: bool = False,
 ) -> object:
-    """What goes beside the type of a setting, in `Annotated[type, about(...)]`.
+    """Return the annotation of a setting, for `Annotated[type, about(...)]`.
 
     Parameters
     ----------
     text : one line that says what it does; shown by `walltopo settings` and in the docs.
     unit : unit of the value, empty for pure numbers.
     low, high : inclusive bounds.
-    content : for a value that may name a file or folder: what of it counts as input of the stage
-        ("." the path itself, else names within the folder). A scan then notices new content.
-    program : its value leads to code that is run; only the user's own word may set it.
-    expert : told by `walltopo settings --all` only.
+    content : for a value that may name a file or folder: the parts whose content is an input of the
+        stage ("." the path itself, else names within the folder).
+    program : whether the value names code to run; such a setting must come from the user directly.
+    expert : whether only `walltopo settings --all` lists the setting.
     """
     return _About(text, unit, low, high, content, program, expert)
 
 
 @dataclass(frozen=True, kw_only=True)
 class SettingField(_About):
-    """One declared setting, with what `about` says of it.
+    """One declared setting, with the information of `about`.
 
     Parameters
     ----------
-    name, default : of the field.
-    type : its type, without what `about` added.
-    choices : the words of a `Literal`, else empty.
+    name, default : name and default of the field.
+    type : type of the field, without the annotation.
+    choices : values of a `Literal`, else empty.
     """
 
     name: str
@@ -82,14 +84,14 @@ class SettingField(_About):
 
     @property
     def type_name(self) -> str:
-        """The type as people read it."""
+        """Return the type in words."""
         if self.choices:
             return "str"
         return self.type.__name__ if isinstance(self.type, type) else str(self.type)
 
 
 def settings_of(section: type[DataclassInstance]) -> Mapping[str, SettingField]:
-    """The declared settings of a dataclass by name, in their order."""
+    """Return the declared settings of a dataclass by name, in order."""
     return _settings_of(section)
 
 
@@ -101,7 +103,7 @@ def _settings_of(section: type[DataclassInstance]) -> Mapping[str, SettingField]
         hint = hints[field.name]
         if typing.get_origin(hint) is not Annotated:
             raise TypeError(f"{section.__name__}.{field.name}: a setting needs `about(...)`")
-        kind, told = typing.get_args(hint)[:2]
+        kind, notes = typing.get_args(hint)[:2]
         choices = typing.get_args(kind) if typing.get_origin(kind) is Literal else ()
         default = field.default
         if default is dataclasses.MISSING and field.default_factory is not dataclasses.MISSING:
@@ -111,17 +113,18 @@ def _settings_of(section: type[DataclassInstance]) -> Mapping[str, SettingField]
             type=kind,
             default=default,
             choices=choices,
-            **dataclasses.asdict(told),
+            **dataclasses.asdict(notes),
         )
     return found
 
 
 def checked_value(value: object, field: SettingField, where: str) -> Any:
-    """The value in the field's own type (an int passes as a float, a list as a tuple).
+    """Convert and check a value (an int passes as a float, a list as a tuple).
 
     Raises
     ------
-    SettingsError : a wrong type, a value that is not finite, or out of range; begins with `where`.
+    SettingsError : a wrong type, or a value that is not finite or out of range; the message begins
+        with `where`.
     """
     try:
         found = msgspec.convert(value, field.type)
@@ -135,27 +138,59 @@ def checked_value(value: object, field: SettingField, where: str) -> Any:
     return found
 
 
-def out_of_bounds(value: int | float, low: float | None, high: float | None) -> str:
-    """What is wrong with a number that has these inclusive bounds; "" where nothing is.
+def override(text: str) -> tuple[str, Any]:
+    """Return key and value of a command line argument KEY=VALUE; the value is TOML, else a string.
 
-    Without a bound of its own a whole number must be one of 32 bits, which is what compiled code
-    takes, and any other within 1e12, beyond which no length or share of ours makes sense.
+    Raises
+    ------
+    SettingsError : the equals sign is missing.
+    """
+    key, equals, raw = (part.strip() for part in text.partition("="))
+    if not equals:
+        raise SettingsError(f"--set {text}: expected KEY=VALUE")
+    try:
+        return key, tomllib.loads(f"v = {raw}")["v"]
+    except (ValueError, RecursionError):  # not TOML, or thousands of digits or brackets
+        return key, raw
+
+
+def known_setting(known: Mapping[str, SettingField], key: str, origin: str) -> SettingField:
+    """Return the setting of a name.
+
+    Raises
+    ------
+    SettingsError : unknown setting; the message suggests the nearest one and begins with `origin`.
+    """
+    if key not in known:
+        near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
+        meant = f"Did you mean {near[0]}?" if near else ""
+        raise SettingsError(
+            f"{origin}: unknown setting {key!r}", f"{meant} `walltopo settings` lists all.".strip()
+        )
+    return known[key]
+
+
+def out_of_bounds(value: int | float, low: float | None, high: float | None) -> str:
+    """Return why a number is outside of its inclusive bounds; "" if it is inside.
+
+    Without explicit bounds, an integer must fit 32 bits, because compiled code takes such integers,
+    and a float must be within 1e12.
     """
     if not math.isfinite(value):
         return f"expected a finite number, got {value}"
-    most = 2**31 - 1 if isinstance(value, int) else 1e12
-    low, high = -most if low is None else low, most if high is None else high
+    limit = 2**31 - 1 if isinstance(value, int) else 1e12
+    low, high = -limit if low is None else low, limit if high is None else high
     if value < low:
         return f"expected at least {low}, got {value}"
     return f"expected at most {high}, got {value}" if value > high else ""
 
 
 def check_settings(settings: DataclassInstance, section: str) -> None:
-    """Refuse values of a wrong type or out of range; for `__post_init__` of a settings class.
+    """Raise SettingsError for invalid values; for `__post_init__` of a settings class.
 
     Raises
     ------
-    SettingsError : names the key, what was expected and what came.
+    SettingsError : the message has the key, the expected and the actual value.
     """
     for name, field in settings_of(type(settings)).items():
         checked_value(getattr(settings, name), field, f"{section}.{name}")

@@ -1,1 +1,1 @@
-"""Stage *edit*: a setter's log of corrections, replayed on what the scan found."""
+"""A setter's log of corrections, replayed on the scan before any edit."""

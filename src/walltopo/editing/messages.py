@@ -4,46 +4,21 @@ from __future__ import annotations
 
 import msgspec
 
-from walltopo.editing.notes import Note
-from walltopo.scans.document import Coordinate
-from walltopo.scans.edits import Place
-from walltopo.scans.holds import HoldRow
+from walltopo.scans.document import Count
+from walltopo.scans.holds import Hold
+from walltopo.scans.page_labels import SurfaceLabels
 from walltopo.scans.routes import Route
 
 
-class ShownHold(HoldRow, frozen=True):
-    """A row of `holds.json`, or an instance that is none.
+class ShownHold(Hold, frozen=True):
+    """A row of `holds.json`, or a low-confidence instance.
 
     Parameters
     ----------
-    left_out : why it is no hold; empty for holds.
-    cutout : its picture, as a `data:` address, where an edit had it read in photos anew.
+    cutout : picture as a `data:` URL, if an edit remeasured the hold in photos.
     """
 
-    left_out: str = ""
     cutout: str = ""
-
-
-class Region(msgspec.Struct, frozen=True):
-    """A ball of the surface in which labels may differ from those that the page was made with.
-
-    Parameters
-    ----------
-    at : its centre, metres, world frame; radius_m : of the ball.
-    centroids : base64 of (n, 3) float32, little-endian: all triangles of the mesh that lie in it.
-    labels : base64 of (n,) int32, little-endian: what they belong to now, 0 = wall.
-    """
-
-    at: Place
-    radius_m: Coordinate
-    centroids: str
-    labels: str
-
-
-class Surface(msgspec.Struct, frozen=True):
-    """The places where labels may differ; a triangle elsewhere is as it was."""
-
-    regions: tuple[Region, ...]
 
 
 class EditResult(msgspec.Struct, frozen=True):
@@ -51,28 +26,28 @@ class EditResult(msgspec.Struct, frozen=True):
 
     Parameters
     ----------
-    holds : in the order of ids, those that are left out among them.
-    routes : from left to right, made ones last.
-    surface : None where all triangles are as the page was made with.
-    notes : what could not be applied, and why.
+    holds : in the order of ids, including low-confidence instances.
+    routes : from left to right, new ones last.
+    surface : labels of the mesh, relative to the patches of the page's tiers.
+    notes : entries that were skipped, with the reason.
     """
 
     holds: tuple[ShownHold, ...]
     routes: tuple[Route, ...]
-    surface: Surface | None
+    surface: SurfaceLabels
     notes: tuple[Note, ...]
 
 
 class RebuildStatus(msgspec.Struct, frozen=True):
-    """How far the files that follow from the log are made.
+    """The progress of the files that follow from the log.
 
     Parameters
     ----------
-    stale : the scan's files do not show the saved log.
-    running : the files are being made.
-    done_version : version of the log that the files show; empty where unknown.
-    problem : why the files could not be made, in English; empty otherwise.
-    key : `problem_key` of the problem, for a page in another language; empty where it has none.
+    stale : the scan's files do not match the saved log.
+    running : a rebuild is in progress.
+    done_version : version of the log that the files match; empty if unknown.
+    problem : why the rebuild failed, in English; empty otherwise.
+    key : `problem_key` of the problem, for a page in another language; empty without a key.
     """
 
     stale: bool
@@ -83,12 +58,12 @@ class RebuildStatus(msgspec.Struct, frozen=True):
 
 
 class Crop(msgspec.Struct, frozen=True):
-    """A place of the wall in a photo.
+    """A crop of a photo around a place of the wall.
 
     Parameters
     ----------
-    photo : its name.
-    picture : as a `data:` address.
+    photo : name of the photo.
+    picture : as a `data:` URL.
     x, y : the place, as shares of the picture's width and height.
     """
 
@@ -96,3 +71,61 @@ class Crop(msgspec.Struct, frozen=True):
     picture: str
     x: float
     y: float
+
+
+# Why an entry was skipped, in English; numbers go into the braces.
+REASONS = {
+    "hold_gone": "hold {} no longer exists",
+    "route_gone": "route {} no longer exists",
+    "other_route": "hold {} is no longer in route {}",
+    "volume": "hold {} is a volume, which belongs to every route",
+    "routes_one": "routes {} are already one",
+    "holds_one": "holds {} are already one",
+    "no_line": "the line of the cut has no length",
+    "beside": "the line does not cross hold {}",
+    "no_wall": "there is no wall around this place",
+    "no_surface": "there is no free surface at this place",
+}
+LISTS = {"routes_one", "holds_one"}  # reasons with one pair of braces for all numbers
+
+
+class MissingError(Exception):
+    """An entry refers to something that does not exist.
+
+    Parameters
+    ----------
+    reason : a key of `REASONS`; numbers : of the holds and routes in it.
+    """
+
+    def __init__(self, reason: str, *numbers: int) -> None:
+        super().__init__(reason, *numbers)
+        self.reason = reason
+        self.numbers = numbers
+
+    def __str__(self) -> str:
+        if self.reason in LISTS:
+            return REASONS[self.reason].format(", ".join(map(str, self.numbers)))
+        return REASONS[self.reason].format(*self.numbers)
+
+
+class Note(msgspec.Struct, frozen=True):
+    """An entry of the log that was skipped.
+
+    Parameters
+    ----------
+    entry : number of the entry in the log, from 1; do : kind of the entry.
+    reason : a key of `REASONS`; numbers : of the holds and routes in it.
+    text : the full text in English, for the terminal.
+    """
+
+    entry: Count
+    do: str
+    reason: str
+    numbers: tuple[int, ...]
+    text: str
+
+    @classmethod
+    def of(cls, entry: int, do: str, why: MissingError) -> Note:
+        """Return the note of an entry that failed."""
+        text = f"edit {entry} ({do}) was skipped: {why}"
+        return cls(entry, do, why.reason, why.numbers, text)

@@ -1,35 +1,35 @@
-"""Which route a hold fits, where nobody has said so: a hold that is new, or of another colour."""
+"""Find the route that a new or recoloured hold fits, if no setter placed it."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from walltopo.describe.routes.find import STRONGEST, colour_of
 from walltopo.describe.routes.grouping import FLATTEN, balanced_paint, cues_of, likeness
-from walltopo.describe.routes.order import STRONGEST, colour_of
 from walltopo.editing.state import EditState
 from walltopo.images.colour import linear_from_srgb8
-from walltopo.scans.attributes import UNKNOWN
+from walltopo.scans.holds import UNKNOWN
 
 
-def route_colour(board: EditState, route: int) -> str:
-    """The name of a route's colour: a setter's, or that of most of its holds."""
-    facts = board.facts.get(route)
-    return facts.colour if facts and facts.colour else colour_of(board.members(route))[0]
+def route_colour(state: EditState, route: int) -> str:
+    """Return the name of a route's colour: the setter's, or that of most of its holds."""
+    facts = state.facts.get(route)
+    return facts.colour if facts and facts.colour else colour_of(state.members(route))[0]
 
 
-def fit_into_route(board: EditState, number: int) -> None:
-    """Put a hold into the route of its colour that it fits best, by the links of `routes.paint`.
+def fit_into_route(state: EditState, number: int) -> None:
+    """Put a hold into the route of its colour that it fits best, by the links of `grouping`.
 
-    Into none where no route of its colour has a hold near enough. Paths are taken straight: the
-    hold stands beside those that it is compared with.
+    The hold gets no route if no route of its colour has a hold near enough. Paths are straight
+    lines here, because the hold is close to those that it is compared with.
     """
-    hold, unit = board.holds[number], board.scanned.unit
-    board.place(number, 0)
+    hold, unit = state.holds[number], state.snapshot.unit
+    state.place(number, 0)
     if hold.role != "hold" or hold.colour == UNKNOWN:
         return
-    others = [other for other in board.holds.values() if other.role == "hold" and other != hold]
-    routes = [board.route_of.get(other.id, 0) for other in others]
-    wanted = {route for route in set(routes) - {0} if route_colour(board, route) == hold.colour}
+    others = [other for other in state.holds.values() if other.role == "hold" and other != hold]
+    routes = [state.route_of.get(other.id, 0) for other in others]
+    wanted = {route for route in set(routes) - {0} if route_colour(state, route) == hold.colour}
     rows = [row for row, route in enumerate(routes, start=1) if route in wanted]
     if not rows:
         return
@@ -47,4 +47,4 @@ def fit_into_route(board: EditState, number: int) -> None:
     }
     best = max(fits, key=lambda route: fits[route])
     if fits[best] > 0:
-        board.place(number, best)
+        state.place(number, best)

@@ -1,4 +1,4 @@
-"""Settings of the `edit` stage, and what it reads and makes."""
+"""Settings of the stage `edit`."""
 
 from __future__ import annotations
 
@@ -10,12 +10,11 @@ from walltopo.core import about, check_settings
 
 @dataclass(frozen=True)
 class EditSettings:
-    """How corrections are carried out (section `edit`)."""
+    """Settings of the replay of corrections (section `edit`)."""
 
-    photos: Annotated[
-        int,
-        about("Photos that an added hold is read in: those that see it best", low=1, high=50),
-    ] = 5
+    # fmt: off
+    photos: Annotated[int, about("Number of photos that an added hold is measured in", low=1, high=50, expert=True)] = 5
+    # fmt: on
 
     def __post_init__(self) -> None:
         check_settings(self, "edit")

@@ -1,8 +1,8 @@
-"""The scan before any edit: its files, and what edits are replayed on."""
+"""The scan before any edit: its files, and the snapshot on which edits are replayed."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,30 +10,27 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh, View
 from walltopo.editing.settings import EditSettings
-from walltopo.geometry.triangle_index import Triangles, triangles_of_mesh
+from walltopo.geometry.rays import TriangleIndex, triangle_index_of
 from walltopo.scans.artifacts import of
-from walltopo.scans.attributes import RawAttributes
 from walltopo.scans.colmap_model import SparseModel
 from walltopo.scans.edits import EditLog
 from walltopo.scans.folder import ScanFolder
-from walltopo.scans.instances import InstanceRecords, InstanceTable
-from walltopo.scans.light import SceneLight
+from walltopo.scans.holds import Holds
+from walltopo.scans.instances import InstanceTable
 from walltopo.scans.photos import PhotoSet
+from walltopo.scans.pictures import SceneLight
 from walltopo.scans.routes import Routes
-from walltopo.scans.scale import Scale
 
 
 @dataclass(frozen=True)
 class SnapshotFiles:
-    """What the stage `edit` and the editor read."""
+    """The artifacts that the stage `edit` and the editor read."""
 
     mesh: Mesh = of(ScanFolder.mesh)
-    scale: Scale = of(ScanFolder.scale)
     photos: PhotoSet = of(ScanFolder.photos)
     sparse: SparseModel = of(ScanFolder.sparse)
     instances: InstanceTable = of(ScanFolder.instances)
-    instance_records: InstanceRecords = of(ScanFolder.instance_records)
-    attributes_raw: RawAttributes = of(ScanFolder.attributes_raw)
+    holds_raw: Holds = of(ScanFolder.holds_raw)
     light: SceneLight = of(ScanFolder.light)
     routes_raw: Routes = of(ScanFolder.routes_raw)
     edits: EditLog | None = of(ScanFolder.edits)
@@ -41,46 +38,51 @@ class SnapshotFiles:
 
 @dataclass(frozen=True, eq=False)
 class ScanSnapshot:
-    """What the scan found, before any edit; nothing of it is ever changed.
+    """The scan before any edit; immutable.
 
     Parameters
     ----------
     labels : (F,) int32, instance of each triangle, 0 = wall.
-    scores : instance id to its score.
-    unit : scan units a metre.
+    numbers : ids of the instances that have triangles.
     """
 
     mesh: Mesh
     labels: NDArray[np.int32]
-    scores: Mapping[int, float]
-    found: RawAttributes
+    numbers: frozenset[int]
+    found: Holds
     routes: Routes
     light: SceneLight
     views: Sequence[View]
     photos: PhotoSet
-    metric: bool
-    unit: float
     settings: EditSettings
 
     @classmethod
     def of(cls, reads: SnapshotFiles, settings: EditSettings) -> ScanSnapshot:
-        """From what the stage is given; InputError where its files are of different runs."""
+        """Build the snapshot from artifacts; raise InputError if they belong to different runs."""
         reads.instances.check_fits(reads.mesh)
         return cls(
             mesh=reads.mesh,
             labels=reads.instances.face_instance,
-            scores={record.id: record.surety for record in reads.instance_records.instances},
-            found=reads.attributes_raw,
+            numbers=frozenset(np.unique(reads.instances.face_instance).tolist()) - {0},
+            found=reads.holds_raw,
             routes=reads.routes_raw,
             light=reads.light,
             views=reads.sparse.views,
             photos=reads.photos,
-            metric=reads.scale.metric,
-            unit=reads.attributes_raw.unit,
             settings=settings,
         )
 
     @property
-    def triangles(self) -> Triangles:
-        """Where its triangles are."""
-        return triangles_of_mesh(self.mesh)
+    def metric(self) -> bool:
+        """Return whether lengths are metres."""
+        return self.found.metric
+
+    @property
+    def unit(self) -> float:
+        """Return the scan units per metre."""
+        return self.found.unit
+
+    @property
+    def triangles(self) -> TriangleIndex:
+        """Return a spatial index of the mesh's triangles."""
+        return triangle_index_of(self.mesh)

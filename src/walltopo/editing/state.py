@@ -1,4 +1,4 @@
-"""What a log of edits changes: the scan's holds, routes and labels, as they stand at an entry."""
+"""The state that a log of edits changes: the scan's holds, routes and labels at one entry."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from walltopo.describe.classify.observations import HoldView
-from walltopo.editing.notes import MissingError
+from walltopo.editing.messages import MissingError
 from walltopo.editing.snapshot import ScanSnapshot
-from walltopo.scans.attributes import Doubtful, Hold
 from walltopo.scans.edits import Ref, RoleName
+from walltopo.scans.holds import Hold
 
-REACH = 0.12  # metres: a hold this near to the place is the one that was meant
-FAR = 0.5  # metres: beyond it even the right id is another hold
-GAP = 1000  # ids that an entry may leave free
+REACH = 0.12  # metres: a hold this near to the place of a reference is the one meant
+FAR = 0.5  # metres: a hold with the right id but farther away is another hold
+GAP = 1000  # maximum number of ids that an entry may skip
 
 
 @dataclass(frozen=True)
 class RouteFacts:
-    """What is said of a route; empty where nothing."""
+    """A setter's facts about a route; a text is empty if the setter gave none."""
 
     name: str = ""
     colour: str = ""
@@ -39,34 +39,34 @@ class EditState:
 
     Parameters
     ----------
-    labels : (F,) int32, of this board alone.
-    holds : by id; out : instances that are no holds, by id, the scan's first.
+    labels : (F,) int32, a copy of the snapshot's.
+    holds : by id; non_holds : low-confidence and removed instances by id, the scan's first.
     route_of : hold id to route id; holds without a route are absent.
-    shared : route id to the holds that it has beside their own route, in the order they came.
-    facts : of routes, by id, where a setter said something.
-    roles : (route, hold) to what a setter says of it.
+    shared : route id to the holds that it has beside their own route, in the order of addition.
+    facts : of routes by id, if a setter gave any.
+    roles : (route, hold) to the role that a setter gave.
     decided : holds that a setter placed, never ambiguous.
-    reshaped : ids of instances whose triangles are not the scan's.
-    said : of holds, what of "colour" and "type" a setter said; cut_off : ids of parts of others.
-    read : of holds, the triangles that their colour was read of, where these are not the scan's.
-    pictures : of holds that were read by hand, what the photo that shows them best shows.
-    names : an id that an entry gives to something new, to the id that it got.
+    reshaped : ids of instances whose triangles changed.
+    by_setter : hold id to "colour" and "type" if a setter gave them.
+    cut_off : ids of parts that were cut off other holds.
+    measured_rows : hold id to the triangles of its colour, if these are not the scan's.
+    pictures : hold id to the view in the photo that shows it best, if an edit measured it.
+    hold_names, route_names : id that an entry gives to a new item, to the id that it got.
     """
 
-    scanned: ScanSnapshot
+    snapshot: ScanSnapshot
     labels: NDArray[np.int32]
     holds: dict[int, Hold]
-    out: dict[int, Doubtful]
-    scores: dict[int, float]
+    non_holds: dict[int, Hold]
     route_of: dict[int, int]
     shared: dict[int, list[int]] = field(default_factory=dict)
     facts: dict[int, RouteFacts] = field(default_factory=dict)
     roles: dict[tuple[int, int], RoleName] = field(default_factory=dict)
     decided: set[int] = field(default_factory=set)
     reshaped: set[int] = field(default_factory=set)
-    said: dict[int, set[str]] = field(default_factory=dict)
+    by_setter: dict[int, set[str]] = field(default_factory=dict)
     cut_off: set[int] = field(default_factory=set)
-    read: dict[int, NDArray[np.int64]] = field(default_factory=dict)
+    measured_rows: dict[int, NDArray[np.int64]] = field(default_factory=dict)
     pictures: dict[int, HoldView | None] = field(default_factory=dict)
     hold_names: dict[int, int] = field(default_factory=dict)
     route_names: dict[int, int] = field(default_factory=dict)
@@ -74,41 +74,38 @@ class EditState:
     last_route: int = 0
 
     @classmethod
-    def of(cls, scanned: ScanSnapshot) -> EditState:
-        """The scan before the first entry."""
-        instances = scanned.found.instances
-        out = {row.hold.id: row for row in scanned.found.left_out}
-        routes = scanned.routes.routes
+    def of(cls, snapshot: ScanSnapshot) -> EditState:
+        """Return the state before the first entry."""
+        instances = snapshot.found.holds
+        non_holds = {hold.id: hold for hold in snapshot.found.left_out}
+        routes = snapshot.routes.routes
         return cls(
-            scanned=scanned,
-            labels=scanned.labels.copy(),
+            snapshot=snapshot,
+            labels=snapshot.labels.copy(),
             holds={hold.id: hold for hold in instances},
-            out=out,
-            scores=dict(scanned.scores),
+            non_holds=non_holds,
             route_of={hold: route.id for route in reversed(routes) for hold in route.holds},
             last_hold=max(
-                [*scanned.scores, *out, *(hold.id for hold in instances), 0]
-                + [int(scanned.labels.max(initial=0))]
+                [*snapshot.numbers, *non_holds, *(hold.id for hold in instances)], default=0
             ),
             last_route=max((route.id for route in routes), default=0),
         )
 
-    # Looking up what an entry means.
+    # Resolve the references of an entry.
 
     def hold(self, ref: Ref) -> Hold:
-        """The hold that is meant; MissingError where it is not there."""
+        """Return the hold that a reference means; raise MissingError if it does not exist."""
         found = self._nearest(list(self.holds.values()), ref)
         if found is None:
             raise MissingError("hold_gone", ref.id)
         return found
 
-    def left_out(self, ref: Ref) -> Doubtful | None:
-        """The left-out instance that is meant, if there is one."""
-        found = self._nearest([row.hold for row in self.out.values()], ref)
-        return None if found is None else self.out[found.id]
+    def non_hold(self, ref: Ref) -> Hold | None:
+        """Return the low-confidence instance that a reference means, or None."""
+        return self._nearest(list(self.non_holds.values()), ref)
 
     def route(self, ref: Ref) -> int:
-        """The route that has the hold at a place; by id if several have it, or no hold is there."""
+        """Return the route of the hold at a place; by id if the hold has several or is missing."""
         number = self.route_names.get(ref.id, ref.id)
         if ref.at is not None:
             climbed = [hold for hold in self.holds.values() if hold.role != "volume"]
@@ -120,9 +117,9 @@ class EditState:
         return number
 
     def _nearest(self, holds: Sequence[Hold], ref: Ref) -> Hold | None:
-        """By place: within `REACH`; else by id, while that one is not farther than `FAR`.
+        """Return the hold within `REACH` of the place; else by id, if within `FAR`.
 
-        After a reset the id may belong to a hold at the other end of the wall.
+        After a reset, the id may belong to a hold at the other end of the wall.
         """
         if not holds:
             return None
@@ -133,50 +130,52 @@ class EditState:
         positions = np.array([hold.position for hold in holds])
         distance = np.linalg.norm(positions - ref.at, axis=1)
         nearest = int(distance.argmin())
-        if distance[nearest] <= REACH * self.scanned.unit:
+        if distance[nearest] <= REACH * self.snapshot.unit:
             return holds[nearest]
-        if own is not None and distance[holds.index(own)] <= FAR * self.scanned.unit:
+        if own is not None and distance[holds.index(own)] <= FAR * self.snapshot.unit:
             return own
         return None
 
-    # Ids of what is new.
+    # Ids of new items.
 
     def new_hold(self, wanted: int) -> int:
-        """An id for a new hold: the wanted one where it is free."""
-        number = _free(wanted, {*self.holds, *self.out, *self.scores}, self.last_hold)
+        """Return an id for a new hold: the wanted one if it is free."""
+        number = _free(
+            wanted, {*self.holds, *self.non_holds, *self.snapshot.numbers}, self.last_hold
+        )
         self.last_hold, self.hold_names[wanted] = max(number, self.last_hold), number
         return number
 
     def new_route(self, wanted: int) -> int:
-        """An id for a new route: the wanted one where it is free."""
+        """Return an id for a new route: the wanted one if it is free."""
         number = _free(wanted, self.routes, self.last_route)
         self.last_route, self.route_names[wanted] = max(number, self.last_route), number
         return number
 
-    # Changes that several kinds of entries make.
+    # Changes that several kinds of entries share.
 
     @property
     def routes(self) -> set[int]:
-        """Ids of the routes that have a hold."""
+        """Return the ids of the routes that have a hold."""
         return {*self.route_of.values(), *self.shared}
 
     def routes_of(self, hold: int) -> list[int]:
-        """The routes that a hold is on, its own one first."""
+        """Return the routes of a hold, its own one first."""
         own = [self.route_of[hold]] if hold in self.route_of else []
         return own + sorted(route for route, holds in self.shared.items() if hold in holds)
 
     def members(self, route: int) -> list[Hold]:
-        """The holds of a route."""
+        """Return the holds of a route."""
         own = [hold for hold, number in self.route_of.items() if number == route]
         return [self.holds[hold] for hold in [*own, *self.shared.get(route, ())]]
 
     def share(self, hold: int, route: int) -> None:
-        """Put a hold into a route beside its own one."""
+        """Add a hold to a route beside its own one."""
         if route not in self.routes_of(hold):
             self.shared.setdefault(route, []).append(hold)
 
     def leave(self, hold: int, route: int) -> None:
-        """Take a hold out of a route; its others keep it."""
+        """Remove a hold from a route; its other routes keep it."""
         if self.route_of.get(hold) == route:
             del self.route_of[hold]
         kept = [other for other in self.shared.pop(route, []) if other != hold]
@@ -185,7 +184,7 @@ class EditState:
         self.roles.pop((route, hold), None)
 
     def place(self, hold: int, route: int) -> None:
-        """Make this the hold's own route (0: none); its role in the one before is gone."""
+        """Make this the hold's own route (0: none); its role in the previous one is lost."""
         if self.route_of.get(hold, 0) == route:
             return
         if hold in self.route_of:
@@ -195,21 +194,21 @@ class EditState:
             self.route_of[hold] = route
 
     def forget_roles(self, hold: int) -> None:
-        """Take away what was said of a hold's role."""
+        """Remove all roles of a hold."""
         for key in [key for key in self.roles if key[1] == hold]:
             del self.roles[key]
 
     def drop(self, hold: int) -> Hold:
-        """Take a hold out; gives it."""
+        """Remove a hold and return it."""
         for route in self.routes_of(hold):
             self.leave(hold, route)
         self.forget_roles(hold)
         return self.holds.pop(hold)
 
     def relabel(self, rows: NDArray[np.int64], number: int) -> None:
-        """Give triangles to a hold (0: the wall), and move the holds that this changes.
+        """Assign triangles to a hold (0: the wall), and update the positions of affected holds.
 
-        A hold that has no triangle left is gone.
+        A hold without triangles is removed.
         """
         before = self.labels[rows]
         changed = rows[before != number]
@@ -219,13 +218,13 @@ class EditState:
             self.reshape(touched - {0})
 
     def reshape(self, touched: Iterable[int]) -> None:
-        """Note that these instances have other triangles now."""
-        mesh = self.scanned.mesh
+        """Record that the triangles of these instances changed."""
+        mesh = self.snapshot.mesh
         for number in touched:
             self.reshaped.add(number)
             rows = np.flatnonzero(self.labels == number)
             if len(rows) == 0:
-                self.out.pop(number, None)
+                self.non_holds.pop(number, None)
                 if number in self.holds:
                     self.drop(number)
                 continue
@@ -233,12 +232,10 @@ class EditState:
             x, y, z = (weights @ mesh.centroids[rows] / weights.sum()).tolist()
             if number in self.holds:
                 self.holds[number] = replace(self.holds[number], position=(x, y, z))
-            elif number in self.out:
-                row = self.out[number]
-                moved = replace(row.hold, position=(x, y, z))
-                self.out[number] = replace(row, hold=moved)
+            elif number in self.non_holds:
+                self.non_holds[number] = replace(self.non_holds[number], position=(x, y, z))
 
 
 def _free(wanted: int, taken: set[int], last: int) -> int:
-    """The wanted id, or the next one: it is taken, or so high that tables would be all gaps."""
+    """Return the wanted id if it is free and leaves no large gap in the tables, else the next."""
     return wanted if 0 < wanted <= last + GAP and wanted not in taken else last + 1

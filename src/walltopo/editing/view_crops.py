@@ -1,38 +1,43 @@
-"""A place of the wall in the photos that see it best."""
+"""Crops of photos around a place of the wall."""
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Sequence
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, View
+from walltopo.describe.classify.observations import HoldView
+from walltopo.editing.messages import Crop
 from walltopo.editing.snapshot import ScanSnapshot
-from walltopo.geometry.zbuffer import render_part
+from walltopo.geometry.zbuffer import render_culled
+from walltopo.scans.edits import Place
 
 Floats = NDArray[np.float64]
 
-LONG_SIDE = 1600  # pixels: photos are read at most this long, as `classify` reads them
-LEAST_COSINE = 0.25  # a photo taken along the wall shows nothing of a place
-MARGIN_PX = 8  # a place nearer to the border is not looked at
-# Of the reach: what stands before the place by more hides it. The place of a hold is the middle of
-# its surface, which lies somewhat behind its front.
-ON_IT = 0.4
+LONG_SIDE = 1600  # pixels: maximum length of a photo, as in `classify`
+MIN_COSINE = 0.25  # a photo taken more along the wall is useless
+MARGIN_PX = 8  # a place nearer to the photo's border is skipped
+# Share of the reach: surface nearer to the camera by more than this hides the place. The place of a
+# hold is the centroid of its surface, which lies somewhat behind its front.
+OCCLUSION_DEPTH = 0.4
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
+class ViewCrop:
     """A window of one photo around a place.
 
     Parameters
     ----------
     photo : number of the view; name : of the photo.
     picture : (h, w, 3) uint8 sRGB.
-    face : (h, w) int32, the mesh's triangle that each pixel sees, -1 = none.
-    depth : (h, w) float32, along the viewing direction; inf where none.
+    face : (h, w) int32, the mesh's triangle at each pixel, -1 = none.
+    depth : (h, w) float32, along the viewing direction; inf without a triangle.
     x, y : the place, pixels of the window.
     """
 
@@ -45,47 +50,47 @@ class Look:
     y: float
 
 
-def normal_at(scanned: ScanSnapshot, at: Sequence[float] | Floats, radius: float) -> Floats:
-    """(3,) unit: the mean normal of the surface around a place."""
-    mesh = scanned.mesh
-    rows = scanned.triangles.within(at, radius)
+def normal_at(snapshot: ScanSnapshot, at: Sequence[float] | Floats, radius: float) -> Floats:
+    """Return the mean unit normal (3,) of the surface around a place."""
+    mesh = snapshot.mesh
+    rows = snapshot.triangles.within(at, radius)
     total = mesh.areas[rows] @ mesh.normals[rows]
     length = float(np.linalg.norm(total))
     return total / length if length > 0 else np.array([0.0, -1.0, 0.0])
 
 
-def looks_at(
-    scanned: ScanSnapshot, at: Sequence[float] | Floats, reach: float, most: int
-) -> list[Look]:
-    """The photos that show a place largest and least slanted, past what hides it; best first.
+def view_crops(
+    snapshot: ScanSnapshot, at: Sequence[float] | Floats, reach: float, max_photos: int
+) -> list[ViewCrop]:
+    """Return crops of the unoccluded photos that show a place largest and most frontally.
 
     Parameters
     ----------
-    at : (3,) world frame, on the surface; reach : how much around it, metres of the world frame.
-    most : so many photos at most.
+    at : (3,) world frame, on the surface; reach : half the side of the crop, world units.
+    max_photos : maximum number of crops.
     """
     place = np.asarray(at, dtype=np.float64)
-    normal = normal_at(scanned, place, reach / 3)
+    normal = normal_at(snapshot, place, reach / 3)
     ranked = sorted(
-        ((_worth(view, place, normal), number) for number, view in enumerate(scanned.views)),
+        ((_detail(view, place, normal), number) for number, view in enumerate(snapshot.views)),
         key=lambda row: (-row[0], row[1]),
     )
-    found: list[Look] = []
-    for worth, number in ranked[: 3 * most]:
-        if worth <= 0 or len(found) == most:
+    found: list[ViewCrop] = []
+    for detail, number in ranked[: 3 * max_photos]:
+        if detail <= 0 or len(found) == max_photos:
             break
-        look = _look(scanned, number, place, reach)
-        if look is not None:
-            found.append(look)
+        crop = _crop(snapshot, number, place, reach)
+        if crop is not None:
+            found.append(crop)
     return found
 
 
-def _worth(view: View, place: Floats, normal: Floats) -> float:
-    """Pixels per metre of a place, less where it is seen from aside; 0 where it is not."""
+def _detail(view: View, place: Floats, normal: Floats) -> float:
+    """Return the pixels per metre at a place, less at a slant; 0 if the photo does not show it."""
     towards = view.centre - place
     distance = float(np.linalg.norm(towards))
     cosine = float(towards @ normal) / max(distance, 1e-9)
-    if cosine < LEAST_COSINE or view.to_camera(place)[2] <= 0:
+    if cosine < MIN_COSINE or view.to_camera(place)[2] <= 0:
         return 0.0
     x, y = view.project(place).tolist()
     width, height = view.camera.width, view.camera.height
@@ -93,9 +98,9 @@ def _worth(view: View, place: Floats, normal: Floats) -> float:
     return cosine * view.camera.fx / distance if inside else 0.0
 
 
-def _look(scanned: ScanSnapshot, number: int, place: Floats, reach: float) -> Look | None:
-    """The window of a photo; None where something stands before the place."""
-    view = scanned.views[number]
+def _crop(snapshot: ScanSnapshot, number: int, place: Floats, reach: float) -> ViewCrop | None:
+    """Return a crop of a photo, or None if a nearer surface hides the place."""
+    view = snapshot.views[number]
     factor = min(1.0, LONG_SIDE / max(view.camera.width, view.camera.height))
     whole = view.camera.scaled(factor)
     local = view.to_camera(place)
@@ -104,22 +109,59 @@ def _look(scanned: ScanSnapshot, number: int, place: Floats, reach: float) -> Lo
     left, top = max(int(x - half), 0), max(int(y - half), 0)
     right, bottom = min(int(x + half) + 2, whole.width), min(int(y + half) + 2, whole.height)
     camera = _window(whole, left, top, right - left, bottom - top)
-    face, depth = render_part(scanned.mesh, camera, view.cam_from_world)
+    face, depth = render_culled(snapshot.mesh, camera, view.cam_from_world)
     row, column = min(int(y) - top, len(depth) - 1), min(int(x) - left, len(depth[0]) - 1)
-    if depth[row, column] < float(local[2]) - ON_IT * reach:
+    if depth[row, column] < float(local[2]) - OCCLUSION_DEPTH * reach:
         return None
-    photo = scanned.photos.read_rgb(view.name)
+    photo = snapshot.photos.read_rgb(view.name)
     if photo.shape[:2] != (whole.height, whole.width):
         size = (whole.width, whole.height)
         photo = np.asarray(cv2.resize(photo, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
     picture = np.ascontiguousarray(photo[top:bottom, left:right])
-    return Look(number, view.name, picture, face, depth, x - left, y - top)
+    return ViewCrop(number, view.name, picture, face, depth, x - left, y - top)
 
 
 def _window(camera: Camera, left: int, top: int, width: int, height: int) -> Camera:
-    """The camera of a part of its picture."""
+    """Return the camera of a crop of the photo."""
     at = {"SIMPLE_PINHOLE": 1, "SIMPLE_RADIAL": 1, "RADIAL": 1}.get(camera.model, 2)
     params = list(camera.params)
     params[at] -= left
     params[at + 1] -= top
     return Camera(camera.model, width, height, tuple(params))
+
+
+REACH = 0.4  # metres around the place
+MAX_CROPS = 4
+LONGEST = 480  # pixels
+QUALITY = 82
+_CUTOUTS: WeakKeyDictionary[HoldView, str] = WeakKeyDictionary()
+
+
+def crops_of(snapshot: ScanSnapshot, at: Place) -> list[Crop]:
+    """Return crops of the photos that show a place best, best first; empty if no photo does."""
+    found = []
+    for crop in view_crops(snapshot, at, REACH * snapshot.unit, MAX_CROPS):
+        height, width = crop.picture.shape[:2]
+        factor = min(1.0, LONGEST / max(height, width))
+        size = max(1, round(width * factor)), max(1, round(height * factor))
+        small = cv2.resize(crop.picture, size, interpolation=cv2.INTER_AREA)
+        bgr = np.asarray(cv2.cvtColor(small, cv2.COLOR_RGB2BGR), dtype=np.uint8)
+        url = _data_url("jpeg", bgr, cv2.IMWRITE_JPEG_QUALITY)
+        found.append(Crop(crop.name, url, round(crop.x / width, 4), round(crop.y / height, 4)))
+    return found
+
+
+def cutout_of(view: HoldView | None) -> str:
+    """Return a hold's cutout as a data URL; empty without a view."""
+    if view is None:
+        return ""
+    if view not in _CUTOUTS:
+        alpha = np.where(view.mask, 255, 0).astype(np.uint8)
+        bgra = np.dstack([view.crop[..., ::-1], alpha])
+        _CUTOUTS[view] = _data_url("webp", bgra, cv2.IMWRITE_WEBP_QUALITY)
+    return _CUTOUTS[view]
+
+
+def _data_url(kind: str, picture: NDArray[np.uint8], quality: int) -> str:
+    _, data = cv2.imencode(f".{kind}", picture, [quality, QUALITY])
+    return f"data:image/{kind};base64," + base64.b64encode(data.tobytes()).decode("ascii")

@@ -1,1 +1,1 @@
-"""Rays, z-buffers, meshes and graphs."""
+"""Provide rays, z-buffers, mesh topology, graphs, panels and compiled kernels."""

@@ -1,7 +1,7 @@
-"""COLMAP's Python module, without what importing it does to the process.
+"""Import `pycolmap` without its side effects on the process.
 
-Its logging library takes SIGTERM for a crash and prints a stack trace; here the handler that was
-there before is put back. Everyone imports `pycolmap` from this module.
+COLMAP's logging library handles SIGTERM as a crash and prints a stack trace. This module restores
+the previous handler; all other modules import `pycolmap` from here.
 """
 
 from __future__ import annotations
@@ -12,17 +12,19 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-_ROOM = 1024  # bytes, more than any system's `struct sigaction` has
+_SIGACTION_BYTES = 1024  # more than any system's `struct sigaction`
 
 
 @contextmanager
-def _handler_kept(number: signal.Signals) -> Iterator[None]:
-    """Put the system's handler back afterwards; Python itself sets handlers in its main thread
-    alone, and a server imports this in another."""
+def _restore_handler(number: signal.Signals) -> Iterator[None]:
+    """Restore the system's signal handler after the block.
+
+    `signal.signal` works in the main thread only, and a server imports this module in another one.
+    """
     if sys.platform == "win32":
         yield
         return
-    system, before = ctypes.CDLL(None), ctypes.create_string_buffer(_ROOM)
+    system, before = ctypes.CDLL(None), ctypes.create_string_buffer(_SIGACTION_BYTES)
     system.sigaction(int(number), None, before)
     try:
         yield
@@ -30,7 +32,7 @@ def _handler_kept(number: signal.Signals) -> Iterator[None]:
         system.sigaction(int(number), before, None)
 
 
-with _handler_kept(signal.SIGTERM):
+with _restore_handler(signal.SIGTERM):
     import pycolmap
 
 __all__ = ["pycolmap"]

@@ -1,27 +1,30 @@
-"""Graphs as lists of pairs: connected components, and Louvain clusters by modularity."""
+"""Group items: connected components, union-find over edges, graph clusters."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from walltopo.geometry.kernels import kernel
 
 
 def components(
     count: int, first: NDArray[np.integer], second: NDArray[np.integer]
 ) -> NDArray[np.int32]:
-    """The connected parts of an undirected graph.
+    """Return the connected components of an undirected graph.
 
     Parameters
     ----------
     count : number of vertices.
-    first, second : (E,) edges; the same pair may come more than once.
+    first, second : (E,) edges; a pair may be repeated.
 
     Returns
     -------
-    (count,) int32, parts numbered from 0 in the order of their first vertex.
+    (count,) int32, components numbered from 0 in the order of their first vertex.
     """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
@@ -31,7 +34,8 @@ def components(
 
 
 def renumber(groups: NDArray[np.integer]) -> NDArray[np.int32]:
-    """Number groups from 0 in the order of their first member, so that equal ones are equal."""
+    """Number groups from 0 in the order of their first member, so that equal partitions are
+    equal."""
     _, first, inverse = np.unique(groups, return_index=True, return_inverse=True)
     rank = np.zeros(len(first), dtype=np.int32)
     rank[np.argsort(first, kind="stable")] = np.arange(len(first), dtype=np.int32)
@@ -44,26 +48,26 @@ Floats = NDArray[np.float64]
 
 Vertices = NDArray[np.integer]
 
-# number of vertices, first, second, weight, resolution, seed -> (n,) cluster of each vertex
+# Maps (number of vertices, first, second, weight, resolution, seed) to each vertex's cluster (n,).
 Partition = Callable[[int, Vertices, Vertices, Floats, float, int], Ints]
 
 
 def louvain(
     count: int, first: Vertices, second: Vertices, weight: Floats, resolution: float, seed: int
 ) -> Ints:
-    """The clusters that networkit finds: Louvain (Blondel et al. 2008) with refinement.
+    """Cluster a graph by networkit's Louvain method (Blondel et al. 2008) with refinement.
 
     Parameters
     ----------
     count : number of vertices.
     first, second, weight : (E,) edges, each pair once, weights > 0.
-    resolution : factor of the modularity's null model. Larger means more and smaller clusters
-        (the published α runs the other way: it grows with the clusters).
+    resolution : factor of the modularity's null model. A larger value gives more and smaller
+        clusters (the published α is inverse: it grows with the clusters).
 
     Returns
     -------
-    (count,) int32, clusters numbered from 0 in the order of their first vertex; a vertex without
-    an edge is alone.
+    (count,) int32, clusters numbered from 0 in the order of their first vertex. A vertex without
+    edges is its own cluster.
     """
     if len(weight) == 0:
         return np.arange(count, dtype=np.int32)
@@ -83,7 +87,8 @@ def louvain(
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
-    """Networkit's number of threads belongs to the whole process: give it back as it was."""
+    """Limit networkit to one thread in the block; the setting is global, so restore it
+    afterwards."""
     import networkit
 
     threads = networkit.getMaxNumberOfThreads()
@@ -92,3 +97,114 @@ def _one_thread() -> Iterator[None]:
         yield
     finally:
         networkit.setNumberOfThreads(threads)
+
+
+Longs = NDArray[np.int64]
+
+
+def grouped_edges(faces: NDArray[np.integer]) -> tuple[Longs, Longs, Longs]:
+    """Return the undirected edges of (F, 3) faces.
+
+    Returns
+    -------
+    (E, 2) vertices of each edge, smaller first, ascending; (E,) number of faces at each edge;
+    (F, 3) index of the edge from corner k to corner k + 1.
+    """
+    return _edges(np.ascontiguousarray(faces, np.int32), int(faces.max(initial=-1)) + 1)
+
+
+def duplicate_faces(faces: NDArray[np.integer]) -> NDArray[np.bool_]:
+    """Return (F,) whether an earlier face has the same three vertices."""
+    corners = np.sort(faces, axis=1).astype(np.int32)
+    return _repeated(corners, int(faces.max(initial=-1)) + 1)
+
+
+def linked(count: int, first: Longs, second: Longs) -> NDArray[np.int32]:
+    """Return (count,) the component of each vertex, numbered in the order of first vertices.
+
+    Parameters
+    ----------
+    first, second : (E,) edges; a pair may be repeated.
+    """
+    return _linked(count, np.ascontiguousarray(first), np.ascontiguousarray(second))
+
+
+@kernel
+def _sorted_by(keys: Any, order: Any, max_key: Any) -> Any:
+    """Sort `order` stably by keys below `max_key`, by counting sort."""
+    place = np.zeros(max_key + 1, dtype=np.int64)
+    for key in keys:
+        place[key + 1] += 1
+    for key in range(max_key):
+        place[key + 1] += place[key]
+    found = np.zeros_like(order)
+    for item in order:
+        found[place[keys[item]]] = item
+        place[keys[item]] += 1
+    return found
+
+
+@kernel
+def _edges(faces: Any, vertices: Any) -> Any:
+    count = 3 * len(faces)
+    low, high = np.zeros(count, dtype=np.int32), np.zeros(count, dtype=np.int32)
+    for f in range(len(faces)):
+        for k in range(3):
+            a, b = faces[f, k], faces[f, (k + 1) % 3]
+            low[3 * f + k], high[3 * f + k] = min(a, b), max(a, b)
+    slots = _sorted_by(low, _sorted_by(high, np.arange(count), vertices), vertices)
+    pairs = np.zeros((count, 2), dtype=np.int64)
+    face_count = np.zeros(count, dtype=np.int64)
+    of_face = np.zeros((len(faces), 3), dtype=np.int64)
+    edge = -1
+    for at in range(count):
+        slot = slots[at]
+        if edge < 0 or pairs[edge, 0] != low[slot] or pairs[edge, 1] != high[slot]:
+            edge += 1
+            pairs[edge, 0], pairs[edge, 1] = low[slot], high[slot]
+        face_count[edge] += 1
+        of_face[slot // 3, slot % 3] = edge
+    return pairs[: edge + 1].copy(), face_count[: edge + 1].copy(), of_face
+
+
+@kernel
+def _repeated(corners: Any, vertices: Any) -> Any:
+    order = np.arange(len(corners))
+    for k in range(2, -1, -1):
+        order = _sorted_by(corners[:, k], order, vertices)
+    found = np.zeros(len(corners), dtype=np.bool_)
+    for at in range(1, len(order)):
+        one, other = order[at], order[at - 1]
+        found[one] = (
+            corners[one, 0] == corners[other, 0]
+            and corners[one, 1] == corners[other, 1]
+            and corners[one, 2] == corners[other, 2]
+        )
+    return found
+
+
+@kernel
+def _linked(count: Any, first: Any, second: Any) -> Any:
+    parent = np.arange(count)
+    for e in range(len(first)):
+        a, b = root_of(parent, first[e]), root_of(parent, second[e])
+        parent[max(a, b)] = min(a, b)
+    number = np.zeros(count, dtype=np.int32)
+    found = 0
+    for v in range(count):
+        root = root_of(parent, v)
+        if root == v:
+            number[v] = found
+            found += 1
+        else:
+            number[v] = number[root]
+    return number
+
+
+@kernel
+def root_of(parent: Any, k: Any) -> Any:
+    """Return the root (lowest member) of k's component, with path halving."""
+    while parent[k] != k:
+        parent[k] = parent[parent[k]]
+        k = parent[k]
+    return k

@@ -1,4 +1,4 @@
-"""What is wrong with a mesh: the questions that the lift and the geodesics depend on."""
+"""Check a mesh for faults that the lift and the geodesics cannot handle."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, View
-from walltopo.geometry.neighbours import parts
-from walltopo.geometry.topology import Edges, doubled, edges_of, fans
+from walltopo.geometry.graphs import duplicate_faces
+from walltopo.geometry.topology import Edges, edges_of, face_components, fans
 
-# A part with fewer faces than this, and than this share of the mesh, is a crumb.
-_CRUMB_FACES = 100
-_CRUMB_SHARE = 1e-3
-# A face whose height is below this share of its longest side has no usable normal.
+# A component with fewer faces than this, and than this share of the mesh, is a fragment.
+_FRAGMENT_FACES = 100
+_FRAGMENT_SHARE = 1e-3
+# A face with a height below this share of its longest side has no reliable normal.
 _DEGENERATE = 1e-6
-# Share of the seen area that may face away from every camera before normals count as inward.
+# Maximum share of the visible area that may face away from all cameras.
 _INWARD_SHARE = 0.2
 
 
 @dataclass(frozen=True)
 class MeshReport:
-    """Facts about a mesh; `problems` says which of them must not be.
+    """The properties of a mesh; `problems` lists its faults.
 
-    Lengths and areas are in the mesh's own unit (metres once a scan is scaled).
+    Lengths and areas are in the mesh's unit (metres in a scaled scan).
     """
 
     vertices: int
@@ -49,37 +49,39 @@ class MeshReport:
 
     @property
     def problems(self) -> list[str]:
-        """One line per fault, with what to do about it where that is not plain."""
+        """Return one line per fault."""
         found = [
             (self.edges_of_many_faces, "edges with more than two faces (not manifold)"),
             (self.vertices_of_many_fans, "vertices where separate surfaces touch (not manifold)"),
-            (self.flipped_edges, "edges whose two faces are wound against each other"),
+            (self.flipped_edges, "edges whose two faces have opposite winding"),
             (self.degenerate_faces, "faces without area"),
             (self.doubled_faces, "faces that occur more than once"),
-            (self.crumbs, f"loose parts of fewer than {_CRUMB_FACES} faces (crumbs)"),
+            (self.crumbs, f"fragments: components of fewer than {_FRAGMENT_FACES} faces"),
         ]
-        lines = [f"{count} {what}" for count, what in found if count]
+        lines = [f"{count} {fault}" for count, fault in found if count]
         if self.inward_share is not None and self.inward_share > _INWARD_SHARE:
-            lines.append(f"normals point away from the cameras on {self.inward_share:.0%} of it")
+            lines.append(
+                f"normals point away from the cameras on {self.inward_share:.0%} of the area"
+            )
         return lines
 
     def as_dict(self) -> dict[str, Any]:
-        """JSON-able, with the problems."""
+        """Return the report and its problems as a JSON-serialisable dictionary."""
         return {**asdict(self), "problems": self.problems}
 
 
 def check_mesh(mesh: Mesh, views: Sequence[View] = ()) -> MeshReport:
-    """Examine a mesh.
+    """Examine a mesh and report its properties and faults.
 
     Parameters
     ----------
     mesh : any triangle mesh.
-    views : cameras that saw the surface; with them the direction of the normals is checked.
+    views : cameras of the surface; they allow to check the direction of the normals.
     """
     edges = edges_of(mesh.faces)
-    part = parts(mesh.faces)
+    part = face_components(mesh.faces)
     sizes = np.bincount(part)
-    crumb = (sizes < _CRUMB_FACES) & (sizes < _CRUMB_SHARE * len(mesh.faces))
+    crumb = (sizes < _FRAGMENT_FACES) & (sizes < _FRAGMENT_SHARE * len(mesh.faces))
     ends = mesh.vertices[edges.pairs]
     length = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
     p05, median, p95 = np.percentile(length, [5, 50, 95]).tolist()
@@ -95,7 +97,7 @@ def check_mesh(mesh: Mesh, views: Sequence[View] = ()) -> MeshReport:
         vertices_of_many_fans=int((fan_count > 1).sum()),
         flipped_edges=_flipped(mesh, edges),
         degenerate_faces=int(degenerate(mesh).sum()),
-        doubled_faces=int(doubled(mesh.faces).sum()),
+        doubled_faces=int(duplicate_faces(mesh.faces).sum()),
         unused_vertices=int((fan_count == 0).sum()),
         doubled_vertices=_doubled_vertices(mesh),
         edge_length_median=median,
@@ -106,35 +108,35 @@ def check_mesh(mesh: Mesh, views: Sequence[View] = ()) -> MeshReport:
 
 
 def _doubled_vertices(mesh: Mesh) -> int:
-    """Vertices at exactly the place of another one."""
+    """Return the number of vertices that coincide exactly with another one."""
     x, y, z = mesh.vertices.T
     ordered = mesh.vertices[np.lexsort((z, y, x))]
     return int((ordered[1:] == ordered[:-1]).all(axis=1).sum())
 
 
 def _fan_counts(mesh: Mesh, edges: Edges) -> NDArray[np.int64]:
-    """(V,) number of fans at each vertex; 0 = no face uses it."""
+    """Return (V,) the number of fans at each vertex; 0 for an unused vertex."""
     fan = fans(mesh.faces, edges).ravel()
     first = np.unique(fan, return_index=True)[1]
     return np.bincount(mesh.faces.ravel()[first], minlength=len(mesh.vertices))
 
 
 def _flipped(mesh: Mesh, edges: Edges) -> int:
-    """Edges that both their faces walk in the same direction."""
+    """Return the number of edges that both their faces traverse in the same direction."""
     forward = mesh.faces < np.roll(mesh.faces, -1, axis=1)
-    walks = np.bincount(edges.of_face.ravel(), forward.ravel(), minlength=len(edges.count))
-    return int(((edges.count == 2) & (walks != 1)).sum())
+    forward_count = np.bincount(edges.of_face.ravel(), forward.ravel(), minlength=len(edges.count))
+    return int(((edges.count == 2) & (forward_count != 1)).sum())
 
 
-def degenerate(mesh: Mesh, least: float = _DEGENERATE) -> NDArray[np.bool_]:
-    """(F,) whether a face's height is at most this share of its longest side."""
+def degenerate(mesh: Mesh, min_flatness: float = _DEGENERATE) -> NDArray[np.bool_]:
+    """Return (F,) whether a face's height is at most `min_flatness` of its longest side."""
     corners = mesh.vertices[mesh.faces]
     longest = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1)
-    return np.asarray(2.0 * mesh.areas <= least * longest**2)
+    return np.asarray(2.0 * mesh.areas <= min_flatness * longest**2)
 
 
 def _inward(mesh: Mesh, views: Sequence[View]) -> float:
-    """Share of the area in some photo's frame that faces away from each such camera."""
+    """Return the share of the area in photos' frames that faces away from all these cameras."""
     towards = np.zeros(len(mesh.faces), dtype=np.bool_)
     framed = np.zeros(len(mesh.faces), dtype=np.bool_)
     for view in views:

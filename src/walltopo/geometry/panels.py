@@ -1,9 +1,8 @@
-"""The plane panels that a wall is made of, and how far each triangle stands out of its panel.
+"""Find the planar panels of a wall, and the height of each triangle over its panel.
 
-Panels are found by random sample consensus over small neighbourhoods of the mesh; floors are left
-out by who calls. Where a reconstruction bends a panel, a plane is millimetres off, as much as the
-thinnest holds stand out; so heights are over the panel's own smooth surface: the running mean of
-what lies in the plane.
+Panels are found by RANSAC over small neighbourhoods of the mesh; the caller excludes floors. A
+reconstruction may bend a panel by millimetres, as much as the thinnest holds stand out. So heights
+are measured over the panel's smooth surface: the moving average of its points.
 
 Source: M. Fischler, R. Bolles, "Random Sample Consensus" (CACM 1981); points with normals as
 in R. Schnabel, R. Wahl, R. Klein, "Efficient RANSAC for Point-Cloud Shape
@@ -28,36 +27,38 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 NO_PANEL = -1
-# Lengths in metres; a caller with another unit gives it.
-CELL = 0.04  # points of the search are means over cubes of this side
-NEAR = 0.012  # a point so near to a plane may be of it
-AGREE_DEG = 18.0  # and its normal so near to the plane's
-TRIES = 160  # planes tried a panel, each of the points of one neighbourhood
-LOCAL = 0.25  # radius of that
-JUDGES = 12_000  # points that judge a try
-LEAST_POINTS = 12  # of a panel
-RASTER = 0.03  # pixels of a panel's own surface
-REACH = 0.30  # gaps of a panel's surface up to twice this wide are of the panel: holds cover them
-BEND = 0.22  # radius of the running mean of its surface
-SMALL = 0.7  # square metres: a larger plane is never a facet of a volume
-STANDS, MOST = 0.02, 0.6  # a facet of a volume stands so far out of the panel that carries it
-BEHIND = 0.03  # what lies deeper behind a panel's plane is not of it
+# Lengths in metres; callers pass `unit` for other units.
+CELL = 0.04  # side of the cubes over which the mesh is averaged for the search
+INLIER_DISTANCE = 0.012  # maximum distance of an inlier from the plane
+INLIER_ANGLE_DEG = 18.0  # maximum angle between an inlier's normal and the plane's
+ITERATIONS = 160  # RANSAC iterations per panel, each from one neighbourhood
+NEIGHBOURHOOD = 0.25  # radius of a neighbourhood
+MAX_SCORERS = 12_000  # maximum number of points that score a candidate plane
+MIN_POINTS = 12  # minimum number of points of a panel
+PIXEL = 0.03  # pixel size of a panel's surface raster
+GAP_REACH = 0.30  # gaps up to twice this wide belong to the panel, because holds cover it
+SMOOTHING_RADIUS = 0.22  # radius of the moving average
+MAX_FACET_AREA = 0.7  # square metres; a larger plane is never a facet of a volume
+MIN_FACET_HEIGHT, MAX_FACET_HEIGHT = 0.02, 0.6  # height range of a volume's facet over its panel
+MAX_BEHIND = 0.03  # maximum depth behind the plane of a triangle of the panel
 
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """A plane piece of wall.
+    """A planar piece of wall.
 
     Parameters
     ----------
-    normal : (3,) unit, out of the wall; point : (3,) of the plane.
-    axes : (2, 3) unit vectors across the normal.
-    origin : (2,) of the raster, along `axes` from `point`; pixel : its pixels' side.
-    inside : (h, w) bool, where the panel is, what covers it included.
-    surface : (h, w) float64, height of its own smooth surface over the plane.
-    noise : spread (standard deviation, robust) of its triangles around that surface.
-    area : of the triangles that lie in it.
-    points : (n, 3) a sample of it.
+    normal : (3,) unit, out of the wall.
+    point : (3,) a point of the plane.
+    axes : (2, 3) unit vectors perpendicular to the normal.
+    origin : (2,) of the raster, along `axes` from `point`.
+    pixel : side of a raster pixel.
+    inside : (h, w) bool, extent of the panel, including areas under holds and volumes.
+    surface : (h, w) float64, height of the panel's smooth surface over the plane.
+    noise : robust standard deviation of the points around that surface.
+    area : area of the triangles in the panel.
+    points : (n, 3) averaged points of the panel.
     """
 
     normal: Floats
@@ -72,7 +73,8 @@ class Panel:
     points: Floats
 
     def cells(self, points: Floats) -> tuple[Ints, Ints, NDArray[np.bool_]]:
-        """Row and column of (n, 3) points in the raster, and whether the panel is there."""
+        """Return the row and column of (n, 3) points in the raster, and whether the panel covers
+        them."""
         flat = ((points - self.point) @ self.axes.T - self.origin) / self.pixel
         column, row = np.floor(flat).astype(np.int64).T
         height, width = self.inside.shape
@@ -81,18 +83,18 @@ class Panel:
         return row, column, within & self.inside[row, column]
 
     def over_plane(self, points: Floats) -> Floats:
-        """(n,) heights of (n, 3) points over the plane."""
+        """Return (n,) heights of (n, 3) points over the plane."""
         return np.asarray((points - self.point) @ self.normal)
 
 
 @dataclass(frozen=True, eq=False)
 class Heights:
-    """How the triangles of a mesh stand over its panels.
+    """The heights of a mesh's triangles over its panels.
 
     Parameters
     ----------
-    panel : (F,) int32, the panel that each triangle lies in or stands on, `NO_PANEL` = none.
-    height : (F,) float64, of its centroid over the panel's own surface; NaN where none.
+    panel : (F,) int32, panel that each triangle lies in or stands on, `NO_PANEL` = none.
+    height : (F,) float64, height of the centroid over the panel's surface; NaN without a panel.
     """
 
     panel: NDArray[np.int32]
@@ -100,63 +102,72 @@ class Heights:
 
 
 def find_panels(
-    mesh: Mesh, rows: Ints, unit: float = 1.0, least: float = 0.12, seed: int = 0, most: int = 200
+    mesh: Mesh,
+    rows: Ints,
+    unit: float = 1.0,
+    min_area: float = 0.12,
+    seed: int = 0,
+    max_count: int = 200,
 ) -> list[Panel]:
-    """The panels of a mesh, the largest first.
+    """Return the panels of a mesh, the largest first.
 
     Parameters
     ----------
-    mesh : the scan's; rows : triangles that may be of a wall.
-    unit : mesh units a metre; least : area of the smallest panel, square metres.
-    seed : of the samples; most : so many panels at most.
+    rows : triangles that may belong to a wall.
+    unit : mesh units per metre.
+    min_area : minimum area of a panel, square metres.
+    seed : random seed.
+    max_count : maximum number of panels.
     """
-    points, normals, weights = _thinned(mesh, rows, CELL * unit)
+    points, normals, weights = _average_in_cubes(mesh, rows, CELL * unit)
     free = np.ones(len(points), dtype=np.bool_)
     rng = np.random.default_rng(seed)
     found: list[Panel] = []
-    cosine = np.cos(np.radians(AGREE_DEG))
-    beside = cKDTree(points)
-    while len(found) < most and weights[free].sum() >= least * unit**2:
+    cosine = np.cos(np.radians(INLIER_ANGLE_DEG))
+    tree = cKDTree(points)
+    while len(found) < max_count and weights[free].sum() >= min_area * unit**2:
         own = np.flatnonzero(free)
-        near = _best_plane(points, normals, weights, own, free, beside, rng, unit)
+        near = _best_plane(points, normals, weights, own, free, tree, rng, unit)
         if near is None:
             break
-        part = _largest_part(points[near], weights[near], 3 * CELL * unit)
+        part = _largest_component(points[near], weights[near], 3 * CELL * unit)
         members = near[part]
-        if weights[members].sum() < least * unit**2:
-            if weights[near].sum() < least * unit**2:
+        if weights[members].sum() < min_area * unit**2:
+            if weights[near].sum() < min_area * unit**2:
                 break
             free[members] = False
             continue
-        axis, offset = _facing(points[members], weights[members] @ normals[members])
+        axis, offset = _fit_facing_plane(points[members], weights[members] @ normals[members])
         away = np.abs(points @ axis - offset)
-        taken = free & (away < 2 * NEAR * unit) & (normals @ axis > cosine)
-        panel = _panel(axis, offset, points[members], weights[members], unit)
-        taken &= panel.cells(points)[2]
-        taken[members] = True
-        free &= ~taken
+        used = free & (away < 2 * INLIER_DISTANCE * unit) & (normals @ axis > cosine)
+        panel = _make_panel(axis, offset, points[members], weights[members], unit)
+        used &= panel.cells(points)[2]
+        used[members] = True
+        free &= ~used
         found.append(panel)
-    return _of_the_wall(sorted(found, key=lambda panel: -panel.area), unit)
+    return _drop_facets(sorted(found, key=lambda panel: -panel.area), unit)
 
 
-def _of_the_wall(panels: Sequence[Panel], unit: float) -> list[Panel]:
-    """Without the small ones that stand on a larger one: facets of volumes, flat tops of holds."""
+def _drop_facets(panels: Sequence[Panel], unit: float) -> list[Panel]:
+    """Drop small panels that stand on a larger one: facets of volumes and flat tops of holds."""
     kept: list[Panel] = []
     for panel in panels:
         on_another = False
         for other in kept:
-            if panel.area < SMALL * unit**2:
+            if panel.area < MAX_FACET_AREA * unit**2:
                 away = other.over_plane(panel.points)
                 inside = other.cells(panel.points)[2]
-                standing = inside & (away > STANDS * unit) & (away < MOST * unit)
+                standing = (
+                    inside & (away > MIN_FACET_HEIGHT * unit) & (away < MAX_FACET_HEIGHT * unit)
+                )
                 on_another = on_another or standing.mean() > 0.6
         if not on_another:
             kept.append(panel)
     return kept
 
 
-def _thinned(mesh: Mesh, rows: Ints, side: float) -> tuple[Floats, Floats, Floats]:
-    """Means of the triangles in cubes that face alike: places, normals and areas."""
+def _average_in_cubes(mesh: Mesh, rows: Ints, side: float) -> tuple[Floats, Floats, Floats]:
+    """Average triangles in cubes, by facing direction; return positions, normals and areas."""
     places, normals, areas = mesh.centroids[rows], mesh.normals[rows], mesh.areas[rows]
     cell = np.floor((places - places.min(axis=0, initial=0.0)) / side).astype(np.int64)
     facing = np.abs(normals).argmax(axis=1) * 2 + (normals.max(axis=1) > -normals.min(axis=1))
@@ -169,10 +180,10 @@ def _thinned(mesh: Mesh, rows: Ints, side: float) -> tuple[Floats, Floats, Float
         sums = [np.bincount(group, areas * values[:, k], count) for k in range(3)]
         return np.stack(sums, axis=1) / np.maximum(total, 1e-12)[:, None]
 
-    turned = mean(normals)
-    length = np.linalg.norm(turned, axis=1)
-    some = (total > 0) & (length > 0.8)  # cubes at edges say nothing of a plane
-    return mean(places)[some], turned[some] / length[some, None], total[some]
+    mean_normals = mean(normals)
+    length = np.linalg.norm(mean_normals, axis=1)
+    some = (total > 0) & (length > 0.8)  # averages over an edge belong to no plane
+    return mean(places)[some], mean_normals[some] / length[some, None], total[some]
 
 
 def _best_plane(
@@ -181,55 +192,59 @@ def _best_plane(
     weights: Floats,
     own: Ints,
     free: NDArray[np.bool_],
-    beside: cKDTree,
+    tree: cKDTree,
     rng: np.random.Generator,
     unit: float,
 ) -> Ints | None:
-    """Indices of the points of the plane that holds most area among some tries; None: no plane.
+    """Return the indices of the points of the best RANSAC plane by area, or None.
 
     Parameters
     ----------
-    own : indices of the points that are in no panel yet; free : (n,) the same as a mask.
-    beside : of all points.
+    own : indices of the points without a panel.
+    free : (n,) the same as a mask.
+    tree : all points.
     """
-    if len(own) < LEAST_POINTS:
+    if len(own) < MIN_POINTS:
         return None
-    cosine = np.cos(np.radians(AGREE_DEG))
+    cosine = np.cos(np.radians(INLIER_ANGLE_DEG))
 
-    def lies_in(rows: Ints, axis: Floats, offset: float) -> NDArray[np.bool_]:
-        near = np.abs(points[rows] @ axis - offset) < NEAR * unit
+    def is_inlier(rows: Ints, axis: Floats, offset: float) -> NDArray[np.bool_]:
+        near = np.abs(points[rows] @ axis - offset) < INLIER_DISTANCE * unit
         return np.asarray(near & (normals[rows] @ axis > cosine))
 
-    some = own if len(own) <= JUDGES else rng.choice(own, size=JUDGES, replace=False)
+    some = own if len(own) <= MAX_SCORERS else rng.choice(own, size=MAX_SCORERS, replace=False)
     best: tuple[float, Floats, float] | None = None
-    for start in rng.choice(own, size=min(TRIES, len(own)), replace=False).tolist():
-        around = np.array(beside.query_ball_point(points[start], LOCAL * unit), dtype=np.int64)
+    for start in rng.choice(own, size=min(ITERATIONS, len(own)), replace=False).tolist():
+        around = np.array(
+            tree.query_ball_point(points[start], NEIGHBOURHOOD * unit), dtype=np.int64
+        )
         around = around[free[around] & (normals[around] @ normals[start] > cosine)]
-        if len(around) < LEAST_POINTS // 2:
+        if len(around) < MIN_POINTS // 2:
             continue
-        axis, offset = _facing(points[around], normals[start])
-        area = float(weights[some[lies_in(some, axis, offset)]].sum())
+        axis, offset = _fit_facing_plane(points[around], normals[start])
+        area = float(weights[some[is_inlier(some, axis, offset)]].sum())
         if best is None or area > best[0]:
             best = area, axis, offset
     if best is None:
         return None
     _, axis, offset = best
     for _ in range(3):
-        near = own[lies_in(own, axis, offset)]
-        if len(near) < LEAST_POINTS:
+        near = own[is_inlier(own, axis, offset)]
+        if len(near) < MIN_POINTS:
             return None
-        axis, offset = _facing(points[near], axis)
-    return own[lies_in(own, axis, offset)]
+        axis, offset = _fit_facing_plane(points[near], axis)
+    return own[is_inlier(own, axis, offset)]
 
 
-def _facing(points: Floats, towards: Floats) -> tuple[Floats, float]:
-    """The plane of some points, its normal turned to the side of another."""
+def _fit_facing_plane(points: Floats, towards: Floats) -> tuple[Floats, float]:
+    """Fit a plane to points; orient its normal to the side of `towards`."""
     axis, offset = fit_plane(points)
     return (axis, offset) if axis @ towards > 0 else (-axis, -offset)
 
 
-def _largest_part(points: Floats, weights: Floats, reach: float) -> NDArray[np.bool_]:
-    """(n,) which points are of the part that holds most area; nearer than `reach` is one part."""
+def _largest_component(points: Floats, weights: Floats, reach: float) -> NDArray[np.bool_]:
+    """Return (n,) whether points belong to the component with the largest area, linked within
+    `reach`."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -240,15 +255,17 @@ def _largest_part(points: Floats, weights: Floats, reach: float) -> NDArray[np.b
     return np.asarray(part == np.bincount(part, weights).argmax())
 
 
-def _panel(normal: Floats, offset: float, points: Floats, weights: Floats, unit: float) -> Panel:
-    """A panel from the points that lie in it."""
+def _make_panel(
+    normal: Floats, offset: float, points: Floats, weights: Floats, unit: float
+) -> Panel:
+    """Return the panel of the points in a plane."""
     up = np.array([0.0, 0.0, 1.0]) if abs(normal[2]) < 0.9 else np.array([0.0, 1.0, 0.0])
     right = np.cross(up, normal)
     right /= np.linalg.norm(right)
     axes = np.stack([right, np.cross(normal, right)])
     point = normal * offset
     flat = (points - point) @ axes.T
-    pixel, reach = RASTER * unit, REACH * unit
+    pixel, reach = PIXEL * unit, GAP_REACH * unit
     origin = flat.min(axis=0) - reach - pixel
     column, row = np.floor((flat - origin) / pixel).astype(np.int64).T
     shape = (int(row.max() + reach / pixel) + 2, int(column.max() + reach / pixel) + 2)
@@ -261,11 +278,11 @@ def _panel(normal: Floats, offset: float, points: Floats, weights: Floats, unit:
     side = 2 * int(reach / pixel) + 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
     drawn = np.asarray(cv2.morphologyEx(drawn, cv2.MORPH_CLOSE, disc), dtype=np.uint8)
-    # The points are means over cubes: the panel goes on for half a cube.
+    # The points are averages over cubes, so the panel extends half a cube farther.
     drawn = np.asarray(cv2.dilate(drawn, np.ones((3, 3), dtype=np.uint8)), dtype=np.uint8)
-    # Volumes cover what is as large as a door.
+    # A volume may cover an area as large as a door.
     inside = np.asarray(binary_fill_holes(drawn), dtype=np.bool_)
-    sigma = BEND * unit / pixel / 2
+    sigma = SMOOTHING_RADIUS * unit / pixel / 2
     weight = cv2.GaussianBlur(count, (0, 0), sigma)
     surface = cv2.GaussianBlur(total, (0, 0), sigma) / np.maximum(weight, 1e-12)
     surface[weight < 1e-9] = 0.0
@@ -277,15 +294,16 @@ def _panel(normal: Floats, offset: float, points: Floats, weights: Floats, unit:
 
 
 def heights_over(
-    mesh: Mesh, panels: Sequence[Panel], unit: float = 1.0, most: float = MOST
+    mesh: Mesh, panels: Sequence[Panel], unit: float = 1.0, max_height: float = MAX_FACET_HEIGHT
 ) -> Heights:
-    """How far the triangles stand out of the panels.
+    """Return the heights of the triangles over the panels.
 
-    Of several panels the one whose surface is nearest counts.
+    A triangle near several panels belongs to the one with the nearest surface.
 
     Parameters
     ----------
-    unit : mesh units a metre; most : what stands farther out, metres, is of no panel.
+    unit : mesh units per metre.
+    max_height : higher triangles belong to no panel, metres.
     """
     count = len(mesh.faces)
     panel = np.full(count, NO_PANEL, dtype=np.int32)
@@ -294,7 +312,9 @@ def heights_over(
     for number, own in enumerate(panels):
         away = own.over_plane(mesh.centroids)
         rows = np.flatnonzero(
-            (away > -BEHIND * unit) & (away < most * unit) & (np.abs(away) < best + BEHIND * unit)
+            (away > -MAX_BEHIND * unit)
+            & (away < max_height * unit)
+            & (np.abs(away) < best + MAX_BEHIND * unit)
         )
         row, column, inside = own.cells(mesh.centroids[rows])
         over = away[rows] - own.surface[row, column]

@@ -1,11 +1,16 @@
-"""Single rays against a mesh: a thin, exact-in-float64 wrapper of Embree."""
+"""Intersect rays with triangles; find the triangles near a point or in a cone."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import InputError
+from walltopo.core import InputError, Mesh
 
 Floats = NDArray[np.float64]
 
@@ -20,9 +25,9 @@ class Bvh:
 
     Notes
     -----
-    Embree works in float32. The mesh is therefore moved and scaled into a unit box before it is
-    handed over, so that a model in millimetres far from its origin loses nothing, and the
-    distance is computed again in float64 from the plane of the triangle that was hit.
+    Embree works in float32. So the mesh is moved and scaled into a unit box first, to keep the
+    precision of a model far from its origin. The distance is recomputed in float64 from the plane
+    of the triangle hit.
     """
 
     def __init__(self, vertices: Floats, faces: NDArray[np.int32]) -> None:
@@ -46,7 +51,7 @@ class Bvh:
     def first_hit(
         self, origins: Floats, directions: Floats
     ) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-        """The first triangle that each ray meets, from either side.
+        """Return the first triangle that each ray hits, from either side.
 
         Parameters
         ----------
@@ -55,8 +60,8 @@ class Bvh:
 
         Returns
         -------
-        face : (n,) int32, -1 where the ray meets nothing.
-        t : (n,) float64, the hit is at `origins + t * directions`; inf where there is none.
+        face : (n,) int32, -1 without a hit.
+        t : (n,) float64, the hit is at `origins + t * directions`; inf without a hit.
         """
         origins = np.ascontiguousarray(origins, dtype=np.float64)
         directions = np.ascontiguousarray(directions, dtype=np.float64)
@@ -70,7 +75,7 @@ class Bvh:
             return np.full(len(origins), -1, dtype=np.int32), t
         lengths = np.linalg.norm(directions, axis=1, keepdims=True)
         if not (lengths > 0).all():
-            raise InputError("rays: a direction has no length")
+            raise InputError("rays: a direction has length zero")
         start = ((origins - self._offset) * self._factor).astype(np.float32)
         face = np.array(
             self._scene.run(start, (directions / lengths).astype(np.float32)), dtype=np.int32
@@ -82,11 +87,127 @@ class Bvh:
     def _plane_distance(
         self, face: NDArray[np.int32], origins: Floats, directions: Floats
     ) -> Floats:
+        """Return the ray parameters at which rays meet their triangles' planes."""
         a, b, c = (self._vertices[self._faces[face, k]] for k in range(3))
         normals = np.cross(b - a, c - a)
-        towards = np.einsum("ij,ij->i", directions, normals)
+        approach = np.einsum("ij,ij->i", directions, normals)
         gap = np.einsum("ij,ij->i", a - origins, normals)
-        # A ray that grazes its triangle has no stable plane distance: take the nearest corner's.
-        grazing = np.abs(towards) < 1e-12 * np.linalg.norm(normals, axis=1)
+        # The plane distance of a grazing ray is unstable; project the first corner onto the ray.
+        grazing = np.abs(approach) < 1e-12 * np.linalg.norm(normals, axis=1)
         along = np.einsum("ij,ij->i", a - origins, directions) / (directions**2).sum(axis=1)
-        return np.where(grazing, along, gap / np.where(grazing, 1.0, towards))
+        return np.where(grazing, along, gap / np.where(grazing, 1.0, approach))
+
+
+Ints = NDArray[np.int64]
+
+CELLS = 60  # along the mesh's longest side; gives some thousand cells of about 100 triangles
+
+
+class TriangleIndex:
+    """An index of triangles, sorted along the mesh's longest side and by cubes.
+
+    A k-d tree of a million centroids takes a second to build; sorting is faster, and a query ball
+    lies in a slab of some thousand triangles.
+    """
+
+    def __init__(self, mesh: Mesh) -> None:
+        # Keep no reference to the mesh, so that it is freed with its owner.
+        self._vertices, self._faces, self._centroids = mesh.vertices, mesh.faces, mesh.centroids
+        self._axis = int(np.ptp(mesh.vertices, axis=0).argmax()) if len(mesh.vertices) else 0
+
+    @cached_property
+    def _order(self) -> Ints:
+        return np.argsort(self._centroids[:, self._axis], kind="stable")
+
+    @cached_property
+    def _along(self) -> Floats:
+        return self._centroids[self._order, self._axis]
+
+    def within(self, at: Sequence[float] | Floats, radius: float) -> Ints:
+        """Return (n,) int64, ascending: triangles with a centroid at most `radius` from a point."""
+        middle = np.asarray(at, dtype=np.float64)
+        here = float(middle[self._axis])
+        first = np.searchsorted(self._along, here - radius, side="left")
+        last = np.searchsorted(self._along, here + radius, side="right")
+        slab = self._order[first:last]
+        away = ((self._centroids[slab] - middle) ** 2).sum(axis=1)
+        return np.sort(slab[away <= radius**2])
+
+    def in_cone(self, eye: Floats, axis: Floats, half_angle: float) -> Ints:
+        """Return (n,) int64, ascending: a superset of the triangles that a cone of rays may hit.
+
+        Parameters
+        ----------
+        eye : (3,) apex of the cone.
+        axis : (3,) unit.
+        half_angle : radians.
+        """
+        cells = self._cells
+        if cells is None:
+            return np.zeros(0, dtype=np.int64)
+        offset = cells.middle - eye
+        away = np.linalg.norm(offset, axis=1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            off_axis = np.arccos(np.clip(offset @ axis / away, -1, 1))
+            angular_radius = np.arcsin(np.clip(cells.radius / away, 0, 1))
+        hit = np.flatnonzero((away <= cells.radius) | (off_axis <= half_angle + angular_radius))
+        found = np.zeros(len(cells.rows), dtype=np.bool_)
+        for k in hit.tolist():
+            found[cells.of_cell(k)] = True
+        return np.flatnonzero(found)
+
+    @cached_property
+    def _cells(self) -> _Cells | None:
+        if len(self._centroids) == 0:
+            return None
+        return _Cells.of(self._vertices, self._faces, self._centroids)
+
+
+@dataclass(frozen=True, eq=False)
+class _Cells:
+    """A mesh divided into cubes, each with the bounding ball of its triangles.
+
+    Parameters
+    ----------
+    rows : (F,) triangles, grouped by cell.
+    begin : (C + 1,) start of each cell in `rows`.
+    middle : (C, 3) centre of the cell's ball.
+    radius : (C,) of the cell's ball.
+    """
+
+    rows: Ints
+    begin: Ints
+    middle: Floats
+    radius: Floats
+
+    @classmethod
+    def of(cls, vertices: Floats, faces: NDArray[np.int32], centroids: Floats) -> _Cells:
+        """Divide a mesh into cubes by the triangles' centroids."""
+        size = max(float(np.ptp(centroids, axis=0).max()) / CELLS, 1e-9)
+        cube = ((centroids - centroids.min(axis=0)) / size).astype(np.int64)
+        number = (cube[:, 0] * (CELLS + 1) + cube[:, 1]) * (CELLS + 1) + cube[:, 2]
+        rows = np.argsort(number, kind="stable")
+        first = np.flatnonzero(np.diff(number[rows], prepend=-1))
+        count = np.diff(first, append=len(rows))
+        places = centroids[rows]
+        middle = np.add.reduceat(places, first) / count[:, None]
+        own = np.repeat(middle, count, axis=0)
+        radius = np.zeros(len(first))
+        for corner in faces[rows].T:
+            reach = np.linalg.norm(vertices[corner] - own, axis=1)
+            radius = np.maximum(radius, np.maximum.reduceat(reach, first))
+        return cls(rows, np.append(first, len(rows)), middle, radius)
+
+    def of_cell(self, number: int) -> Ints:
+        """Return the triangles of one cell."""
+        return self.rows[self.begin[number] : self.begin[number + 1]]
+
+
+_INDEX_OF_MESH: WeakKeyDictionary[Mesh, TriangleIndex] = WeakKeyDictionary()
+
+
+def triangle_index_of(mesh: Mesh) -> TriangleIndex:
+    """Return the triangle index of a mesh, cached for the lifetime of the mesh."""
+    if mesh not in _INDEX_OF_MESH:
+        _INDEX_OF_MESH[mesh] = TriangleIndex(mesh)
+    return _INDEX_OF_MESH[mesh]

@@ -1,4 +1,4 @@
-"""Vertices on the screen: camera models inside numba kernels, and clipping behind the camera."""
+"""Project vertices to pixels: camera models for numba kernels, and clipping at the near plane."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Floats = NDArray[np.float64]
 
 
 def screen_vertices(local: Floats, camera: Camera) -> Floats:
-    """Pixels and 1/z of vertices given in the camera frame.
+    """Return the pixels and 1/z of vertices in the camera frame.
 
     Parameters
     ----------
@@ -22,8 +22,8 @@ def screen_vertices(local: Floats, camera: Camera) -> Floats:
 
     Returns
     -------
-    (V, 3) float64: x and y in pixels, 1/z; zeros (so 1/z = 0) where the vertex is behind the
-    camera or so far off its axis that the distortion model folds over.
+    (V, 3) float64: x and y in pixels, 1/z. All are zero for a vertex behind the camera, or so far
+    off its axis that the distortion model is not invertible.
     """
     z = local[:, 2]
     ahead = z > 0
@@ -44,11 +44,11 @@ def screen_vertices(local: Floats, camera: Camera) -> Floats:
 
 @lru_cache(maxsize=64)
 def valid_slope(camera: Camera) -> float:
-    """Largest sqrt(x² + y²) / z up to which the distortion model is one-to-one.
+    """Return the largest sqrt(x² + y²) / z up to which the distortion model is one-to-one.
 
-    Polynomial distortion with a negative term turns back at some angle: points beyond would be
-    drawn inside the photo. Found by walking outwards along 16 directions; infinite for models
-    that never turn back within 20 times the focal length.
+    Polynomial distortion with a negative term folds back at some angle, and points beyond it would
+    be drawn inside the photo. The limit is the minimum over 16 directions; it is infinite if the
+    model does not fold within 20 focal lengths.
     """
     slopes = np.linspace(0.0, 20.0, 4001)
     limit = np.inf
@@ -63,7 +63,7 @@ def valid_slope(camera: Camera) -> float:
 
 
 def lens_of(camera: Camera) -> NDArray[np.float64]:
-    """What `distort` needs to know of a camera.
+    """Return the camera parameters for `distort`.
 
     Returns
     -------
@@ -82,7 +82,7 @@ def lens_of(camera: Camera) -> NDArray[np.float64]:
 
 @kernel
 def distort(u, v, lens):  # type: ignore[no-untyped-def]
-    """Pixel of the direction (u, v, 1) in the camera frame."""
+    """Return the pixel of the direction (u, v, 1) in the camera frame."""
     kind = lens[0]
     if kind == 1.0:
         k1, k2, p1, p2, k3, k4, k5, k6 = lens[5:13]
@@ -103,14 +103,14 @@ def distort(u, v, lens):  # type: ignore[no-untyped-def]
     return u * lens[1] + lens[3], v * lens[2] + lens[4]
 
 
-# The near plane as a share of the farthest vertex: scale-free, far below any real distance.
+# Near plane as a share of the farthest depth: independent of scale, below any real distance.
 NEAR_SHARE = 1e-4
 
 
 def clip_near(
     local: Floats, faces: NDArray[np.int32]
 ) -> tuple[NDArray[np.int32], NDArray[np.int32] | None, Floats]:
-    """Cut the triangles that cross the near plane.
+    """Clip the triangles that cross the near plane.
 
     Parameters
     ----------
@@ -119,10 +119,10 @@ def clip_near(
 
     Returns
     -------
-    triangles : (T, 3) int32, indices into the returned vertices; triangles wholly behind the
-        camera stay in (their vertices have z <= 0).
-    owner : (T,) int32, the face each triangle comes from; None when nothing was cut.
-    vertices : the vertices with those of the cuts appended.
+    triangles : (T, 3) int32, indices into the returned vertices; without clipping, triangles
+        behind the camera remain (their vertices have z <= 0).
+    owner : (T,) int32, source face of each triangle; None if nothing was clipped.
+    vertices : the input vertices and the new ones.
     """
     farthest = float(local[:, 2].max(initial=0.0))
     near = farthest * NEAR_SHARE
@@ -143,14 +143,14 @@ def clip_near(
     new = (len(local) + np.arange(len(added), dtype=np.int32)).reshape(-1, 3)
     kept = np.flatnonzero(count == 0)
     owner = np.concatenate([kept, np.array(parts)]).astype(np.int32)
-    # Keep the order of faces, so that ties in depth go to the lowest face index.
+    # Keep the order of faces, because the lowest face index wins ties in depth.
     order = np.argsort(owner, kind="stable")
     triangles = np.concatenate([faces[kept], new.astype(np.int32)])[order]
     return np.ascontiguousarray(triangles), owner[order], np.concatenate([local, added])
 
 
 def _cut(triangle: Floats, near: float) -> Floats:
-    """The (3 or 4, 3) polygon of the part of a triangle with z >= near."""
+    """Return the (3 or 4, 3) polygon of the part of a triangle with z >= near."""
     points = []
     for k in range(3):
         p, q = triangle[k], triangle[(k + 1) % 3]

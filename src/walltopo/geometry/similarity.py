@@ -1,4 +1,4 @@
-"""Similarity transforms, mean rotations and planes: closed forms and their robust versions."""
+"""Fit similarity transforms, mean rotations and planes, in closed form and robustly."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Similarity:
-    """x_to = scale * rotation @ x_from + translation.
+    """The transform x_to = scale * rotation @ x_from + translation.
 
     Parameters
     ----------
@@ -29,20 +29,20 @@ class Similarity:
     translation: Floats
 
     def apply(self, points: Floats) -> Floats:
-        """Points (..., 3) of `from` in `to`."""
+        """Transform points (..., 3) of `from` to `to`."""
         return self.scale * (points @ self.rotation.T) + self.translation
 
     def mesh(self, mesh: Mesh) -> Mesh:
-        """A mesh of `from` in `to`."""
+        """Transform a mesh of `from` to `to`."""
         return Mesh(self.apply(mesh.vertices), mesh.faces, mesh.vertex_colours, mesh.guessed)
 
     def inverse(self) -> Similarity:
-        """The way back."""
+        """Return the inverse transform."""
         rotation = self.rotation.T
         return Similarity(1 / self.scale, rotation, -(rotation @ self.translation) / self.scale)
 
     def after(self, first: Similarity) -> Similarity:
-        """The transform that does `first`, then this."""
+        """Return the transform that applies `first`, then this one."""
         return Similarity(
             self.scale * first.scale,
             self.rotation @ first.rotation,
@@ -51,14 +51,14 @@ class Similarity:
 
 
 def fit_similarity(source: Floats, target: Floats) -> Similarity:
-    """Least squares similarity from `source` (n, 3) to `target` (n, 3), n >= 3 not on one line.
+    """Fit a similarity from `source` (n, 3) to `target` (n, 3), n >= 3, by least squares.
 
     Source: Umeyama, "Least-squares estimation of transformation parameters between two point
     patterns" (PAMI 1991).
 
     Raises
     ------
-    InputError : fewer than 3 points, or all on one line or spot.
+    InputError : fewer than 3 points, or all points are collinear or coincide.
     """
     source, target = np.asarray(source, float), np.asarray(target, float)
     if source.shape != target.shape or len(source) < 3:
@@ -76,21 +76,22 @@ def fit_similarity(source: Floats, target: Floats) -> Similarity:
 def fit_similarity_robust(
     source: Floats, target: Floats, tolerance: float, seed: int = 0, rounds: int = 500
 ) -> tuple[Similarity, NDArray[np.bool_]]:
-    """RANSAC over triples, then least squares on the pairs within `tolerance`.
+    """Fit a similarity by RANSAC over triples, then by least squares on the inliers.
 
     Parameters
     ----------
     source, target : (n, 3) float.
-    tolerance : largest residual of an inlier, units of `target`.
-    seed : of the triples.
+    tolerance : maximum residual of an inlier, units of `target`.
+    seed : random seed of the triples.
+    rounds : number of triples.
 
     Returns
     -------
-    The transform and (n,) bool, which pairs it rests on.
+    The transform and (n,) bool, the inliers.
 
     Raises
     ------
-    InputError : no three pairs agree.
+    InputError : fewer than three inliers.
     """
     rng = np.random.default_rng(seed)
     best = np.zeros(len(source), dtype=np.bool_)
@@ -118,21 +119,32 @@ def fit_similarity_robust(
 
 
 def _within(fit: Similarity, source: Floats, target: Floats, tolerance: float) -> NDArray[np.bool_]:
+    """Return (n,) whether the residual of a pair is at most the tolerance."""
     return np.linalg.norm(fit.apply(source) - target, axis=1) <= tolerance
 
 
 def mean_rotation(rotations: Sequence[Floats] | Floats) -> Floats:
-    """The chordal mean: the rotation with the least sum of squared matrix differences.
+    """Return the chordal mean: the rotation with the least sum of squared matrix differences.
 
     Source: Hartley et al., "Rotation Averaging" (IJCV 2013), the chordal L2 mean.
     """
-    u, _, vt = np.linalg.svd(np.sum(np.asarray(rotations), axis=0))
+    return nearest_rotation(np.sum(np.asarray(rotations), axis=0))
+
+
+def nearest_rotation(matrix: Floats) -> Floats:
+    """Return the rotation (3, 3) nearest to a matrix (3, 3) in the Frobenius norm.
+
+    For `target.T @ source` of centred points (n, 3), it is the least squares rotation from `source`
+    to `target` (Kabsch, Acta Crystallographica A32, 1976).
+    """
+    u, _, vt = np.linalg.svd(matrix)
     signs = np.array([1.0, 1.0, np.sign(np.linalg.det(u) * np.linalg.det(vt))])
     return (u * signs) @ vt
 
 
 def fit_plane(points: Floats) -> tuple[Floats, float]:
-    """Total least squares plane of points (n, 3): unit normal (3,) and offset, normal·x = offset.
+    """Fit a plane to points (n, 3) by total least squares; return normal (3,) and offset =
+    normal·x.
 
     The sign of the normal is arbitrary.
     """
@@ -142,8 +154,51 @@ def fit_plane(points: Floats) -> tuple[Floats, float]:
 
 
 def rotation_with_z(up: Floats, ahead: Floats) -> Floats:
-    """Rows are the axes of a frame with z = `up` and x = `ahead` made perpendicular to it."""
+    """Return the rotation whose rows are a frame's axes, z = `up` and x near `ahead`."""
     z = up / np.linalg.norm(up)
     x = ahead - (ahead @ z) * z
     x /= np.linalg.norm(x)
     return np.stack([x, np.cross(z, x), z])
+
+
+def fit_poses(source: Floats, target: Floats) -> Similarity:
+    """Fit the similarity between the frames of cameras that are posed in both, robustly.
+
+    Rotations are averaged, so cameras on one line or two cameras suffice. The scale is the median
+    over pairs of cameras, then a least squares fit of the cameras that agree.
+
+    Parameters
+    ----------
+    source, target : (n, 3, 4) float, cam_from_world of the same cameras in both frames.
+
+    Raises
+    ------
+    InputError : fewer than two cameras, or all in one place.
+    """
+    if len(source) < 2 or len(source) != len(target):
+        raise InputError(f"poses: 2 or more cameras in both frames, got {len(source)}")
+    a, b = _centres(source), _centres(target)
+    turns = np.einsum("nki,nkj->nij", target[:, :, :3], source[:, :, :3])
+    rotation = mean_rotation(turns)
+    for _ in range(3):  # cameras that are far from the mean do not count
+        off = np.linalg.norm(turns - rotation, axis=(1, 2))
+        rotation = mean_rotation(turns[off <= 2 * np.median(off) + 1e-12])
+    i, j = np.triu_indices(len(a), 1)
+    apart, apart_b = (np.linalg.norm(c[i] - c[j], axis=1) for c in (a, b))
+    wide = apart >= np.median(apart)
+    if not apart[wide].max() > 0 or not apart_b[wide].max() > 0:
+        raise InputError("poses: all cameras are in one place")
+    scale = float(np.median(apart_b[wide] / apart[wide]))
+    turned = a @ rotation.T
+    away = np.median(b - scale * turned, axis=0)
+    off = np.linalg.norm(scale * turned + away - b, axis=1)
+    near = off <= 3 * np.median(off) + 1e-12
+    p, q = turned[near] - turned[near].mean(axis=0), b[near] - b[near].mean(axis=0)
+    if (p**2).sum() > 0 and (p * q).sum() > 0:
+        scale = float((p * q).sum() / (p**2).sum())
+    return Similarity(scale, rotation, b[near].mean(axis=0) - scale * turned[near].mean(axis=0))
+
+
+def _centres(poses: Floats) -> Floats:
+    """Return (n, 3) the centres of cameras posed by cam_from_world (n, 3, 4)."""
+    return -np.einsum("nki,nk->ni", poses[:, :, :3], poses[:, :, 3])

@@ -1,4 +1,4 @@
-"""Triangles split at new vertices on their edges."""
+"""Split triangles at new vertices on their edges."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from walltopo.core import Mesh
 from walltopo.geometry.topology import edges_of
 
 
-def halved(faces: NDArray[np.int32], middle: NDArray[np.int64]) -> NDArray[np.int32]:
-    """The triangles cut at new vertices; what is manifold stays so.
+def split_faces(faces: NDArray[np.int32], middle: NDArray[np.int64]) -> NDArray[np.int32]:
+    """Split triangles at new vertices; a manifold mesh stays manifold.
 
     Parameters
     ----------
     faces : (F, 3).
-    middle : (F, 3) new vertex on the edge from corner k to corner k + 1, -1 = none. An edge has it
-        in all its triangles or in none.
+    middle : (F, 3) new vertex on the edge from corner k to corner k + 1, -1 = none. All triangles
+        at an edge must agree.
     """
     count = (middle >= 0).sum(axis=1)
-    # Turned so that one new vertex lies on the first edge, two on the first and second.
+    # Rotate corners so that one new vertex lies on the first edge, two on the first and second.
     first = np.where(count == 1, (middle >= 0).argmax(axis=1), (middle < 0).argmax(axis=1) + 1)
     turn = (first[:, None] + np.arange(3)) % 3
     u, v, w = np.take_along_axis(faces, turn, axis=1).T
@@ -39,18 +39,18 @@ def halved(faces: NDArray[np.int32], middle: NDArray[np.int64]) -> NDArray[np.in
     return np.concatenate(pieces).astype(np.int32)
 
 
-def drop_wide(mesh: Mesh, longest: float) -> Mesh:
-    """Without the triangles that have an edge longer than `longest`; all vertices stay."""
+def drop_long_triangles(mesh: Mesh, longest: float) -> Mesh:
+    """Drop the triangles with an edge longer than `longest`; all vertices stay."""
     return Mesh(mesh.vertices, mesh.faces[_lengths(mesh).max(axis=1) <= longest])
 
 
 def split_long_edges(mesh: Mesh, longest: float) -> Mesh:
-    """Halve the edges longer than `longest`, again and again; the surface itself stays.
+    """Halve the edges longer than `longest` until none is left; the surface does not move.
 
     Parameters
     ----------
-    mesh : what is manifold stays so: an edge is halved in all its triangles alike.
-    longest : world units.
+    mesh : a manifold mesh stays manifold, because an edge is halved in all its triangles.
+    longest : maximum edge length, world units.
     """
     while True:
         shorter = halve_edges(mesh, longest)
@@ -60,11 +60,11 @@ def split_long_edges(mesh: Mesh, longest: float) -> Mesh:
 
 
 def halve_edges(mesh: Mesh, longest: float, border: bool = True) -> Mesh:
-    """Halve the edges longer than `longest` once; the old vertices keep their numbers.
+    """Halve the edges longer than `longest` once; existing vertices keep their indices.
 
     Parameters
     ----------
-    border : whether the mesh's border edges, too.
+    border : whether boundary edges are halved too.
     """
     edges = edges_of(mesh.faces)
     a, b = mesh.vertices[edges.pairs[:, 0]], mesh.vertices[edges.pairs[:, 1]]
@@ -74,10 +74,40 @@ def halve_edges(mesh: Mesh, longest: float, border: bool = True) -> Mesh:
     middle = np.full(len(split), -1, dtype=np.int64)
     middle[split] = len(mesh.vertices) + np.arange(int(split.sum()))
     vertices = np.concatenate([mesh.vertices, 0.5 * (a[split] + b[split])])
-    return Mesh(vertices, halved(mesh.faces, middle[edges.of_face]))
+    return Mesh(vertices, split_faces(mesh.faces, middle[edges.of_face]))
 
 
 def _lengths(mesh: Mesh) -> NDArray[np.float64]:
-    """(F, 3) lengths of the edges from corner k to corner k + 1."""
+    """Return (F, 3) lengths of the edges from corner k to corner k + 1."""
     corners = mesh.vertices[mesh.faces]
     return np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2)
+
+
+def split_long_edges_with_uv(
+    mesh: Mesh, uv: NDArray[np.float64], longest: float
+) -> tuple[Mesh, NDArray[np.float64]]:
+    """Halve long edges as `split_long_edges`; the texture does not move on the surface.
+
+    Parameters
+    ----------
+    uv : (F, 3, 2) texture coordinates of the corners.
+    """
+    while True:
+        edges = edges_of(mesh.faces)
+        a, b = mesh.vertices[edges.pairs[:, 0]], mesh.vertices[edges.pairs[:, 1]]
+        split = np.linalg.norm(a - b, axis=1) > longest
+        if not split.any():
+            return mesh, uv
+        middle = np.full(len(split), -1, dtype=np.int64)
+        middle[split] = len(mesh.vertices) + np.arange(int(split.sum()))
+        of_face = middle[edges.of_face]
+        # Each corner and each halved edge of each triangle has a texture coordinate of its own.
+        rows, k = np.nonzero(of_face >= 0)
+        own = np.full(of_face.shape, -1, dtype=np.int64)
+        own[rows, k] = uv.size // 2 + np.arange(len(rows))
+        halves = 0.5 * (uv[rows, k] + uv[rows, (k + 1) % 3])
+        corners = np.arange(uv.size // 2, dtype=np.int32).reshape(-1, 3)
+        all_uv = np.concatenate([uv.reshape(-1, 2), halves])
+        uv = all_uv[split_faces(corners, own)]
+        vertices = np.concatenate([mesh.vertices, 0.5 * (a[split] + b[split])])
+        mesh = Mesh(vertices, split_faces(mesh.faces, of_face))

@@ -1,14 +1,17 @@
-"""Edges, fans and parts of a triangle mesh: what cleaning and checking share."""
+"""Compute the edges, neighbours, boundaries and fans of a triangle mesh."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.geometry.grouping import grouped_edges, linked, repeated
+from walltopo.geometry.graphs import grouped_edges, linked, root_of
+from walltopo.geometry.kernels import kernel
 
 Floats = NDArray[np.float64]
 Faces = NDArray[np.int32]
@@ -16,12 +19,12 @@ Faces = NDArray[np.int32]
 
 @dataclass(frozen=True, eq=False)
 class Edges:
-    """Undirected edges of a mesh.
+    """The undirected edges of a mesh.
 
     Parameters
     ----------
     pairs : (E, 2) int64 vertices, smaller first.
-    count : (E,) faces at each edge; 1 = border, > 2 = not manifold.
+    count : (E,) faces at each edge; 1 = boundary, > 2 = non-manifold.
     of_face : (F, 3) index of the edge from corner k to corner k + 1.
     """
 
@@ -31,23 +34,25 @@ class Edges:
 
 
 def edges_of(faces: NDArray[np.integer]) -> Edges:
-    """The undirected edges of (F, 3) faces."""
+    """Return the undirected edges of (F, 3) faces."""
     return Edges(*grouped_edges(faces))
 
 
-def vertex_parts(faces: NDArray[np.integer], count: int) -> NDArray[np.int32]:
-    """(count,) number of the part of each vertex; faces that share a vertex are of one part."""
+def vertex_components(faces: NDArray[np.integer], count: int) -> NDArray[np.int32]:
+    """Return (count,) the component of each vertex; faces that share a vertex are connected."""
     first, second = faces[:, [0, 1]].ravel(), faces[:, [1, 2]].ravel()
     return linked(count, first.astype(np.int64), second.astype(np.int64))
 
 
 def fans(faces: Faces, edges: Edges | None = None) -> NDArray[np.int32]:
-    """(F, 3) number of the fan of each corner: the corners at one vertex that are linked by
-    manifold edges. A vertex with more than one fan is not manifold."""
+    """Return (F, 3) the fan of each corner: corners at one vertex connected by manifold edges.
+
+    A vertex with more than one fan is non-manifold.
+    """
     edges = edges if edges is not None else edges_of(faces)
     edge = edges.of_face.ravel()
     slots = np.arange(len(edge))
-    # Of values for one place the last stays.
+    # With repeated indices NumPy keeps the last value, so the reversed order keeps the first.
     first, second = np.zeros((2, len(edges.count)), dtype=np.int64)
     first[edge[::-1]], second[edge] = slots[::-1], slots
     shared = edges.count == 2
@@ -57,16 +62,16 @@ def fans(faces: Faces, edges: Edges | None = None) -> NDArray[np.int32]:
 def glued_fans(
     faces: NDArray[np.integer], first: NDArray[np.int64], second: NDArray[np.int64]
 ) -> NDArray[np.int32]:
-    """(F, 3) number of the fan of each corner, where faces hang together only as told.
+    """Return (F, 3) the fan of each corner, where faces are connected only at the given edges.
 
     Parameters
     ----------
-    first, second : (n,) half-edges that are one edge; 3 f + k runs from corner k of face f to
-        its corner k + 1.
+    first, second : (n,) pairs of half-edges that form one edge; half-edge 3 f + k runs from corner
+        k of face f to corner k + 1.
     """
     slot = np.arange(3 * len(faces), dtype=np.int64)
     following = slot - slot % 3 + (slot + 1) % 3
-    # Both faces of an edge share both its ends: link the corners that are the same vertex.
+    # Both faces share both ends of an edge: link the corners at the same vertex.
     flat = faces.ravel()
     aligned = flat[first] == flat[second]
     mate_start = np.where(aligned, second, following[second])
@@ -76,10 +81,10 @@ def glued_fans(
     return linked(len(slot), rows, columns).reshape(-1, 3)
 
 
-def opposed_pairs(faces: NDArray[np.integer]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """(n,) and (n,) half-edges that run against each other along one edge.
+def opposite_half_edges(faces: NDArray[np.integer]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return pairs (n,), (n,) of half-edges that run in opposite directions along one edge.
 
-    Each edge gives its first of either direction; a lone or third one has no partner.
+    Each edge contributes its first half-edge of either direction; others have no partner.
     """
     start, end = faces.ravel().astype(np.int64), np.roll(faces, -1, axis=1).ravel()
     low, high, forward = np.minimum(start, end), np.maximum(start, end), start < end
@@ -94,11 +99,11 @@ def opposed_pairs(faces: NDArray[np.integer]) -> tuple[NDArray[np.int64], NDArra
 
 
 def split_fans(mesh: Mesh, fan: Faces | None = None) -> Mesh:
-    """Give each fan its own vertex: where two surfaces touch in a vertex they come apart.
+    """Give each fan its own vertex, so that surfaces that touch in a vertex separate.
 
     Parameters
     ----------
-    fan : (F, 3) as of `fans`, its default, or of `glued_fans`.
+    fan : (F, 3) result of `fans` (default) or of `glued_fans`.
     """
     fan = fans(mesh.faces) if fan is None else fan
     flat = fan.ravel()
@@ -107,14 +112,235 @@ def split_fans(mesh: Mesh, fan: Faces | None = None) -> Mesh:
     return Mesh(mesh.vertices[corner], fan)
 
 
-def doubled(faces: NDArray[np.integer]) -> NDArray[np.bool_]:
-    """(F,) whether an earlier face has the same three vertices."""
-    return repeated(faces)
-
-
 def compact(vertices: Floats, faces: NDArray[np.integer]) -> tuple[Floats, Faces]:
-    """Vertices that some face uses, and the faces with the new numbers."""
+    """Return the vertices that faces use, and the faces with new indices."""
     used = np.zeros(len(vertices), dtype=np.bool_)
     used[faces] = True
     number = np.cumsum(used, dtype=np.int32) - 1
     return vertices[used], number[faces].astype(np.int32)
+
+
+def part_of_mesh(mesh: Mesh, chosen: NDArray[np.bool_]) -> Mesh:
+    """Return the mesh of the (F,) chosen faces, in their order, without unused vertices."""
+    vertices, faces = compact(mesh.vertices, mesh.faces[chosen])
+    colours = mesh.vertex_colours
+    if colours is not None:
+        used = np.zeros(len(colours), dtype=np.bool_)
+        used[mesh.faces[chosen]] = True
+        colours = colours[used]
+    return Mesh(vertices, faces, colours, ~mesh.measured[chosen])
+
+
+def joined_meshes(meshes: Sequence[Mesh]) -> Mesh:
+    """Return several meshes as one, their faces in that order; coloured if all of them are."""
+    first = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
+    colours = [mesh.vertex_colours for mesh in meshes]
+    coloured = all(part is not None for part in colours)
+    return Mesh(
+        np.vstack([mesh.vertices for mesh in meshes]),
+        np.vstack([mesh.faces + k for mesh, k in zip(meshes, first, strict=True)]).astype(np.int32),
+        np.vstack([part for part in colours if part is not None]) if coloured else None,
+        np.concatenate([~mesh.measured for mesh in meshes]),
+    )
+
+
+Ints = NDArray[np.int32]
+
+
+def face_neighbours(faces: NDArray[np.integer]) -> Ints:
+    """Return the faces across each edge.
+
+    Parameters
+    ----------
+    faces : (F, 3), some or all faces of a mesh.
+
+    Returns
+    -------
+    (F, 3) int32, face that shares the edge from corner k to corner k + 1, -1 = none; the first one
+    at non-manifold edges.
+    """
+    return _neighbours(np.ascontiguousarray(faces, np.int32), int(faces.max(initial=-1)) + 1)
+
+
+def patches(neighbours: Ints, label: NDArray[np.integer]) -> tuple[Ints, Ints]:
+    """Return the connected patches of faces with equal labels.
+
+    Parameters
+    ----------
+    neighbours : (F, 3) result of `face_neighbours`.
+    label : (F,).
+
+    Returns
+    -------
+    (F,) int32, patch of each face, numbered in the order of first faces; and the first faces.
+    """
+    parent = np.arange(len(label), dtype=np.int32)
+    return _patches(neighbours, np.ascontiguousarray(label, np.int32), parent)
+
+
+def face_components(faces: NDArray[np.integer]) -> Ints:
+    """Return (F,) the component of each face; faces that share an edge are connected."""
+    return patches(face_neighbours(faces), np.zeros(len(faces), dtype=np.int32))[0]
+
+
+@kernel
+def _neighbours(faces: Any, vertices: Any) -> Any:
+    count = len(faces)
+    starts = np.zeros(vertices + 1, dtype=np.int32)
+    for f in range(count):
+        for k in range(3):
+            starts[min(faces[f, k], faces[f, (k + 1) % 3]) + 1] += 1
+    for v in range(vertices):
+        starts[v + 1] += starts[v]
+    # Edges grouped by their lower vertex: (upper vertex, face, corner).
+    upper = np.zeros(3 * count, dtype=np.int32)
+    edge = np.zeros(3 * count, dtype=np.int32)
+    place = starts[:-1].copy()
+    for f in range(count):
+        for k in range(3):
+            a, b = faces[f, k], faces[f, (k + 1) % 3]
+            at = place[min(a, b)]
+            place[min(a, b)] += 1
+            upper[at], edge[at] = max(a, b), 3 * f + k
+    found = np.full((count, 3), -1, dtype=np.int32)
+    for v in range(vertices):
+        for i in range(starts[v], starts[v + 1]):
+            for j in range(starts[v], starts[v + 1]):
+                other = edge[j] // 3
+                if i != j and upper[i] == upper[j] and other != edge[i] // 3:
+                    found[edge[i] // 3, edge[i] % 3] = other
+                    break
+    return found
+
+
+@kernel
+def _patches(neighbours: Any, label: Any, parent: Any) -> Any:
+    for f in range(len(label)):
+        for k in range(3):
+            other = neighbours[f, k]
+            if other >= 0 and label[other] == label[f]:
+                a, b = root_of(parent, f), root_of(parent, other)
+                parent[max(a, b)] = min(a, b)
+    number = np.zeros(len(label), dtype=np.int32)
+    first = np.zeros(len(label), dtype=np.int32)
+    count = 0
+    for f in range(len(label)):
+        root = root_of(parent, f)
+        if root == f:
+            first[count] = f
+            number[f] = count
+            count += 1
+        else:
+            number[f] = number[root]
+    return number, first[:count].copy()
+
+
+AnyFaces = NDArray[np.integer]
+
+
+def boundary_loops(faces: AnyFaces, edges: Edges | None = None) -> list[NDArray[np.int64]]:
+    """Return the closed chains of boundary vertices, in the direction of the faces' edges.
+
+    The mesh must be vertex-manifold (see `fans`); chains through a non-manifold vertex are skipped.
+    """
+    edges = edges if edges is not None else edges_of(faces)
+    border = (edges.count == 1)[edges.of_face]
+    starts = faces[border]
+    stops = np.roll(faces, -1, axis=1)[border]
+    follow = dict(zip(starts.tolist(), stops.tolist(), strict=True))
+    if len(follow) != len(starts):
+        repeated = np.flatnonzero(np.bincount(starts) > 1).tolist()
+        for vertex in repeated:
+            follow.pop(vertex, None)
+    loops: list[NDArray[np.int64]] = []
+    while follow:
+        first, current = follow.popitem()
+        loop = [first]
+        while current != first and current in follow:
+            loop.append(current)
+            current = follow.pop(current)
+        if current == first and len(loop) >= 3:
+            loops.append(np.array(loop, dtype=np.int64))
+    return loops
+
+
+def close_loops(
+    vertices: Floats, faces: AnyFaces, loops: Iterable[NDArray[np.int64]]
+) -> tuple[Floats, NDArray[np.int32]]:
+    """Close boundary loops with a fan around the centroid, or one face for three vertices.
+
+    Parameters
+    ----------
+    vertices, faces : (V, 3) and (F, 3), of a manifold mesh.
+    loops : results of `boundary_loops` to close.
+
+    Returns
+    -------
+    Vertices and faces; existing ones keep their indices.
+    """
+    points, found = [vertices], [faces.astype(np.int32)]
+    count = len(vertices)
+    for loop in loops:
+        if len(loop) == 3:
+            found.append(loop[None, ::-1].astype(np.int32))
+            continue
+        points.append(vertices[loop].mean(axis=0, keepdims=True))
+        fan = np.stack([np.roll(loop, -1), loop, np.full(len(loop), count)], axis=1)
+        found.append(fan.astype(np.int32))
+        count += 1
+    return np.concatenate(points), np.concatenate(found)
+
+
+def shared_corners(
+    faces: NDArray[np.integer], values: NDArray[np.integer], vertices: int
+) -> tuple[NDArray[np.int32], NDArray[np.uint32]]:
+    """Number the distinct pairs of a vertex and a value among the corners of triangles.
+
+    Parameters
+    ----------
+    faces : (F, 3), indices below `vertices`.
+    values : (F, 3) >= 0, value of each corner, such as its chart.
+
+    Returns
+    -------
+    (N,) first corner of each pair, an index into the 3 F corners; pairs are sorted by vertex and
+    value. (F, 3) pair of each corner.
+    """
+    return _shared(
+        np.ascontiguousarray(faces, np.int32), np.ascontiguousarray(values, np.uint64), vertices
+    )
+
+
+@kernel
+def _shared(faces: Any, values: Any, vertices: Any) -> Any:
+    corners = 3 * len(faces)
+    vertex, value = faces.ravel(), values.ravel()
+    # Group the corners by vertex, in ascending order.
+    starts = np.zeros(vertices + 1, dtype=np.int32)
+    for k in range(corners):
+        starts[vertex[k] + 1] += 1
+    for v in range(vertices):
+        starts[v + 1] += starts[v]
+    order = np.zeros(corners, dtype=np.int32)
+    place = starts[:-1].copy()
+    for k in range(corners):
+        order[place[vertex[k]]] = k
+        place[vertex[k]] += 1
+    first = np.zeros(corners, dtype=np.int32)
+    number = np.zeros((len(faces), 3), dtype=np.uint32)
+    count = 0
+    for v in range(vertices):
+        # Insertion sort: it is stable, and a vertex has about six corners.
+        for i in range(starts[v] + 1, starts[v + 1]):
+            corner, j = order[i], i
+            while j > starts[v] and value[order[j - 1]] > value[corner]:
+                order[j] = order[j - 1]
+                j -= 1
+            order[j] = corner
+        for i in range(starts[v], starts[v + 1]):
+            corner = order[i]
+            if i == starts[v] or value[corner] != value[order[i - 1]]:
+                first[count] = corner
+                count += 1
+            number[corner // 3, corner % 3] = count - 1
+    return first[:count].copy(), number

@@ -1,4 +1,4 @@
-"""A z-buffer: which triangle each pixel of a photo sees, and how far away."""
+"""Render a mesh with a z-buffer: the visible triangle and its depth at each pixel."""
 
 from __future__ import annotations
 
@@ -9,38 +9,38 @@ from numpy.typing import NDArray
 
 from walltopo.core import Camera, Mesh
 from walltopo.geometry.kernels import in_ranges, kernel
+from walltopo.geometry.rays import triangle_index_of
 from walltopo.geometry.screen import clip_near, screen_vertices
-from walltopo.geometry.triangle_index import triangles_of_mesh
 
 Floats = NDArray[np.float64]
 
-BAND_ROWS = 32
+BAND_ROWS = 32  # image rows per unit of parallel work
 
-CHUNK = 1 << 15
+CHUNK = 1 << 15  # triangles per unit of parallel work
 
 
 def render_ids(
     vertices: Floats, faces: NDArray[np.int32], camera: Camera, cam_from_world: Floats
 ) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
-    """Draw a mesh as the camera sees it.
+    """Render a mesh as the camera sees it.
 
     Parameters
     ----------
     vertices : (V, 3) float, world frame, metres.
     faces : (F, 3) int32; both sides of a triangle are opaque.
-    camera : intrinsics; distortion is honoured at the vertices (edges stay straight between
-        them), and vertices outside the range where the model is one-to-one are not drawn.
+    camera : intrinsics; distortion is applied at the vertices (edges between them stay straight).
+        Triangles with a vertex outside the model's one-to-one range are not drawn.
     cam_from_world : (3, 4) float, world to camera frame (x right, y down, z forward).
 
     Returns
     -------
-    face_id : (H, W) int32, the face at each pixel's centre, -1 = none.
-    depth : (H, W) float32, its z in the camera frame, metres; inf where none.
+    face_id : (H, W) int32, face at each pixel's centre, -1 = none.
+    depth : (H, W) float32, z in the camera frame, metres; inf without a face.
 
     Notes
     -----
-    Of several triangles at exactly the same depth the one with the lowest index wins;
-    deterministic. May be called from several threads.
+    At equal depth the triangle with the lowest index wins, so the result is deterministic. The
+    function is thread-safe.
     """
     faces = np.ascontiguousarray(faces, dtype=np.int32)
     local = np.ascontiguousarray(vertices, dtype=np.float64) @ cam_from_world[:, :3].T
@@ -59,41 +59,43 @@ def render_ids(
 def draw_screen(
     screen: Floats, triangles: NDArray[np.int32], width: int, height: int
 ) -> tuple[NDArray[np.int32], Floats]:
-    """Draw triangles whose vertices are on the screen already.
+    """Draw triangles whose vertices are already in pixels.
 
     Parameters
     ----------
-    screen : (V, 3) x and y in pixels, and how near: above 0 and the larger the nearer, affine on
-        the screen (1/z, or minus a distance along parallel rays); 0 = not to be drawn.
+    screen : (V, 3) x and y in pixels, and nearness > 0, affine in the image (1/z, or an offset
+        minus the distance along parallel rays); 0 = do not draw.
     triangles : (T, 3) int32.
 
     Returns
     -------
-    (height, width) int32, the nearest triangle at each pixel's centre, -1 = none; and how near
-    (height, width), 0 where none. As of `render_ids`.
+    (height, width) int32, nearest triangle at each pixel's centre, -1 = none; and (height, width)
+    nearness, 0 without a triangle.
     """
     face_id = np.full((height, width), -1, dtype=np.int32)
     near = np.zeros((height, width), dtype=np.float64)
     if len(triangles):
         bands = (height + BAND_ROWS - 1) // BAND_ROWS
-        starts, order = _into_bands(screen, triangles, width, height, bands)
-        # Few triangles are drawn sooner than threads are started.
-        least = 1 if len(triangles) > CHUNK else bands
-        in_ranges(_draw_bands, bands, screen, triangles, starts, order, face_id, near, least=least)
+        starts, order = _group_by_band(screen, triangles, width, height, bands)
+        # Starting threads costs more than drawing few triangles.
+        min_size = 1 if len(triangles) > CHUNK else bands
+        in_ranges(
+            _draw_bands, bands, screen, triangles, starts, order, face_id, near, min_size=min_size
+        )
     return face_id, near
 
 
-def _into_bands(
+def _group_by_band(
     screen: Floats, triangles: NDArray[np.int32], width: int, height: int, bands: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
-    """Triangle indices grouped by band, ascending within each: (bands + 1,) starts, indices."""
+    """Group triangle indices by band, ascending in each: (bands + 1,) starts, and indices."""
     count = len(triangles)
     chunks = (count + CHUNK - 1) // CHUNK
     first, last = np.zeros(count, dtype=np.int16), np.full(count, -1, dtype=np.int16)
-    in_ranges(_band_range, count, screen, triangles, width, height, first, last, least=CHUNK)
+    in_ranges(_band_range, count, screen, triangles, width, height, first, last, min_size=CHUNK)
     counts = np.zeros((chunks, bands), dtype=np.int64)
     in_ranges(_count_bands, chunks, first, last, counts)
-    # Band after band, and in each band chunk after chunk.
+    # Order by band, then by chunk.
     ends = np.cumsum(counts.T).reshape(bands, chunks).T
     starts = np.concatenate([[0], ends[-1]])
     order = np.zeros(starts[-1], dtype=np.int32)
@@ -103,7 +105,7 @@ def _into_bands(
 
 @kernel
 def _band_range(begin, end, screen, triangles, width, height, first, last):  # type: ignore[no-untyped-def]
-    """First and last band of each triangle; last < first for one that is not to be drawn."""
+    """Fill the first and last band of each triangle; last < first for an invisible one."""
     for t in range(begin, end):
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         x0 = min(screen[a, 0], screen[b, 0], screen[c, 0])
@@ -124,7 +126,7 @@ def _band_range(begin, end, screen, triangles, width, height, first, last):  # t
 
 @kernel
 def _count_bands(begin, end, first, last, counts):  # type: ignore[no-untyped-def]
-    """How many triangles of each chunk each band has: adds to (chunks, bands) `counts`."""
+    """Add the number of triangles per chunk and band to (chunks, bands) `counts`."""
     for k in range(begin, end):
         for t in range(k * CHUNK, min(len(first), (k + 1) * CHUNK)):
             for band in range(first[t], last[t] + 1):
@@ -133,7 +135,7 @@ def _count_bands(begin, end, first, last, counts):  # type: ignore[no-untyped-de
 
 @kernel
 def _fill_bands(begin, end, first, last, places, order):  # type: ignore[no-untyped-def]
-    """Write each chunk's triangles to `order`, from each band's place for that chunk on."""
+    """Write each chunk's triangles to `order`, starting at `places` (chunks, bands)."""
     for k in range(begin, end):
         for t in range(k * CHUNK, min(len(first), (k + 1) * CHUNK)):
             for band in range(first[t], last[t] + 1):
@@ -185,42 +187,43 @@ def _draw(screen, triangle, index, top, bottom, face_id, inverse):  # type: igno
 
 Ints = NDArray[np.int64]
 
-_MOST = 0.5  # of the triangles; where more lie in a photo, picking them out saves nothing
+_MAX_SHARE = 0.5  # share of the triangles in view above which culling does not pay
 
-WIDEST = 1.2  # radians: a picture that needs more than such a cone is drawn from the whole mesh
+MAX_HALF_ANGLE = 1.2  # radians; a wider view is rendered from the whole mesh
 
-MORE = 0.02  # radians that a cone is wider than needed: its mantle is tried at some places alone
+MARGIN = 0.02  # radians added to the cone, because its surface is only sampled
 
 
-def render_part(
+def render_culled(
     mesh: Mesh, camera: Camera, cam_from_world: Floats
 ) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
-    """As `render_ids` of the whole mesh."""
-    rows = faces_before(mesh, camera, cam_from_world)
-    if len(rows) > _MOST * len(mesh.faces):
+    """Render the mesh as `render_ids` does, but only from the triangles in view if that is
+    faster."""
+    rows = faces_in_view(mesh, camera, cam_from_world)
+    if len(rows) > _MAX_SHARE * len(mesh.faces):
         return render_ids(mesh.vertices, mesh.faces, camera, cam_from_world)
-    vertices, faces = own_vertices(mesh, rows)
+    vertices, faces = submesh(mesh, rows)
     face, depth = render_ids(vertices, faces, camera, cam_from_world)
     seen = face >= 0
     face[seen] = rows[face[seen]]
     return face, depth
 
 
-def faces_before(mesh: Mesh, camera: Camera, cam_from_world: Floats) -> Ints:
-    """(n,) ascending: all triangles that may lie in a picture, and some besides.
+def faces_in_view(mesh: Mesh, camera: Camera, cam_from_world: Floats) -> Ints:
+    """Return (n,) ascending: a superset of the triangles that may lie in a picture.
 
     Parameters
     ----------
     cam_from_world : (3, 4).
     """
-    axis, half_angle = cone_of(camera)
+    axis, half_angle = view_cone(camera)
     rotation = cam_from_world[:, :3]
     centre = -rotation.T @ cam_from_world[:, 3]
-    return triangles_of_mesh(mesh).towards(centre, axis @ rotation, half_angle)
+    return triangle_index_of(mesh).in_cone(centre, axis @ rotation, half_angle)
 
 
-def own_vertices(mesh: Mesh, rows: Ints) -> tuple[Floats, NDArray[np.int32]]:
-    """The vertices of some triangles (V, 3), in their order, and these triangles on them (n, 3)."""
+def submesh(mesh: Mesh, rows: Ints) -> tuple[Floats, NDArray[np.int32]]:
+    """Return the vertices of some triangles (V, 3), in order, and these triangles' faces (n, 3)."""
     corners = mesh.faces[rows]
     used = np.zeros(len(mesh.vertices), dtype=np.bool_)
     used[corners.ravel()] = True
@@ -229,11 +232,11 @@ def own_vertices(mesh: Mesh, rows: Ints) -> tuple[Floats, NDArray[np.int32]]:
 
 
 @lru_cache(maxsize=256)
-def cone_of(camera: Camera) -> tuple[Floats, float]:
-    """A cone of all rays of a picture: its axis (3,) unit, camera frame, and half its angle.
+def view_cone(camera: Camera) -> tuple[Floats, float]:
+    """Return a cone that contains all rays of a picture.
 
-    It is widened until no ray on its mantle is drawn in the picture any more: so it is right for
-    any lens.
+    The cone is given by its unit axis (3,), camera frame, and its half angle, radians. It is
+    widened until no ray on its surface projects into the picture, so it is valid for any lens.
     """
     size = np.array([camera.width, camera.height])
     middle = (size / 2 - [camera.cx, camera.cy]) / [camera.fx, camera.fy]
@@ -241,21 +244,21 @@ def cone_of(camera: Camera) -> tuple[Floats, float]:
     axis /= np.linalg.norm(axis)
     right = np.cross(axis, [0.0, 1.0, 0.0])
     right /= np.linalg.norm(right)
-    turn = np.arange(0, 2 * np.pi, np.pi / 16)
-    around = np.outer(np.cos(turn), right) + np.outer(np.sin(turn), np.cross(axis, right))
+    angle = np.arange(0, 2 * np.pi, np.pi / 16)
+    directions = np.outer(np.cos(angle), right) + np.outer(np.sin(angle), np.cross(axis, right))
     half_angle = 0.02
-    while half_angle < WIDEST:
-        pixels = camera.project(axis + np.tan(half_angle) * around)
+    while half_angle < MAX_HALF_ANGLE:
+        pixels = camera.project(axis + np.tan(half_angle) * directions)
         inside = ((pixels >= 0) & (pixels <= size)).all(axis=1)
         if not inside.any() and _encloses(pixels, size):
-            return axis, half_angle + MORE
+            return axis, half_angle + MARGIN
         half_angle *= 1.2
     return axis, np.pi
 
 
 def _encloses(pixels: Floats, size: NDArray[np.int64]) -> bool:
-    """Whether places of a picture lie on all sides of it."""
-    known = pixels[np.isfinite(pixels).all(axis=1)]
-    if len(known) < len(pixels):
+    """Return whether pixels lie on all sides of a picture."""
+    finite = pixels[np.isfinite(pixels).all(axis=1)]
+    if len(finite) < len(pixels):
         return False
-    return bool((known.min(axis=0) < 0).all() and (known.max(axis=0) > size).all())
+    return bool((finite.min(axis=0) < 0).all() and (finite.max(axis=0) > size).all())

@@ -1,1 +1,1 @@
-"""Photos as arrays, colour spaces, ONNX sessions."""
+"""Read photos as arrays, convert colour spaces, run ONNX networks."""

@@ -1,4 +1,4 @@
-"""sRGB, linear light and Oklab."""
+"""Convert between sRGB, linear light and Oklab."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ Floats = NDArray[np.float64]
 
 
 def linear_from_srgb(coded: Floats) -> Floats:
-    """Linear light in [0, 1] of sRGB values in [0, 1], same shape."""
+    """Convert sRGB values in [0, 1] to linear light in [0, 1]."""
     return np.where(coded <= 0.04045, coded / 12.92, ((coded + 0.055) / 1.055) ** 2.4)
 
 
 def srgb_from_linear(linear: NDArray[np.floating]) -> NDArray[np.floating]:
-    """sRGB of linear light >= 0, same shape and type; light beyond white stays beyond 1."""
+    """Convert linear light >= 0 to sRGB, same type; light beyond white stays above 1."""
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
 
 
@@ -22,17 +22,17 @@ _LINEAR_OF_CODES = linear_from_srgb(np.arange(256) / 255.0)
 
 
 def linear_from_srgb8(pixels: NDArray[np.uint8]) -> Floats:
-    """Linear light in [0, 1] of 8-bit sRGB values, same shape."""
+    """Convert 8-bit sRGB values to linear light in [0, 1], float64."""
     return _LINEAR_OF_CODES[pixels]
 
 
 def linear32_from_srgb8(pixels: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """The same in single precision: half the memory for whole photos."""
+    """Convert 8-bit sRGB values to linear light in [0, 1], float32 to save memory."""
     return _LINEAR_OF_CODES.astype(np.float32)[pixels]
 
 
 def srgb8_from_linear(linear: Floats) -> NDArray[np.uint8]:
-    """8-bit sRGB of linear light; values outside [0, 1] are clipped."""
+    """Convert linear light to 8-bit sRGB; values outside [0, 1] are clipped."""
     return np.round(srgb_from_linear(np.clip(linear, 0.0, 1.0)) * 255).astype(np.uint8)
 
 
@@ -52,24 +52,24 @@ _LAB = np.array(
     ]
 )
 
-# Saturation a/L, b/L of a vivid blue is twice that of a vivid red; r / (r + KNEE) evens out.
+# The saturation a/L, b/L of a vivid blue is twice that of a vivid red; r / (r + KNEE) equalises.
 KNEE = 0.35
 
-# Lightness below which a/L, b/L are noise, and are held down.
+# Offset of the lightness; it damps a/L and b/L in dark colours, where they are noise.
 DARK = 0.06
 
 
 def oklab_from_linear(linear: Floats) -> Floats:
-    """(..., 3) OKLab (L, a, b) of (..., 3) linear RGB; L = 1 for white."""
+    """Convert linear RGB (..., 3) to Oklab (L, a, b); L = 1 for white."""
     return np.cbrt(np.maximum(linear, 0.0) @ _LMS.T) @ _LAB.T
 
 
 def features(linear: Floats, lightness_weight: float) -> Floats:
-    """(..., 3) features in which Euclidean distance compares paint, not light.
+    """Return (..., 3) features in which Euclidean distance compares paint instead of light.
 
-    OKLab scales as a whole when light is scaled, so a/L and b/L are free of shading. They are
+    Oklab scales with the light, so a/L and b/L are independent of shading. They are
     compressed radially (see `KNEE`). The third feature is lightness with a lower weight: it
-    is what tells black, grey and white, but shading changes it.
+    separates black, grey and white, but shading changes it.
     """
     lab = oklab_from_linear(linear)
     lightness = lab[..., :1]

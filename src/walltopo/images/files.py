@@ -1,4 +1,4 @@
-"""Image files as arrays: size limits, decoding, and silence of the C decoders on stderr."""
+"""Read image files as arrays: limit their size, and silence the C decoders' stderr."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, WalltopoError
-from walltopo.core.mask import MOST_PIXELS
+from walltopo.core.view import MAX_PIXELS
 
 if TYPE_CHECKING:
     from PIL.Image import Image
 
 
 def read_rgb(path: Path) -> NDArray[np.uint8]:
-    """A picture, turned upright by its EXIF, as (H, W, 3) uint8 RGB.
+    """Read a picture as (H, W, 3) uint8 RGB, upright by its EXIF orientation.
 
     Raises
     ------
-    InputError : the file is missing, or damaged, or no picture; names it.
+    InputError : the file is missing, damaged or no picture; the message names the file.
     """
     import cv2
 
@@ -34,7 +34,7 @@ def read_rgb(path: Path) -> NDArray[np.uint8]:
 
 
 def read_grey(path: Path) -> NDArray[np.uint8]:
-    """A picture, turned upright by its EXIF, as (H, W) uint8, grey by OpenCV's weights.
+    """Read a picture as (H, W) uint8 grey (OpenCV's weights), upright by its EXIF orientation.
 
     Raises
     ------
@@ -46,7 +46,7 @@ def read_grey(path: Path) -> NDArray[np.uint8]:
 
 
 def read_stored(path: Path) -> NDArray[np.generic]:
-    """A picture as it is stored: (H, W) or (H, W, C in BGR order), of the file's own depth.
+    """Read a picture as stored: (H, W) or (H, W, C) in BGR order, with the file's bit depth.
 
     Raises
     ------
@@ -63,9 +63,10 @@ def _read(path: Path, mode: int) -> NDArray[np.generic]:
     if not path.is_file():
         raise InputError(f"{path}: no such picture", _HINT)
     try:
-        # OpenCV decodes more formats than are let in, and up to a billion pixels.
-        with open_picture(path), hushed():
-            picture = cv2.imread(str(path), mode)
+        # `open_picture` checks format and size; OpenCV accepts more formats and a billion pixels.
+        with open_picture(path), silence_stderr():
+            # `imread` crashes on a path that is not UTF-8.
+            picture = cv2.imdecode(np.fromfile(path, dtype=np.uint8), mode)
     except InputError as error:
         raise InputError(f"{path}: {error.message}", _HINT) from error
     if picture is None:
@@ -75,7 +76,7 @@ def _read(path: Path, mode: int) -> NDArray[np.generic]:
 
 _HINT = "If it is a scan's own photo, run the scan again: walltopo scan --from ingest."
 
-# By how a file begins (at which byte, with what); a JPEG of several pictures (MPO) opens as JPEG.
+# Offset and bytes of each format's signature; a multi-picture JPEG (MPO) opens as JPEG.
 _SIGNATURES: Final = (
     (0, b"\xff\xd8\xff", ("JPEG",)),
     (0, b"\x89PNG", ("PNG",)),
@@ -86,33 +87,33 @@ _SIGNATURES: Final = (
     (4, b"ftyp", ("HEIF", "AVIF")),
 )
 
-# Their readers take the whole file into memory before they know what is in it.
+# Decoders that read the whole file into memory before they know the image size.
 _READ_WHOLE: Final = {"HEIF", "AVIF", "WEBP"}
 
-_MOST_WHOLE_BYTES: Final = 200_000_000
+_MAX_WHOLE_BYTES: Final = 200_000_000
 
-_SWAP = threading.Lock()
+_LIMIT_LOCK = threading.Lock()
 
 
 @contextmanager
 def open_picture(source: Path | bytes) -> Iterator[Image]:
-    """A picture, opened and not yet decoded; whatever its decoder raises in the block is told.
+    """Open a picture without decoding it; convert decoder errors to InputError.
 
     Parameters
     ----------
-    source : a file, or what is in one.
+    source : path or content of a file.
 
     Raises
     ------
-    InputError : no picture, of a format that is not let in, too large, damaged or unreadable. The
-        message is the reason alone; the caller adds the file's name.
-    MemoryError : as it is.
+    InputError : no picture, an unsupported format, too large, damaged or unreadable. The message
+        omits the file's name; the caller adds it.
+    MemoryError : memory ran out.
     """
     from PIL import UnidentifiedImageError
 
     try:
         with _open(source) as opened:
-            if opened.width * opened.height > MOST_PIXELS:
+            if opened.width * opened.height > MAX_PIXELS:
                 raise InputError(
                     f"{opened.width}x{opened.height} pixels, too large to be a phone photo"
                 )
@@ -129,7 +130,7 @@ def open_picture(source: Path | bytes) -> Iterator[Image]:
     except FileNotFoundError as error:
         raise InputError("no such file") from error
     except Exception as error:
-        # Decoders meet damage with whatever comes: struct.error, IndexError, RuntimeError...
+        # Decoders raise many types for damaged files: struct.error, IndexError, RuntimeError...
         raise InputError(f"damaged or cut off ({error or type(error).__name__})") from error
 
 
@@ -140,16 +141,16 @@ def _open(source: Path | bytes) -> Image:
     formats = next((f for at, sign, f in _SIGNATURES if head[at:].startswith(sign)), ())
     if not formats:
         raise UnidentifiedImageError
-    if _READ_WHOLE & set(formats) and size > _MOST_WHOLE_BYTES:
+    if _READ_WHOLE & set(formats) and size > _MAX_WHOLE_BYTES:
         raise InputError(f"a file of {size / 1e6:.0f} MB, too large to be a phone photo")
     if "HEIF" in formats:
         import pillow_heif
 
         pillow_heif.register_heif_opener()
-        Image.init()  # of plugins, for Pillow may be built without one
+        Image.init()  # load plugins, because Pillow may be built without a format
     stream = io.BytesIO(source) if isinstance(source, bytes) else source
-    # Pillow's own bound is below what phones have and one for the whole process: it is put back.
-    with _SWAP:
+    # Pillow's pixel limit is global and below phone photos; lift it temporarily.
+    with _LIMIT_LOCK:
         bound, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
         try:
             return Image.open(
@@ -160,11 +161,11 @@ def _open(source: Path | bytes) -> Image:
 
 
 def _head(source: Path | bytes) -> tuple[bytes, int]:
-    """The first bytes of a picture, and how many there are in all."""
+    """Return the first bytes and the size of a picture."""
     if isinstance(source, bytes):
         return source[:12], len(source)
     if source.exists() and not source.is_file():
-        raise InputError("not a file")  # to open a pipe would wait for its other end
+        raise InputError("not a file")  # opening a pipe would block
     with source.open("rb") as stream:
         return stream.read(12), source.stat().st_size
 
@@ -173,17 +174,17 @@ _STDERR = 2
 
 _lock = threading.Lock()
 
-_inside = 0  # threads that decode at this moment
+_inside = 0  # number of threads in `silence_stderr`
 
-_saved = -1  # the terminal's descriptor meanwhile
+_saved = -1  # copy of the original descriptor 2
 
 
 @contextmanager
-def hushed() -> Iterator[None]:
-    """Send descriptor 2 nowhere in the block: libjpeg, libpng and libtiff write there directly.
+def silence_stderr() -> Iterator[None]:
+    """Redirect descriptor 2 to null in the block: libjpeg, libpng and libtiff write to it directly.
 
-    Whether a picture could be read is told by the decoder's result. Any number of threads may be
-    inside at once; the last one out gives the terminal back.
+    The decoder's result tells whether a picture could be read. Several threads may be in the block;
+    the last one restores the descriptor.
     """
     _enter()
     try:
@@ -200,7 +201,7 @@ def _enter() -> None:
             return
         try:
             _saved = os.dup(_STDERR)
-        except OSError:  # closed: nobody would see it anyway
+        except OSError:  # descriptor 2 is closed already
             return
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, _STDERR)

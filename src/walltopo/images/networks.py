@@ -1,4 +1,4 @@
-"""An ONNX file, loaded, with what its metadata says about it."""
+"""Load an ONNX network and read its metadata."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Network:
     ----------
     path : the file.
     session : `onnxruntime.InferenceSession`.
-    metadata : the file's own key-value pairs.
+    metadata : key-value pairs of the file.
     """
 
     path: Path
@@ -29,11 +29,11 @@ class Network:
 
     @cached_property
     def input_shape(self) -> tuple[Any, ...]:
-        """Of the first input; an entry that is no int is free."""
+        """Return the shape of the first input; a non-integer entry is dynamic."""
         return tuple(self.session.get_inputs()[0].shape)
 
     def number(self, key: str, default: float) -> float:
-        """A number from the metadata."""
+        """Return a number of the metadata."""
         text = self.metadata.get(key)
         if text is None:
             return default
@@ -45,7 +45,7 @@ class Network:
             ) from error
 
     def numbers(self, key: str, default: list[float]) -> list[float]:
-        """A JSON list of as many numbers as `default` has, from the metadata."""
+        """Return a JSON list of the metadata with as many numbers as `default`."""
         text = self.metadata.get(key)
         if text is None:
             return default
@@ -63,11 +63,11 @@ class Network:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Its classes: a JSON list, or `{0: 'hold', 1: 'volume'}` as Ultralytics writes it.
+        """Return the class names: a JSON list, or `{0: 'hold', 1: 'volume'}` as Ultralytics writes.
 
         Raises
         ------
-        InputError : the metadata have none, or they cannot be read.
+        InputError : the names are missing or invalid.
         """
         text = self.metadata.get("names")
         if text is None:
@@ -90,13 +90,13 @@ def open_network(path: Path, device: str = "cpu", threads: int = 0) -> Network:
 
     Parameters
     ----------
-    device : "cpu", "cuda", or "auto": CUDA where this ONNX Runtime has it.
-    threads : of one run; 0 = as many as ONNX Runtime likes.
+    device : "cpu", "cuda", or "auto" (CUDA if ONNX Runtime supports it).
+    threads : threads of one run; 0 = ONNX Runtime's default.
 
     Raises
     ------
-    InputError : no such file, or no ONNX file.
-    EnvironmentLacksError : CUDA was asked for and is absent.
+    InputError : the file is missing or not ONNX.
+    EnvironmentLacksError : CUDA is requested but not available.
     """
     import onnxruntime
 
@@ -115,13 +115,14 @@ def open_network(path: Path, device: str = "cpu", threads: int = 0) -> Network:
 
 
 def _providers(device: str) -> list[str]:
+    """Return the execution providers of a device."""
     import onnxruntime
 
     available = onnxruntime.get_available_providers()
     has_gpu = "CUDAExecutionProvider" in available
     if device == "cuda" and not has_gpu:
         raise EnvironmentLacksError(
-            "the device asked for is cuda, but this ONNX Runtime has no CUDA provider",
+            "--device cuda is set, but this ONNX Runtime has no CUDA provider",
             "Install onnxruntime-gpu in place of onnxruntime, or use --device cpu.",
         )
     gpu = ["CUDAExecutionProvider"] if has_gpu and device != "cpu" else []

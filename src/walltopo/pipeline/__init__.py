@@ -1,1 +1,1 @@
-"""The stages in order: settings, what must run again, loading, running, storing."""
+"""Run the stages of a scan in order, resume a run and report its health."""

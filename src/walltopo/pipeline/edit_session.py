@@ -1,4 +1,4 @@
-"""Open an edit session on a scan: the stages `edit` and `export` follow each saved log."""
+"""Open an edit session on a scan; rerun `edit` and `export` after each saved log."""
 
 from __future__ import annotations
 
@@ -7,31 +7,31 @@ from contextlib import AbstractContextManager
 
 from walltopo.editing.session import EditSession
 from walltopo.editing.settings import EditSettings
-from walltopo.pipeline.runner import kept_settings, refresh, stale_stages
+from walltopo.pipeline.runner import refresh, stale_stages, stored_settings
 from walltopo.pipeline.stages.edit import EDIT
 from walltopo.pipeline.stages.export import EXPORT
-from walltopo.pipeline.workplace import held
+from walltopo.pipeline.workplace import locked
 from walltopo.scans.artifacts import Load
 from walltopo.scans.folder import ScanFolder
 
 STAGES_AFTER_LOG = (EDIT.name, EXPORT.name)
 
 
-class _Stages:
-    """The stages after the log, of one scan folder."""
+class _ScanStages:
+    """The stages that depend on the edit log of a scan."""
 
     def __init__(self, folder: ScanFolder) -> None:
         self._folder = folder
 
     @property
     def settings(self) -> EditSettings:
-        return kept_settings(self._folder).edit
+        return stored_settings(self._folder).edit
 
     def is_stale(self) -> bool:
         return bool(stale_stages(self._folder, STAGES_AFTER_LOG))
 
     def hold(self) -> AbstractContextManager[None]:
-        return held(self._folder)
+        return locked(self._folder)
 
     def run(self, load: Load) -> None:
         refresh(self._folder, STAGES_AFTER_LOG, load)
@@ -39,4 +39,4 @@ class _Stages:
 
 def open_session(folder: ScanFolder, rebuilt: Callable[[str], None] | None = None) -> EditSession:
     """Return an edit session on a finished scan; `rebuilt` as in `EditSession`."""
-    return EditSession(folder, _Stages(folder), rebuilt)
+    return EditSession(folder, _ScanStages(folder), rebuilt)

@@ -1,8 +1,8 @@
-"""The scan: its stages in order, what each reads and writes, and how a run resumes.
+"""Run a scan's stages in order, and resume a run.
 
-A stage runs when its inputs, its settings or its code version differ from those of its last
-finished run, when an output is missing or is not what it left, or when asked to. Inputs are
-compared by content, so a rerun that produces the same file does not trigger the stages after it.
+A stage runs if its inputs, settings or code version differ from its last finished run, if an output
+is missing or changed, or if the caller forces it. Inputs are compared by content, so a rerun that
+produces the same file does not trigger the stages after it.
 """
 
 from __future__ import annotations
@@ -20,26 +20,33 @@ from typing import Any, Protocol
 import msgspec
 
 from walltopo.core import InputError, Progress, Silent, WalltopoError
-from walltopo.core.files import as_text, hash_path, told_when_full
-from walltopo.core.hashes import Ledger
+from walltopo.core.files import HashCache, as_text, explain_full_disk, hash_path
+from walltopo.core.memory import peak_mb, reset_peak
 from walltopo.pipeline.forecast import Forecast, photos_of
-from walltopo.pipeline.freshness import changed_outputs, input_hash, outputs_of
-from walltopo.pipeline.memory import peak_mb, reset_peak
 from walltopo.pipeline.settings import Settings
 from walltopo.pipeline.stage import Stage
 from walltopo.pipeline.stages import STAGES, stage_index, stage_named
+from walltopo.pipeline.stages.edit import EDIT
 from walltopo.pipeline.stages.ingest import INGEST
 from walltopo.pipeline.warm_up import warming_up
-from walltopo.pipeline.workplace import held, set_aside
-from walltopo.reconstruct.ingest.sources import is_video, list_sources
-from walltopo.scans.artifacts import Artifact, Load, artifacts_of, load_artifact, load_bundle
-from walltopo.scans.context import Context
+from walltopo.pipeline.workplace import changed_outputs, input_hash, locked, outputs_of, set_aside
+from walltopo.reconstruct.ingest.sources import find_sources, is_video, list_sources
+from walltopo.scans.artifacts import (
+    Artifact,
+    Context,
+    Load,
+    artifacts_of,
+    load_artifact,
+    load_bundle,
+)
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.manifest import Manifest, Metrics, StageRecord
+from walltopo.scans.photos import SourceList
+from walltopo.scans.poses import GivenPoses
 
 
 class Listener(Progress, Protocol):
-    """A `Progress` that is also told how long it may take, and when stages begin and end."""
+    """A `Progress` that also receives the forecast, and the start and end of each stage."""
 
     def scan_begins(self, forecast: Forecast) -> None: ...
     def stage_begins(self, stage: str) -> None: ...
@@ -47,7 +54,7 @@ class Listener(Progress, Protocol):
     def stage_kept(self, stage: str, record: StageRecord) -> None: ...
 
 
-class _Quiet(Silent):
+class _SilentListener(Silent):
     def scan_begins(self, forecast: Forecast) -> None: ...
     def stage_begins(self, stage: str) -> None: ...
     def stage_ends(self, stage: str, record: StageRecord) -> None: ...
@@ -56,13 +63,13 @@ class _Quiet(Silent):
 
 @dataclass(frozen=True)
 class ScanResult:
-    """Where the scan lies, and what each stage said.
+    """The scan folder, and the metrics of each stage.
 
     Parameters
     ----------
     folder : the scan folder.
-    metrics : stage name to its figures.
-    ran : the stages that were computed in this run; the others were up to date.
+    metrics : metrics by stage name.
+    ran : stages that were computed in this run; the others were up to date.
     """
 
     folder: ScanFolder
@@ -82,131 +89,170 @@ def scan(
     accept_changes: bool = False,
     listener: Listener | None = None,
 ) -> ScanResult:
-    """Run the stages that are missing, stale or changed.
+    """Run the stages of a scan that are missing, stale or changed.
 
     Parameters
     ----------
-    photos : a folder, a video, or photo files; may be empty for a scan that has been ingested.
-    out : the scan folder; created if it does not exist.
-    settings : see `load_settings`; defaults where None.
-    from_stage : this stage and all after it run even if they are up to date.
-    to_stage : the last stage to run.
+    photos : folder, video or photo files; may be empty for an ingested scan.
+    out : scan folder; created if it does not exist.
+    settings : see `load_settings`; None: defaults.
+    from_stage : first stage that runs even if it is up to date, with all stages after it.
+    to_stage : last stage to run.
     force : run every stage.
-    verify : read every file, to find also the damage that left size and times as they were.
-    accept_changes : take outputs that others changed as they are, rather than make them again.
-    listener : told of progress.
+    verify : hash every file, to find damage that did not change sizes and times.
+    accept_changes : keep outputs that were changed from outside, instead of recomputing them.
+    listener : receives the progress.
 
     Raises
     ------
-    InputError : `out` is not a scan folder, a stage name is unknown, the photos are unusable.
-    EnvironmentLacksError : `out` cannot be written, or another run is at work on it.
+    InputError : `out` is not a scan folder, a stage name is unknown, or the photos are unusable.
+    EnvironmentLacksError : `out` cannot be written, or another run holds its lock.
     """
     given = [photos] if isinstance(photos, (str, Path)) else list(photos)
-    chosen = _chosen(from_stage, to_stage)
+    chosen = _select_stages(from_stage, to_stage)
     settings = settings or Settings()
-    listener = listener or _Quiet()
+    listener = listener or _SilentListener()
     folder = ScanFolder(out)
-    with held(folder):
+    with locked(folder):
         manifest = Manifest.load(folder.manifest)
         manifest.walltopo = version("walltopo")
         sources = [Path(p).absolute() for p in given] or [Path(p) for p in manifest.sources]
         if not sources:
             raise InputError(f"{folder.root}: no photos given, and none were ingested before")
-        ledger = Ledger(folder.work / "hashes.json", trust=not verify)
+        hashes = HashCache(folder.work / "hashes.json", trust=not verify)
         new = not folder.manifest.exists()
-        if new:  # all stages are due, and nothing is written where one could not run
+        if new:  # check all stages before anything is written
             _check(chosen, settings)
-        note_sources(folder, sources, ledger)
-        runner = _Runner(folder, manifest, settings, sources, listener, ledger, accept_changes)
+        runner = _Runner(folder, manifest, settings, sources, listener, hashes, accept_changes)
+        runner.check_settled(given, force, from_stage)
+        poses = given_poses(folder, sources, settings.sparse.poses)
+        write_sources(folder, sources, hashes)
+        write_poses(folder, poses)
         first = 0 if force else len(STAGES) if from_stage is None else stage_index(from_stage)
         forced = [stage for stage in chosen if stage_index(stage.name) >= first]
         due = runner.due(chosen, forced)
         if not new:
             _check(due, settings)
         listener.scan_begins(runner.forecast(due))
-        # Whoever has a mesh to make calls most kernels later; whoever has one knows most already.
+        # A run that makes a mesh needs most kernels; a scan with a mesh has compiled most before.
         compiling = any(stage.name == "dense" for stage in due)
         try:
             with warming_up() if compiling else nullcontext():
                 for stage in chosen:
                     runner.run(stage, stage in forced)
         finally:
-            # A cache: without it the next run reads more. A folder that is no scan yet stays empty.
+            # The hash cache only saves time, so it may fail. A folder without a scan stays empty.
             if folder.manifest.exists():
                 with suppress(WalltopoError):
-                    ledger.save()
+                    hashes.save()
         metrics = {name: record.metrics for name, record in manifest.stages.items()}
         return ScanResult(folder, metrics, tuple(runner.ran))
 
 
 def _check(stages: Sequence[Stage], settings: Settings) -> None:
-    """Raise what a stage would lack on this machine."""
+    """Raise EnvironmentLacksError if this machine lacks what a stage needs."""
     for stage in stages:
         stage.check(getattr(settings, stage.name))
 
 
-def note_sources(folder: ScanFolder, given: Sequence[Path], ledger: Ledger | None = None) -> None:
-    """Write `sources.json`; where the photos were moved away since, the old list stays."""
+def write_sources(
+    folder: ScanFolder, given: Sequence[Path], hashes: HashCache | None = None
+) -> None:
+    """Write `sources.json`; if the photos were moved away, the old list stays."""
     if folder.sources.exists() and not any(path.exists() for path in given):
         return
-    listed = list_sources(given, folder.root, ledger.hash if ledger else hash_path)
+    listed = list_sources(given, folder.root, hashes.hash if hashes else hash_path)
     folder.root.mkdir(exist_ok=True)
     listed.save(folder.sources)
 
 
-def kept_settings(folder: ScanFolder) -> Settings:
-    """The settings that a scan was made with.
+def given_poses(folder: ScanFolder, photos: Sequence[Path], setting: str) -> GivenPoses | None:
+    """Return the poses of the setting `sparse.poses`, None without one.
+
+    If poses or photos were moved away, the poses that were read before stay.
+
+    Parameters
+    ----------
+    photos : folders and files of the user.
 
     Raises
     ------
-    InputError : this walltopo does not know them.
+    InputError : the poses are missing, damaged or not of the photos.
+    """
+    from walltopo.reconstruct.poses.formats import read_poses
+
+    if not setting:
+        return None
+    moved = not Path(setting).exists() or not any(path.exists() for path in photos)
+    if moved and folder.poses.exists():
+        return GivenPoses.load(folder.poses)
+    files = find_sources(photos, folder.root).files
+    return read_poses(Path(setting), [file for file in files if not is_video(file)])
+
+
+def write_poses(folder: ScanFolder, poses: GivenPoses | None) -> None:
+    """Write `poses.json` if it changed; remove it without poses."""
+    if poses is None:
+        folder.poses.unlink(missing_ok=True)
+    elif not folder.poses.exists() or GivenPoses.load(folder.poses) != poses:
+        poses.save(folder.poses)
+
+
+def stored_settings(folder: ScanFolder) -> Settings:
+    """Return the settings that a scan was outputs with.
+
+    Raises
+    ------
+    InputError : the settings are unknown to this version of walltopo.
     """
     try:
         return msgspec.convert(Manifest.load(folder.manifest).settings, Settings)
     except msgspec.ValidationError as error:
         raise InputError(
-            f"{folder.manifest}: made with settings that this walltopo does not know: {error}",
+            f"{folder.manifest}: its settings are unknown to this version of walltopo: {error}",
             f"Run `walltopo scan -o {folder.root}` once.",
         ) from error
 
 
 def stale_stages(folder: ScanFolder, names: Sequence[str]) -> list[str]:
-    """Those of some stages that were run before and would run again."""
-    runner = _kept_runner(folder, load_artifact)
+    """Return which of some stages were run before and would run again."""
+    runner = _stored_runner(folder, load_artifact)
     stages = [stage_named(name) for name in names]
     known = [stage for stage in stages if stage.name in runner.manifest.stages]
     return [stage.name for stage in runner.due(known, [])]
 
 
 def refresh(folder: ScanFolder, names: Sequence[str], load: Load = load_artifact) -> list[str]:
-    """Run some stages where they must be run, and no other; the names of those that ran.
+    """Run some stages if they are stale; return the names of those that ran.
 
-    Who calls it holds the folder (`workplace.held`).
+    The caller must hold the folder's lock (`workplace.locked`).
 
     Raises
     ------
-    InputError : what they read is missing or damaged, or the settings are unknown.
+    InputError : an input is missing or damaged, or the settings are unknown.
     """
-    runner = _kept_runner(folder, load)
+    runner = _stored_runner(folder, load)
     try:
         for name in names:
             runner.run(stage_named(name), forced=False)
     finally:
         with suppress(WalltopoError):
-            runner.ledger.save()
+            runner.hashes.save()
     return runner.ran
 
 
-def _kept_runner(folder: ScanFolder, load: Load) -> _Runner:
-    """A runner with the settings and the photos that a scan was made with."""
+def _stored_runner(folder: ScanFolder, load: Load) -> _Runner:
+    """Return a runner with the stored settings and photos of a scan."""
     manifest = Manifest.load(folder.manifest)
     sources = [Path(path) for path in manifest.sources]
-    ledger = Ledger(folder.work / "hashes.json")
-    return _Runner(folder, manifest, kept_settings(folder), sources, _Quiet(), ledger, load=load)
+    hashes = HashCache(folder.work / "hashes.json")
+    return _Runner(
+        folder, manifest, stored_settings(folder), sources, _SilentListener(), hashes, load=load
+    )
 
 
 class _Runner:
-    """One pass over the stages of one folder."""
+    """Runs the stages of one scan folder."""
 
     def __init__(
         self,
@@ -215,29 +261,34 @@ class _Runner:
         settings: Settings,
         sources: Sequence[Path],
         listener: Listener,
-        ledger: Ledger,
+        hashes: HashCache,
         accept_changes: bool = False,
         load: Load = load_artifact,
     ) -> None:
         self.folder, self.manifest, self.settings = folder, manifest, settings
-        self.sources, self.listener, self.ledger = sources, listener, ledger
+        self.sources, self.listener, self.hashes = sources, listener, hashes
         self.accept_changes = accept_changes
         self.load = load
         self.ran: list[str] = []
 
     def due(self, stages: Sequence[Stage], forced: Sequence[Stage]) -> list[Stage]:
-        """The stages that will probably run; one that makes what it made before stops the rest."""
+        """Return the stages that will probably run.
+
+        The list is an upper bound: a stage with unchanged outputs does not trigger later stages.
+        """
         found: list[Stage] = []
         changed: set[Artifact[Any]] = set()
         for stage in stages:
+            if self._is_settled(stage):
+                continue
             record = self.manifest.stages.get(stage.name)
             if not (
                 stage in forced
                 or record is None
                 or record.state != "done"
                 or changed.intersection(stage.reads)
-                or record.input_hash != self._inputs(stage)
-                or changed_outputs(self.folder, stage, record, self.ledger)
+                or record.input_hash != self._input_hash(stage)
+                or changed_outputs(self.folder, stage, record, self.hashes)
             ):
                 continue
             found.append(stage)
@@ -245,35 +296,95 @@ class _Runner:
         return found
 
     def forecast(self, stages: Sequence[Stage]) -> Forecast:
-        """How long these will take."""
+        """Return the forecast of some stages."""
         names = [stage.name for stage in stages]
         before = dict(self.manifest.stages)
         photos = photos_of(before)
         if INGEST in stages:
-            with suppress(InputError):  # the run says it
+            with suppress(InputError):  # the run itself reports the error
                 files = [item.file for item in ScanFolder.sources.load(self.folder).files]
                 photos = None if any(map(is_video, files)) else len(files)
         return Forecast(names, photos, before)
 
+    def check_settled(
+        self, given: Sequence[Path | str], force: bool, from_stage: str | None
+    ) -> None:
+        """Raise InputError if a run would repeat an earlier stage of a joined partial rescan.
+
+        Parameters
+        ----------
+        given : photos; empty if the caller named none.
+        """
+        if self.manifest.joined is None:
+            return
+        first = 0 if force else len(STAGES) if from_stage is None else stage_index(from_stage)
+        if first < len(STAGES) and self._is_settled(STAGES[first]):
+            why = f"{STAGES[first].name} cannot run again"
+        elif given and self._are_others(given):
+            why = "its photos cannot change"
+        else:
+            return
+        raise InputError(
+            f"{self.folder.root}: is a partial rescan that was joined with its reference, so {why}",
+            "Scan the photos into a new folder.",
+        )
+
+    def _are_others(self, given: Sequence[Path | str]) -> bool:
+        """Return whether photos are not those of the scan."""
+        paths = [Path(path).absolute() for path in given]
+        listed = list_sources(paths, self.folder.root, self.hashes.hash)
+        return listed.content_hash != SourceList.fingerprint(self.folder.sources)
+
+    def _is_settled(self, stage: Stage) -> bool:
+        """Return whether the stage's outputs were joined with those of a reference."""
+        return self.manifest.joined is not None and stage_index(stage.name) < stage_index(EDIT.name)
+
+    def _join(self) -> None:
+        """Join a partial rescan with its reference, and record the new outputs of its stages."""
+        from walltopo.pipeline.partial.join import join_with_reference
+
+        self.listener.stage_begins(EDIT.name)
+        reference = ScanFolder(self.settings.sparse.reference)
+        root = self.folder.root
+        with (
+            explain_full_disk(root),
+            tempfile.TemporaryDirectory(prefix=".partial-", dir=root) as scratch,
+        ):
+            joined, metrics = join_with_reference(
+                self.folder, reference, Path(scratch), self.listener
+            )
+        for stage in STAGES[: stage_index(EDIT.name)]:
+            record = self.manifest.stages[stage.name]
+            record.outputs = outputs_of(self.folder, stage, self.hashes)
+            record.metrics = record.metrics | metrics.get(stage.name, {})
+        self.manifest.joined = joined
+        self.manifest.save(self.folder.manifest)
+        self.listener.note(joined.summary)
+
     def run(self, stage: Stage, forced: bool) -> None:
-        """Run one stage if it must be run, and record how it went."""
-        inputs = self._inputs(stage)
+        """Run one stage if it is forced or stale, and record the result."""
+        if self._is_settled(stage):
+            self.listener.stage_kept(stage.name, self.manifest.stages[stage.name])
+            return
+        if stage is EDIT and self.settings.sparse.part and self.manifest.joined is None:
+            self._join()
+        inputs = self._input_hash(stage)
         record = self.manifest.stages.get(stage.name)
         if record is not None and record.state == "done":
             fresh = record.input_hash == inputs and not forced
-            if self._is_whole(stage, record, accept=fresh and self.accept_changes) and fresh:
+            if self._outputs_valid(stage, record, accept=fresh and self.accept_changes) and fresh:
                 self.listener.stage_kept(stage.name, record)
                 return
         self.manifest.settings = self.settings.as_dict()
         self.manifest.sources = [as_text(path) for path in self.sources]
         record = StageRecord("running", input_hash=inputs)
-        self._put(stage, record)
+        self._save_record(stage, record)
         self.listener.stage_begins(stage.name)
         started = time.monotonic()
         reset_peak()
         try:
-            record.metrics = self._call(stage)
-            record.outputs = outputs_of(self.folder, stage, self.ledger)
+            record.metrics = self._run_stage(stage)
+            record.outputs = outputs_of(self.folder, stage, self.hashes)
             record.state = "done"
         except KeyboardInterrupt:
             record.state = "interrupted"
@@ -287,18 +398,18 @@ class _Runner:
         finally:
             record.seconds = round(time.monotonic() - started, 2)
             record.peak_mb = round(peak_mb(), 1)
-            self._record(stage, record)
+            self._finish(stage, record)
         self.ran.append(stage.name)
 
-    def _record(self, stage: Stage, record: StageRecord) -> None:
-        self._put(stage, record)
+    def _finish(self, stage: Stage, record: StageRecord) -> None:
+        self._save_record(stage, record)
         self.listener.stage_ends(stage.name, record)
 
-    def _put(self, stage: Stage, record: StageRecord) -> None:
+    def _save_record(self, stage: Stage, record: StageRecord) -> None:
         self.manifest.stages[stage.name] = record
         self.manifest.save(self.folder.manifest)
 
-    def _call(self, stage: Stage) -> Metrics:
+    def _run_stage(self, stage: Stage) -> Metrics:
         return run_stage(
             self.folder,
             stage,
@@ -308,32 +419,32 @@ class _Runner:
             load=self.load,
         )
 
-    def _inputs(self, stage: Stage) -> str:
-        """The hash of what the stage's outputs would follow from."""
-        return input_hash(self.folder, stage, self.settings, self.ledger)
+    def _input_hash(self, stage: Stage) -> str:
+        """Return the hash of everything that determines the stage's outputs."""
+        return input_hash(self.folder, stage, self.settings, self.hashes)
 
-    def _is_whole(self, stage: Stage, record: StageRecord, accept: bool) -> bool:
-        """Whether the outputs are as the stage left them, or are accepted as they are.
+    def _outputs_valid(self, stage: Stage, record: StageRecord, accept: bool) -> bool:
+        """Return whether the outputs are unchanged, or are accepted as they are.
 
-        What others changed is kept aside, so that nothing is lost that we did not write.
+        Files that were changed from outside are moved to `set-aside/`, so that no work is lost.
         """
-        changed = changed_outputs(self.folder, stage, record, self.ledger)
+        changed = changed_outputs(self.folder, stage, record, self.hashes)
         present = [item for item in changed if item.in_folder(self.folder).exists()]
         if accept and changed and changed == present:
-            record.outputs = outputs_of(self.folder, stage, self.ledger)
-            self._put(stage, record)
+            record.outputs = outputs_of(self.folder, stage, self.hashes)
+            self._save_record(stage, record)
             return True
-        if present:  # nothing is moved away that cannot be made again
+        if present:  # move files away only if they can be recomputed
             load_bundle(self.folder, stage.reads_type, self.load)
         for item in changed:
             path = item.in_folder(self.folder)
             if item not in present:
-                self.listener.note(f"{path.name} is gone: {stage.name} makes it again")
+                self.listener.note(f"{path.name} is missing: {stage.name} runs again")
                 continue
             kept = set_aside(self.folder, path)
             self.listener.note(
-                f"{path.name} is not as {stage.name} left it: made again (what was there is now "
-                f"{kept.relative_to(self.folder.root)})"
+                f"{path.name} was changed since {stage.name} wrote it: recomputing it (the changed "
+                f"file is now {kept.relative_to(self.folder.root)})"
             )
         return not changed
 
@@ -347,24 +458,24 @@ def run_stage(
     records: Mapping[str, StageRecord] | None = None,
     load: Load = load_artifact,
 ) -> Metrics:
-    """Load what one stage declares, run it, store what it returns; its figures.
+    """Load the inputs of one stage, run it and store its outputs; return its metrics.
 
     Parameters
     ----------
-    settings : the stage's section.
-    records : what the stages said before, for the report.
-    load : gives the value of an artifact of a scan.
+    settings : the stage's settings section.
+    records : records of earlier stages, for the report.
+    load : loads an artifact of a scan.
 
     Raises
     ------
-    InputError : something that the stage reads is missing or damaged; and whatever it raises.
+    InputError : an input is missing or damaged; the stage may raise further errors.
     """
     stage = stage_named(stage) if isinstance(stage, str) else stage
     reads = load_bundle(folder, stage.reads_type, load)
     folder.work.mkdir(parents=True, exist_ok=True)
-    # On the scan's own disk, so that what is made there moves into place by a rename.
+    # The scratch folder is on the scan's disk, so that outputs are moved by a rename.
     with (
-        told_when_full(folder.root),
+        explain_full_disk(folder.root),
         tempfile.TemporaryDirectory(prefix=".partial-", dir=folder.root) as scratch,
     ):
         context = Context(
@@ -374,15 +485,15 @@ def run_stage(
             title=as_text(folder.root.resolve().name),
             records=records or {},
         )
-        made = stage.run(reads, settings, context)
+        outputs = stage.run(reads, settings, context)
         for name, item in artifacts_of(stage.writes_type):
-            item.store(folder, getattr(made, name))
-    metrics: Metrics = made.metrics
+            item.store(folder, getattr(outputs, name))
+    metrics: Metrics = outputs.metrics
     return metrics
 
 
-def _chosen(from_stage: str | None, to_stage: str | None) -> Sequence[Stage]:
-    """All stages up to `to_stage`: those before `from_stage` run only if they must."""
+def _select_stages(from_stage: str | None, to_stage: str | None) -> Sequence[Stage]:
+    """Return all stages up to `to_stage`; those before `from_stage` run only if stale."""
     first = stage_index(from_stage) if from_stage is not None else 0
     last = stage_index(to_stage) if to_stage is not None else len(STAGES) - 1
     if first > last:

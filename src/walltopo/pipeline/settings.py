@@ -1,10 +1,8 @@
-"""All settings of a scan in one typed object, from defaults, `walltopo.toml` and `--set`."""
+"""Collect all settings of a scan from defaults, `walltopo.toml` and `--set`."""
 
 from __future__ import annotations
 
 import dataclasses
-import difflib
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,25 +11,25 @@ from typing import Any
 import msgspec
 
 from walltopo.core import SettingField, SettingsError, settings_of
-from walltopo.core.settings import checked_value
-from walltopo.core.toml import read_toml
-from walltopo.describe.classify.settings import ClassifySettings
-from walltopo.describe.routes.settings import RoutesSettings
+from walltopo.core.files import read_toml
+from walltopo.core.settings import checked_value, known_setting, override
+from walltopo.describe.settings import ClassifySettings, RoutesSettings
 from walltopo.editing.settings import EditSettings
 from walltopo.publish.settings import ExportSettings
-from walltopo.reconstruct.dense.settings import DenseSettings
-from walltopo.reconstruct.ingest.settings import IngestSettings
-from walltopo.reconstruct.scale.settings import ScaleSettings
-from walltopo.reconstruct.sparse.settings import SparseSettings
-from walltopo.reconstruct.texture.settings import TextureSettings
-from walltopo.segment.detect.settings import DetectSettings
-from walltopo.segment.lift.settings import LiftParams
-from walltopo.segment.propose.settings import ProposeSettings
+from walltopo.reconstruct.settings import (
+    DenseSettings,
+    IngestSettings,
+    ScaleSettings,
+    SparseSettings,
+    TextureSettings,
+)
+from walltopo.segment.lift.settings import FOR_DETECTIONS, LiftParams
+from walltopo.segment.settings import DetectSettings, ProposeSettings
 
 
 @dataclass(frozen=True)
 class Settings:
-    """One section per stage; each field's help, unit and range stand at its declaration."""
+    """All settings, one section per stage; each field declares its help, unit and range."""
 
     ingest: IngestSettings = field(default_factory=IngestSettings)
     sparse: SparseSettings = field(default_factory=SparseSettings)
@@ -39,17 +37,22 @@ class Settings:
     dense: DenseSettings = field(default_factory=DenseSettings)
     texture: TextureSettings = field(default_factory=TextureSettings)
     detect: DetectSettings = field(default_factory=DetectSettings)
-    # The library's defaults suit masks whose errors go both ways; the shipped detector's masks are
-    # rather too small and miss volumes in many photos. Chosen on generated gyms (docs/lift.md).
-    lift: LiftParams = field(default_factory=lambda: LiftParams(threshold=0.4, least_support=0.05))
+    lift: LiftParams = field(default_factory=lambda: FOR_DETECTIONS)
     propose: ProposeSettings = field(default_factory=ProposeSettings)
     classify: ClassifySettings = field(default_factory=ClassifySettings)
     routes: RoutesSettings = field(default_factory=RoutesSettings)
     edit: EditSettings = field(default_factory=EditSettings)
     export: ExportSettings = field(default_factory=ExportSettings)
 
+    def __post_init__(self) -> None:
+        if self.dense.mesh and not self.sparse.poses:
+            raise SettingsError(
+                "dense.mesh needs sparse.poses: the poses of the photos in the frame of the mesh",
+                "Give --poses with the file or folder that the app exported with the mesh.",
+            )
+
     def as_dict(self) -> dict[str, dict[str, Any]]:
-        """Plain values by section and key (JSON-able)."""
+        """Return plain JSON-serialisable values by section and key."""
         plain = msgspec.to_builtins(self)
         return {section: plain[section] for section in SECTIONS}
 
@@ -58,7 +61,7 @@ SECTIONS = tuple(f.name for f in dataclasses.fields(Settings))
 
 
 def sections() -> Mapping[str, Mapping[str, SettingField]]:
-    """Every declared setting, by section and name; with the defaults of a scan."""
+    """Return every declared setting by section and name, with a scan's defaults."""
     defaults = Settings()
     found = {}
     for name in SECTIONS:
@@ -74,18 +77,18 @@ def sections() -> Mapping[str, Mapping[str, SettingField]]:
 def load_settings(
     file: Path | None = None, overrides: Sequence[str] = (), *, programs: bool = True
 ) -> Settings:
-    """Defaults, then the TOML file, then `section.key=value` overrides.
+    """Return the defaults, overridden by a TOML file, then by `section.key=value` texts.
 
     Parameters
     ----------
-    programs : whether the file may say which program is run; not one that merely lay in the
-        working folder, which may have come with somebody's photos.
+    programs : whether the file may name programs to run. A file that was merely found in the
+        working folder may not, because it may have come with somebody else's photos.
 
     Raises
     ------
-    SettingsError : an unknown key (the nearest known one is named), a value of the wrong type or
-        out of range, a program named by a file that may not.
-    InputError : the file does not exist, or is not TOML.
+    SettingsError : an unknown key (the message suggests the nearest one), a value of the wrong type
+        or out of range, or a program named by a file that may not.
+    InputError : the file is missing or not TOML.
 
     Examples
     --------
@@ -99,10 +102,8 @@ def load_settings(
             if not programs:
                 _refuse_program(key, value, file)
     for text in overrides:
-        key, equals, raw = text.partition("=")
-        if not equals:
-            raise SettingsError(f"--set {text}: expected section.key=value")
-        _put(values, key.strip(), _parse(raw.strip()), "--set")
+        key, value = override(text)
+        _put(values, key, value, "--set")
     sections = {}
     for f in dataclasses.fields(Settings):
         default = getattr(Settings(), f.name)
@@ -111,7 +112,7 @@ def load_settings(
 
 
 def allowed(field: SettingField) -> str:
-    """What a setting may be, for people; empty where its type says all."""
+    """Return a setting's allowed values in words; "" if the type says everything."""
     if field.choices:
         return ", ".join(field.choices)
     ends = ("" if end is None else str(end) for end in (field.low, field.high))
@@ -119,20 +120,19 @@ def allowed(field: SettingField) -> str:
 
 
 def settings_markdown() -> str:
-    """`docs/settings.md`: a table per section; settings for experts in a second one."""
+    """Return `docs/settings.md`: two tables per section, the second for expert settings."""
     lines = [
         "# Settings",
         "",
-        "Written by `make docs`. Give them in `walltopo.toml` (read from the working folder, or",
-        "named by `--config`) or as `--set section.key=value`. An unknown key is an error.",
+        "Written by `make docs`. Set them in `walltopo.toml` (in the working folder, or given by",
+        "`--config`) or with `--set section.key=value`. An unknown key is an error.",
         "",
-        "A `walltopo.toml` that is merely found in the working folder may have come with somebody",
-        f"else's photos: it may not set {_programs()},",
-        "which lead to programs that are run. `--config FILE` and `--set` may: who types a path",
-        "means it.",
+        f"{_programs()} name programs to run.",
+        "`walltopo.toml` in the working folder cannot set them, because the file may have come with",
+        "another person's photos. Use `--config FILE` or `--set` for these.",
         "",
-        "The first table of a section is what most gyms will ever touch; the second, where there",
-        "is one, is for those who measure methods (`walltopo settings --all` shows it).",
+        "Each section has a table of common settings. A second table, if present, has expert",
+        "settings, which `walltopo settings --all` lists.",
     ]
     for section, fields in sections().items():
         lines += ["", f"## {section}"]
@@ -149,7 +149,7 @@ def settings_markdown() -> str:
 
 
 def _programs() -> str:
-    """The settings that lead to a program, for people."""
+    """Return a list in words of the settings that name programs."""
     keys = [
         f"`{s}.{n}`" for s, fields in sections().items() for n, f in fields.items() if f.program
     ]
@@ -157,6 +157,7 @@ def _programs() -> str:
 
 
 def _entries(file: Path) -> Iterator[tuple[str, Any]]:
+    """Yield key and value of each entry of a settings file."""
     hint = "`walltopo settings` writes one to start from."
     for section, content in read_toml(file, hint).items():
         if not isinstance(content, dict):
@@ -166,6 +167,7 @@ def _entries(file: Path) -> Iterator[tuple[str, Any]]:
 
 
 def _refuse_program(key: str, value: object, file: Path) -> None:
+    """Raise SettingsError if the entry names a program to run."""
     section, _, name = key.partition(".")
     if sections()[section][name].program and value:
         raise SettingsError(
@@ -176,21 +178,8 @@ def _refuse_program(key: str, value: object, file: Path) -> None:
 
 
 def _put(values: dict[str, dict[str, Any]], key: str, value: object, origin: str) -> None:
+    """Check one value and store it in `values`."""
     section, _, name = key.partition(".")
     known = {f"{s}.{n}": field for s, fields in sections().items() for n, field in fields.items()}
-    if key not in known:
-        near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
-        meant = f"Did you mean {near[0]}?" if near else ""
-        raise SettingsError(
-            f"{origin}: unknown setting {key!r}",
-            f"{meant} `walltopo settings` lists all.".strip(),
-        )
-    values.setdefault(section, {})[name] = checked_value(value, known[key], f"{origin}: {key}")
-
-
-def _parse(raw: str) -> Any:
-    """The TOML value of a command-line word; what is not TOML is a plain string."""
-    try:
-        return tomllib.loads(f"v = {raw}")["v"]
-    except (ValueError, RecursionError):  # not TOML, or thousands of digits or brackets
-        return raw
+    field = known_setting(known, key, origin)
+    values.setdefault(section, {})[name] = checked_value(value, field, f"{origin}: {key}")

@@ -1,4 +1,4 @@
-"""What a stage is: declared inputs and outputs, settings, and a function between them."""
+"""Define a stage: declared inputs and outputs, settings, and the function between them."""
 
 from __future__ import annotations
 
@@ -11,17 +11,37 @@ from walltopo.scans.artifacts import Artifact, artifacts_of
 
 
 @dataclass(frozen=True)
+class Cost:
+    """The typical seconds of a stage: fixed, per photo and per pair of photos.
+
+    The stages' values are lines through two scans on two cores without a GPU: the demo (20 photos)
+    and `gym-a` (72 photos), from their `scan.json`. The lift is not linear and uses their mean.
+    """
+
+    fixed: float
+    per_photo: float
+    per_pair: float = 0.0
+
+    def of(self, photos: int) -> float:
+        """Return the typical seconds for a number of photos."""
+        pairs = photos * (photos - 1) / 2
+        return self.fixed + self.per_photo * photos + self.per_pair * pairs
+
+
+@dataclass(frozen=True)
 class Stage:
     """One stage of a scan.
 
     Parameters
     ----------
-    name : section of the settings, and entry in `scan.json`.
-    reads, writes : dataclasses whose fields are declared by `walltopo.scans.artifacts.of`;
-        `writes` has the stage's figures besides, as `metrics`. A stage cannot read anything else.
-    run : a function of `reads`, the stage's settings and a `Context` that returns `writes`.
-    check : raises, before the first stage begins, if this machine lacks what the settings ask for.
-    version : raised when the code changes so that old results must be recomputed.
+    name : name of the settings section and of the entry in `scan.json`.
+    reads_type, writes_type : dataclasses whose fields `walltopo.scans.artifacts.of` declares;
+        `writes_type` also has the stage's `metrics`. A stage cannot read anything else.
+    run : function of the inputs, the stage's settings and a `Context` that returns the outputs.
+    check : raises, before the first stage starts, if this machine lacks what the settings need.
+    version : increased when a code change makes old results invalid.
+    models : files of `walltopo/models` that the stage uses; their content is an input.
+    cost : typical duration, for the forecast.
     """
 
     name: str
@@ -30,13 +50,15 @@ class Stage:
     run: Callable[[Any, Any, Any], Any]
     check: Callable[[Any], None] = field(default=lambda settings: None)
     version: int = 1
+    models: tuple[str, ...] = ()
+    cost: Cost = Cost(1, 0)
 
     @cached_property
     def reads(self) -> tuple[Artifact[Any], ...]:
-        """Return the artifacts that the stage is given."""
+        """Return the artifacts that the stage reads."""
         return tuple(item for _, item in artifacts_of(self.reads_type))
 
     @cached_property
     def writes(self) -> tuple[Artifact[Any], ...]:
-        """Return the artifacts that the stage makes."""
+        """Return the artifacts that the stage writes."""
         return tuple(item for _, item in artifacts_of(self.writes_type))

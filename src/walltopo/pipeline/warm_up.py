@@ -1,10 +1,9 @@
-"""Compiling the kernels of a scan while its first stages run, in a process of its own.
+"""Compile the kernels of a scan in a child process while the first stages run.
 
-numba compiles a kernel when it is first called, which on a new machine costs the stages dense to
-lift half a minute. Which kernels a scan calls, with which types, stands in `kernels.txt`
-(`python -m walltopo_lab.benchmarks.cold --record` writes it). The child compiles them in that order
-at low priority into numba's cache on disk; the scan finds there what is ready and compiles the
-rest itself. On a machine that has them all, the child loads them and ends.
+numba compiles a kernel at its first call, which costs half a minute on a new machine. The file
+`kernels.txt` lists the kernels of a scan and their types; `python -m walltopo_lab.benchmarks.cold
+--record` writes it. The child compiles them in that order at low priority into numba's disk cache.
+The scan uses the cached kernels and compiles the rest itself.
 """
 
 from __future__ import annotations
@@ -28,25 +27,26 @@ _REPEATED = re.compile(r"UniTuple\((\w+) x (\d+)\)")
 
 @contextmanager
 def warming_up() -> Iterator[None]:
-    """While this is open, a child compiles kernels; it ends with it at the latest."""
-    # Whatever goes wrong in it, the scan compiles by itself, and reports that.
+    """Compile kernels in a child process during the block; kill the child at the end."""
+    # Errors of the child are ignored: the scan compiles the kernel itself and reports the error.
     with child_process(python_module("walltopo.pipeline.warm_up")):
         yield
 
 
 def compile_line(line: str) -> None:
-    """Compile one kernel of the table, or load it where it is on disk.
+    """Compile one kernel of the table, or load it from the cache.
 
     Raises
     ------
-    ImportError, AttributeError : no such kernel; ValueError : a signature of a kind unknown here.
+    ImportError, AttributeError : unknown kernel.
+    ValueError : unsupported signature.
     """
     module, function, signature = line.split(" ", 2)
     getattr(importlib.import_module(module), function).compile(_types(signature))
 
 
 def _types(signature: str) -> Any:
-    """numba's types of a signature as numba prints it."""
+    """Return numba's types of a signature in numba's notation."""
     from numba import types
 
     def array(found: re.Match[str]) -> str:
@@ -56,7 +56,7 @@ def _types(signature: str) -> Any:
     text = _ARRAY.sub(array, signature.replace("bool,", "boolean,"))
     text = _REPEATED.sub(r"UniTuple(\1, \2)", text)
     try:
-        # Of a file of the package's own.
+        # `eval` is safe here: the text comes from a file of this package.
         return eval(text, {"__builtins__": {"True": True, "False": False}}, vars(types))
     except (SyntaxError, NameError, TypeError) as error:
         raise ValueError(f"signature {signature!r}: {error}") from error
@@ -67,7 +67,7 @@ def _main() -> None:
     if hasattr(os, "nice"):
         os.nice(10)
     for line in TABLE.read_text(encoding="utf-8").splitlines():
-        # One that cannot be compiled is compiled, or told, by the scan.
+        # If a kernel fails here, the scan compiles it and reports the error.
         with suppress(Exception):
             compile_line(line)
 

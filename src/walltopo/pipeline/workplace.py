@@ -1,61 +1,68 @@
-"""The folder that a scan works in: made ready, swept of leftovers, held by one process."""
+"""Lock a scan folder, clean it, and decide which stages are up to date."""
 
 from __future__ import annotations
 
-import fcntl
+import hashlib
 import itertools
+import json
 import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
-from walltopo.core import BusyError, EnvironmentLacksError, InputError
+from walltopo.core import BusyError, EnvironmentLacksError, InputError, settings_of
+from walltopo.core.files import HashCache, files_below, shipped_file
+from walltopo.core.locks import take_lock
+from walltopo.geometry.mesh_files import files_of_mesh
+from walltopo.pipeline.settings import Settings
+from walltopo.pipeline.stage import Stage
+from walltopo.scans.artifacts import Artifact
 from walltopo.scans.folder import ScanFolder, owning_scan
+from walltopo.scans.manifest import Output, StageRecord
 
 _LOCK = ".lock"
 
 
 @contextmanager
-def held(folder: ScanFolder) -> Iterator[None]:
-    """The folder ready for a run, for this process alone.
+def locked(folder: ScanFolder) -> Iterator[None]:
+    """Prepare a scan folder and lock it for this process during the block.
 
     Raises
     ------
-    InputError : it is no scan folder, and not empty.
-    EnvironmentLacksError : it cannot be written. BusyError : another run is at work on it.
+    InputError : the folder is not empty and not a scan folder.
+    EnvironmentLacksError : the folder cannot be written.
+    BusyError : another run holds the lock.
     """
     _prepare(folder)
-    with _locked(folder):
-        _sweep(folder)
+    with _lock(folder):
+        _remove_partial(folder)
         yield
 
 
-def is_held(folder: ScanFolder) -> bool:
-    """Whether a run is at work on the folder at this moment."""
+def is_locked(folder: ScanFolder) -> bool:
+    """Return whether a run holds the lock of the folder."""
     try:
         stream = (folder.root / _LOCK).open("r")
     except OSError:
         return False
     with stream:
-        try:
-            fcntl.flock(stream, fcntl.LOCK_SH | fcntl.LOCK_NB)
-        except OSError:
-            return True
-        return False
+        return not take_lock(stream, shared=True)
 
 
 def set_aside(folder: ScanFolder, path: Path) -> Path:
-    """Move what lies at `path` to `set-aside/` of its scan, under a name that is free there."""
-    shelf = folder.root / "set-aside"
-    shelf.mkdir(exist_ok=True)
+    """Move a file to `set-aside/` of its scan under a free name; return its new path."""
+    aside = folder.root / "set-aside"
+    aside.mkdir(exist_ok=True)
     names = (f"{path.stem}{k}{path.suffix}" for k in itertools.chain([""], itertools.count(2)))
-    free = next(shelf / name for name in names if not (shelf / name).exists())
+    free = next(aside / name for name in names if not (aside / name).exists())
     path.rename(free)
     return free
 
 
 def _prepare(folder: ScanFolder) -> None:
+    """Create the scan folder; raise if it cannot be used."""
     root = folder.root
     if root.exists() and not root.is_dir():
         raise InputError(f"{root}: is a file, expected a folder for the scan")
@@ -82,26 +89,82 @@ def _has_files(root: Path) -> bool:
     return any(not item.name.startswith(".") for item in root.iterdir())
 
 
-def _sweep(folder: ScanFolder) -> None:
-    """Remove what a killed run left half-written; finished files are never in these folders."""
+def _remove_partial(folder: ScanFolder) -> None:
+    """Remove the temporary folders of a killed run; finished files are never in them."""
     for parent in (folder.root, folder.work):
         for leftover in parent.glob(".partial-*"):
             shutil.rmtree(leftover, ignore_errors=True)
 
 
 @contextmanager
-def _locked(folder: ScanFolder) -> Iterator[None]:
-    """Hold the folder for this process; the lock vanishes with the process."""
+def _lock(folder: ScanFolder) -> Iterator[None]:
+    """Hold the lock of the folder; the system releases it when the process exits."""
     try:
         stream = (folder.root / _LOCK).open("w")
     except OSError as error:
         raise EnvironmentLacksError(f"cannot write to {folder.root}: {error.strerror}") from error
     with stream:
-        try:
-            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
+        if not take_lock(stream):
             raise BusyError(
-                f"{folder.root}: another walltopo is at work on this scan",
+                f"{folder.root}: another walltopo process is working on this scan",
                 "Wait for it or stop it first.",
-            ) from error
+            )
         yield
+
+
+def input_hash(folder: ScanFolder, stage: Stage, settings: Settings, hashes: HashCache) -> str:
+    """Return a hash of everything that determines a stage's outputs: inputs, settings, models,
+    version."""
+    section = settings.as_dict()[stage.name]
+    parts: list[Any] = [stage.name, stage.version, section]
+    # A setting that names a file (a model, a palette, a reference) is hashed by the file's content.
+    parts += [hashes.hash(path) for path in _named_paths(getattr(settings, stage.name))]
+    parts += [hashes.hash(shipped_file(name)) for name in stage.models]
+    for item in stage.reads:
+        path = item.in_folder(folder)
+        parts.append([item.name, item.fingerprint(path) if item.fingerprint else hashes.hash(path)])
+    text = json.dumps(parts, sort_keys=True, default=str)
+    return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
+
+
+def outputs_of(folder: ScanFolder, stage: Stage, hashes: HashCache) -> dict[str, Output]:
+    """Return the size and hash of a stage's outputs by artifact name."""
+    return {item.name: _output(item.in_folder(folder), hashes) for item in stage.writes}
+
+
+def changed_outputs(
+    folder: ScanFolder, stage: Stage, record: StageRecord, hashes: HashCache
+) -> list[Artifact[Any]]:
+    """Return the artifacts that are missing or differ from what the stage wrote.
+
+    For a record without hashes (older walltopo), only missing artifacts are found.
+    """
+    found = []
+    for item in stage.writes:
+        path = item.in_folder(folder)
+        recorded = record.outputs.get(item.name)
+        if recorded is not None:
+            changed = hashes.hash(path) != recorded.hash
+        else:
+            changed = not (path.exists() or item.optional)
+        if changed:
+            found.append(item)
+    return found
+
+
+def _output(path: Path, hashes: HashCache) -> Output:
+    files = files_below(path) if path.is_dir() else [path] if path.is_file() else []
+    return Output(sum(file.stat().st_size for file in files), hashes.hash(path))
+
+
+def _named_paths(section: Any) -> Iterator[Path]:
+    """Yield the existing files and folders that a stage's settings name and whose content
+    counts."""
+    for name, declared in settings_of(type(section)).items():
+        value = getattr(section, name)
+        for part in declared.content if value else ():
+            path = Path(value) / part
+            # Ignore a folder that happens to have the name of a built-in choice.
+            if path.is_file() or (part != "." and path.exists()):
+                yield path
+                yield from files_of_mesh(path)

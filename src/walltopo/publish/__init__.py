@@ -1,1 +1,1 @@
-"""A finished scan as files for people and programs: glTF, viewer page, report, tables."""
+"""Export a finished scan for people and programs: glTF, viewer page, report, tables."""

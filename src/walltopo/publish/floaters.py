@@ -1,41 +1,30 @@
-"""What of the surface is no wall: kept in `wall.glb`, left out of the page.
+"""Find floaters: surface that is no wall; `wall.glb` keeps it and the page omits it.
 
-Pieces that hang in the air, and ragged slabs beside the wall: surface at the outline that fewer
-than three photos see, as the report counts them (`report/coverage.py`), and that does not lie in
-the plane of the wall next to it. What is as near to a hold on such a slab as holds of this wall lie
-apart stays, and so does all inside the wall: a hole there stays as small as it is.
+Floaters are disconnected pieces, and ragged slabs beside the wall: low-coverage surface at the
+outline (seen by fewer than three photos, `coverage.py`) outside the plane of the adjacent wall.
+Surface near a hold on such a slab stays, and so does all surface inside the outline.
 """
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Sequence
-from contextlib import suppress
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import InputError, Mesh, View
-from walltopo.core.files import atomic_path
+from walltopo.core import Mesh
 from walltopo.core.parallel import cores
-from walltopo.geometry.neighbours import face_neighbours, patches
-from walltopo.geometry.topology import vertex_parts
-from walltopo.publish.meshopt import available
-from walltopo.publish.report.coverage import THIN, count_views
-from walltopo.publish.surface import simplify, split_at_borders
-from walltopo.publish.wall_data import Wall, keep_faces
-from walltopo.scans.arrays import read_arrays
+from walltopo.geometry.topology import face_neighbours, patches, vertex_components
+from walltopo.publish.coverage import MAX_COUNTED, MIN_PHOTOS
+from walltopo.publish.wall_data import WallModel, keep_faces
 
-# Of the whole surface. A volume that stands apart from its wall is a hold and stays in any case.
-LEAST_SHARE = 0.01
-# Where so much of the surface is seen by few photos, that tells nothing of what is beside the wall.
-MOST_THIN = 0.5
-# Triangles on which views are counted: as fine as the report's, whatever the mesh has.
-COUNTED = 60_000
-# So many of those, next to a triangle, say where the wall's plane is; what leans and rises from it
-# by no more than this goes on with it. Set by eye, on `spraywall`.
+# Maximum share of the whole surface of a floating piece. A volume apart from its wall is a hold and
+# always stays.
+MAX_PIECE_SHARE = 0.01
+# Above this share of low-coverage surface, coverage cannot tell slabs from the wall.
+MAX_LOW_COVERAGE = 0.5
+# Number of well-covered triangles next to a triangle that define the wall's plane, and the maximum
+# angle and slope of a continuation of that plane. Set by eye, on `spraywall`.
 NEAREST = 64
 LEVEL = np.radians(25.0)
 
@@ -43,53 +32,56 @@ Bools = NDArray[np.bool_]
 Labels = NDArray[np.int32]
 
 
-class Hidden:
-    """Which triangles of a wall its page leaves out.
+class Floaters:
+    """Decides which triangles of a wall the page omits.
 
     Parameters
     ----------
-    cache : file where what photos see is kept for this mesh; None: nowhere.
+    coverage : (F,) number of photos that see each triangle; ignored with few photos.
     """
 
-    def __init__(self, wall: Wall, cache: Path | None = None) -> None:
+    def __init__(self, wall: WallModel, coverage: NDArray[np.int32]) -> None:
         self._mesh = wall.mesh
-        self._views = wall.views
-        self._cache = cache
+        self._low_coverage = (coverage < MIN_PHOTOS) & (len(wall.views) > MIN_PHOTOS)
 
     def of(self, labels: Labels) -> Bools:
-        """(F,) bool: slabs and pieces without a hold, as these labels say."""
+        """Return (F,) whether a triangle is on a slab or piece without a hold in these labels."""
         cut = self._slabs(labels)
         rest = np.flatnonzero(~cut)
-        cut[rest[_loose(self._mesh, rest, labels)]] = True
+        cut[rest[_small_pieces(self._mesh, rest, labels)]] = True
         return cut
 
-    def without(self, wall: Wall) -> Wall:
-        """The wall as the page shows it; the same object where nothing is left out."""
+    def without(self, wall: WallModel) -> WallModel:
+        """Return the wall as the page shows it; the same object if nothing is omitted."""
         cut = self.of(wall.face_instance)
-        return keep_faces(wall, ~cut, {hold.id for hold in wall.holds}) if cut.any() else wall
+        return keep_faces(wall, ~cut, np.unique(wall.face_instance)) if cut.any() else wall
 
     def _slabs(self, labels: Labels) -> Bools:
-        """(F,) bool: patches of thinly seen surface that reach the outline, but for the
-        surroundings of holds on them.
-        """
-        areas, thin = self._mesh.areas, self._thin
-        if not thin.any() or areas[thin].sum() > MOST_THIN * areas.sum():
-            return np.zeros(len(areas), dtype=bool)
-        thin = thin & (labels == 0) & ~self._around(self._holds_on_it(labels), labels)
-        thin &= ~self._goes_on(thin, labels)
-        patch, _ = patches(self._beside, thin.astype(np.int32))
-        reaching = np.bincount(patch, thin & self._at_outline) > 0
-        return np.asarray(thin & reaching[patch])
+        """Return (F,) the slabs: low-coverage patches that reach the outline.
 
-    def _holds_on_it(self, labels: Labels) -> NDArray[np.int64]:
-        """Holds that few photos see most of: others have an underside at most that few see."""
+        Surroundings of holds on slabs are excluded.
+        """
+        areas, low = self._mesh.areas, self._low_coverage
+        if not low.any() or areas[low].sum() > MAX_LOW_COVERAGE * areas.sum():
+            return np.zeros(len(areas), dtype=bool)
+        low = low & (labels == 0) & ~self._around(self._low_coverage_holds(labels), labels)
+        low &= ~self._continues_wall(low, labels)
+        patch, _ = patches(self._beside, low.astype(np.int32))
+        reaching = np.bincount(patch, low & self._at_outline) > 0
+        return np.asarray(low & reaching[patch])
+
+    def _low_coverage_holds(self, labels: Labels) -> NDArray[np.int64]:
+        """Return the holds with mostly low coverage; other holds have it at most below."""
         areas, numbers = self._mesh.areas, np.maximum(labels, 0)
-        hidden, whole = np.bincount(numbers, areas * self._thin), np.bincount(numbers, areas)
+        hidden, whole = (
+            np.bincount(numbers, areas * self._low_coverage),
+            np.bincount(numbers, areas),
+        )
         found = np.flatnonzero(hidden > 0.5 * whole)
         return found[found > 0]
 
     def _around(self, holds: NDArray[np.int64], labels: Labels) -> Bools:
-        """(F,) bool: triangles as near to one of these holds as holds of this wall lie apart."""
+        """Return (F,) the low-coverage triangles near these holds, by the spacing of holds."""
         from scipy.spatial import cKDTree
 
         near = np.zeros(len(labels), dtype=bool)
@@ -102,23 +94,24 @@ class Hidden:
             return ~near
         apart, _ = cKDTree(places).query(places, k=2)
         tree = cKDTree(self._mesh.centroids[np.isin(labels, holds)])
-        thin = np.flatnonzero(self._thin)
-        away, _ = tree.query(self._mesh.centroids[thin])
-        near[thin] = away <= np.median(apart[:, 1])
+        low = np.flatnonzero(self._low_coverage)
+        away, _ = tree.query(self._mesh.centroids[low])
+        near[low] = away <= np.median(apart[:, 1])
         return near
 
-    def _goes_on(self, thin: Bools, labels: Labels) -> Bools:
-        """(F,) bool: of thinly seen triangles those that lie in the plane of the well-seen wall
-        nearest to them: its own edge, and no slab beside it.
+    def _continues_wall(self, low: Bools, labels: Labels) -> Bools:
+        """Return (F,) the low-coverage triangles in the plane of the nearest well-covered wall.
+
+        They are the wall's own edge, not a slab beside it.
         """
         from scipy.spatial import cKDTree
 
-        found = np.zeros(len(thin), dtype=bool)
-        wall = np.flatnonzero(~self._thin & (labels == 0))
-        rows = np.flatnonzero(thin)
+        found = np.zeros(len(low), dtype=bool)
+        wall = np.flatnonzero(~self._low_coverage & (labels == 0))
+        rows = np.flatnonzero(low)
         if len(wall) < NEAREST or len(rows) == 0:
             return found
-        wall = wall[:: max(1, len(wall) // COUNTED)]
+        wall = wall[:: max(1, len(wall) // MAX_COUNTED)]
         centres, normals = self._mesh.centroids, self._mesh.normals
         _, near = cKDTree(centres[wall]).query(centres[rows], k=NEAREST, workers=cores())
         plane = normals[wall][near].mean(axis=1)
@@ -138,48 +131,9 @@ class Hidden:
         outline = outline_vertices(self._mesh, self._beside)
         return np.asarray(outline[self._mesh.faces].any(axis=1))
 
-    @cached_property
-    def _thin(self) -> Bools:
-        if len(self._views) <= THIN:
-            return np.zeros(len(self._mesh.faces), dtype=bool)
-        if self._cache is None:
-            return thin_faces(self._mesh, self._views)
-        digest = hashlib.blake2b(self._mesh.vertices.tobytes(), digest_size=16)
-        digest.update(self._mesh.faces.tobytes())
-        for view in self._views:
-            digest.update(repr(view.camera).encode() + view.cam_from_world.tobytes())
-        key = np.frombuffer(digest.digest(), dtype=np.uint8)
-        with suppress(InputError):  # a cache: what cannot be read is made again
-            thin, made_of = read_arrays(self._cache, "thin", "key")
-            if made_of.tobytes() == key.tobytes() and thin.shape == (len(self._mesh.faces),):
-                return thin.astype(bool)
-        found = thin_faces(self._mesh, self._views)
-        self._cache.parent.mkdir(parents=True, exist_ok=True)
-        with atomic_path(self._cache) as temporary, temporary.open("wb") as stream:
-            np.savez_compressed(stream, thin=found, key=key)
-        return found
-
-
-def thin_faces(mesh: Mesh, views: Sequence[View]) -> Bools:
-    """(F,) bool: triangles that fewer than `THIN` photos see.
-
-    Counted on a coarser surface where there is a simplifier: each triangle as the nearest of it.
-    """
-    from scipy.spatial import cKDTree
-
-    coarse = mesh
-    if available() and len(mesh.faces) > COUNTED:
-        plain = np.zeros(len(mesh.faces), dtype=np.int32)
-        coarse = simplify(split_at_borders(mesh, plain), COUNTED).mesh
-    thin = count_views(coarse, views) < THIN
-    if coarse is mesh:
-        return thin
-    _, nearest = cKDTree(coarse.centroids).query(mesh.centroids, workers=cores())
-    return np.asarray(thin[nearest])
-
 
 def outline_vertices(mesh: Mesh, beside: NDArray[np.int32]) -> Bools:
-    """(V,) bool: the outer border of each connected piece, the one that reaches farthest.
+    """Return (V,) the vertices of each connected component's largest boundary loop.
 
     Parameters
     ----------
@@ -190,8 +144,8 @@ def outline_vertices(mesh: Mesh, beside: NDArray[np.int32]) -> Bools:
     found = np.zeros(len(mesh.vertices), dtype=bool)
     if len(start) == 0:
         return found
-    loops = vertex_parts(np.column_stack([start, end, end]), len(found))
-    piece = vertex_parts(mesh.faces, len(found))
+    loops = vertex_components(np.column_stack([start, end, end]), len(found))
+    piece = vertex_components(mesh.faces, len(found))
     vertices = np.unique(start)
     names, loop = np.unique(loops[vertices], return_inverse=True)
     low = np.full((len(names), 3), np.inf)
@@ -209,11 +163,11 @@ def outline_vertices(mesh: Mesh, beside: NDArray[np.int32]) -> Bools:
     return found
 
 
-def _loose(mesh: Mesh, rows: NDArray[np.int64], labels: Labels) -> Bools:
-    """(n,) bool: of these triangles those of small connected pieces without a hold."""
+def _small_pieces(mesh: Mesh, rows: NDArray[np.int64], labels: Labels) -> Bools:
+    """Return (n,) which of these triangles belong to small components without a hold."""
     faces = mesh.faces[rows]
-    piece = vertex_parts(faces, len(mesh.vertices))[faces[:, 0]]
+    piece = vertex_components(faces, len(mesh.vertices))[faces[:, 0]]
     area = np.bincount(piece, mesh.areas[rows])
-    small = area < LEAST_SHARE * area.sum()
+    small = area < MAX_PIECE_SHARE * area.sum()
     held = np.bincount(piece, labels[rows] > 0) > 0
     return np.asarray((small & ~held)[piece])

@@ -22,11 +22,11 @@ _NUMPY = {"FLOAT32": "<f4", "INT32": "<i4", "UINT32": "<u4"}
 
 
 class GlbWriter:
-    """Collects binary parts and the JSON that points to them.
+    """Collects binary parts and the JSON that refers to them.
 
     Parameters
     ----------
-    compress : store geometry by `EXT_meshopt_compression` (small; readers need the decoder).
+    compress : store geometry by `EXT_meshopt_compression` (smaller; readers need the decoder).
     """
 
     def __init__(self, compress: bool = False) -> None:
@@ -45,21 +45,21 @@ class GlbWriter:
             self.required.add(name)
 
     def _append(self, data: bytes) -> int:
-        # Property tables want 8-byte alignment; accessors are content with it too.
+        # Property tables need 8-byte alignment; accessors accept it.
         self.binary += b"\0" * (-len(self.binary) % 8)
         offset = len(self.binary)
         self.binary += data
         return offset
 
     def view(self, data: bytes, **fields: Any) -> int:
-        """Add a plain buffer view; give its index."""
+        """Add a plain buffer view; return its index."""
         offset = self._append(data)
         entry = {"buffer": 0, "byteOffset": offset, "byteLength": len(data), **fields}
         self.views.append(entry)
         return len(self.views) - 1
 
     def _packed_view(self, packed: bytes, raw: int, count: int, stride: int, **fields: Any) -> int:
-        """A meshopt-compressed view: `raw` bytes in the fallback buffer, `packed` in ours."""
+        """Add a meshopt view: `packed` data, and `raw` bytes of the fallback; return its index."""
         mode = "TRIANGLES" if fields.get("target") == ELEMENT_ARRAY_BUFFER else "ATTRIBUTES"
         offset = self._append(packed)
         start = self.fallback_length
@@ -87,9 +87,9 @@ class GlbWriter:
     def attribute(
         self, values: NDArray[Any], *, normalized: bool = False, bounds: bool = False
     ) -> int:
-        """Add a vertex attribute of (V,) or (V, n) values; give its accessor's index.
+        """Add a vertex attribute of (V,) or (V, n) values; return its accessor's index.
 
-        Elements are padded to multiples of four bytes, as glTF asks of vertex data.
+        Elements are padded to multiples of four bytes, as glTF requires.
         """
         table = values.reshape(len(values), -1)
         width = table.shape[1] * table.itemsize
@@ -111,7 +111,7 @@ class GlbWriter:
         return self._accessor(view, table, len(table), _KIND[table.shape[1]], **more)
 
     def indices(self, triangles: NDArray[np.uint32], vertices: int) -> int:
-        """Add the triangle indices; give their accessor's index."""
+        """Add the triangle indices; return their accessor's index."""
         flat = np.ascontiguousarray(triangles.ravel(), dtype=np.uint32)
         narrow = flat.astype(np.uint16) if vertices <= 65535 else flat
         fields: dict[str, Any] = {"target": ELEMENT_ARRAY_BUFFER}
@@ -129,7 +129,7 @@ class GlbWriter:
     def _strings(self, texts: Sequence[str]) -> dict[str, Any]:
         encoded = [text.encode("utf-8") for text in texts]
         offsets = np.cumsum([0, *(len(item) for item in encoded)]).astype("<u4")
-        # A buffer view may not be empty; the offsets say that no byte is used.
+        # A buffer view must not be empty; the offsets show that its byte is unused.
         return {
             "values": self.view(b"".join(encoded) or b"\0"),
             "stringOffsets": self.view(offsets.tobytes()),
@@ -146,7 +146,7 @@ class GlbWriter:
         }
 
     def property_table(self, name: str, kind: str, columns: Sequence[Column]) -> dict[str, Any]:
-        """Store columns and give the `propertyTables` entry of `EXT_structural_metadata`."""
+        """Store columns; return the `propertyTables` entry of `EXT_structural_metadata`."""
         properties: dict[str, Any] = {}
         for column in columns:
             if column.schema["type"] == "STRING":
@@ -160,7 +160,7 @@ class GlbWriter:
         return {"name": name, "class": kind, "count": count, "properties": properties}
 
     def finish(self, document: dict[str, Any]) -> bytes:
-        """The GLB file of `document` (everything but buffers, views, accessors, extensions)."""
+        """Return the GLB of `document` (all but buffers, views, accessors, extensions)."""
         buffers: list[dict[str, Any]] = [{"byteLength": len(self.binary)}]
         if self.fallback_length:
             fallback = {"EXT_meshopt_compression": {"fallback": True}}

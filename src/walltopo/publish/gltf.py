@@ -1,4 +1,4 @@
-"""`wall.glb` and the page's tiers: a surface, its texture and its tables as one glTF file."""
+"""Write `wall.glb` and the page's tiers: a surface, its texture and its tables as one glTF file."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from walltopo.images.colour import linear_from_srgb8
 from walltopo.publish.glb import GlbWriter
 from walltopo.publish.surface import Surface
 from walltopo.publish.tables import SCHEMA, hold_columns, origin_columns, route_columns
-from walltopo.scans.holds import HoldRow
+from walltopo.scans.holds import Hold
 from walltopo.scans.routes import Route
 
-# glTF is y up, the world z up: a turn by -90 degrees about x, as a quaternion.
+# glTF is y up, the world z up: a rotation by -90 degrees about x, as a quaternion.
 Z_UP_TO_Y_UP = [-0.7071067811865476, 0.0, 0.0, 0.7071067811865476]
 
 
 @dataclass(frozen=True)
 class Packing:
-    """How the geometry is stored.
+    """The storage format of the geometry.
 
     Parameters
     ----------
-    quantised : 16-bit positions and texture positions (`KHR_mesh_quantization`).
-    compressed : `EXT_meshopt_compression` over it.
+    quantised : 16-bit positions and texture coordinates (`KHR_mesh_quantization`).
+    compressed : `EXT_meshopt_compression` in addition.
     normals : store smooth normals (for viewers that light the wall).
     """
 
@@ -38,7 +38,7 @@ class Packing:
 
 
 def _quantised(positions: NDArray[np.float32]) -> tuple[NDArray[np.uint16], dict[str, Any]]:
-    """Positions on a grid of 65,535 steps over the longest side, and the node that undoes it."""
+    """Return positions on a grid of 65,535 steps over the longest side, and the inverse node."""
     low = positions.min(axis=0).astype(np.float64)
     step = float(max((positions.max(axis=0) - low).max(), 1e-6)) / 65535.0
     grid = np.rint((positions - low) / step).astype(np.uint16)
@@ -46,7 +46,7 @@ def _quantised(positions: NDArray[np.float32]) -> tuple[NDArray[np.uint16], dict
 
 
 def _attributes(writer: GlbWriter, surface: Surface, packing: Packing) -> tuple[Any, Any]:
-    """The primitive's attributes and the mesh node's transform."""
+    """Return the primitive's attributes and the mesh node's transform."""
     node: dict[str, Any] = {}
     attributes: dict[str, int] = {}
     if packing.quantised:
@@ -78,17 +78,17 @@ def _ids(feature: NDArray[np.int32]) -> NDArray[Any]:
 
 
 def _linear(colours: NDArray[np.uint8]) -> NDArray[np.uint16]:
-    """sRGB bytes as linear 16-bit values: glTF's vertex colours are linear."""
+    """Return sRGB bytes as linear 16-bit values, because glTF's vertex colours are linear."""
     return np.rint(linear_from_srgb8(colours) * 65535.0).astype(np.uint16)
 
 
 def _feature_ids(attribute: int, label: str, count: int, table: int) -> dict[str, Any]:
-    """An entry of `EXT_mesh_features`: which attribute tells the rows of which table."""
+    """Return an entry of `EXT_mesh_features`: the attribute with the row numbers of a table."""
     return {"featureCount": count, "attribute": attribute, "propertyTable": table, "label": label}
 
 
 def _material(writer: GlbWriter, surface: Surface, picture: tuple[bytes, str] | None) -> Any:
-    """Material, texture and image entries; photos carry their own light, so it is unlit."""
+    """Return material, texture and image entries; unlit, because photos include the light."""
     pbr: dict[str, Any] = {"metallicFactor": 0.0, "roughnessFactor": 1.0}
     material: dict[str, Any] = {"name": "wall", "pbrMetallicRoughness": pbr}
     entries: dict[str, Any] = {"materials": [material]}
@@ -111,49 +111,60 @@ def _material(writer: GlbWriter, surface: Surface, picture: tuple[bytes, str] | 
 
 def write_glb(
     surface: Surface,
-    holds: Sequence[HoldRow],
+    holds: Sequence[Hold],
     routes: Sequence[Route],
     *,
     picture: tuple[bytes, str] | None = None,
     packing: Packing | None = None,
     metric: bool = True,
     title: str = "Wall",
+    labels: str = "",
 ) -> bytes:
-    """One GLB file.
+    """Return one GLB file.
 
     Parameters
     ----------
     surface : triangles with hold ids.
-    holds, routes : rows of `holds.json` and `routes.json`; they become property tables, and the
-        same JSON lies in the scene's `extras.walltopo`.
-    picture : encoded texture and its MIME type; used when the surface has texture positions.
+    holds, routes : rows of `holds.json` and `routes.json`. They become property tables, and the
+        same JSON is stored in the scene's `extras.walltopo`.
+    picture : encoded texture and its MIME type; used if the surface has texture coordinates.
+    labels : name of a file beside this one that has title, tables and labels instead; the ids of
+        the surface are then patches, see `walltopo.scans.page_labels`.
     """
     packing = packing or Packing()
     writer = GlbWriter(compress=packing.compressed)
     attributes, transform = _attributes(writer, surface, packing)
     indices = writer.indices(surface.triangles, len(surface.positions))
-    columns = hold_columns(holds, int(surface.feature.max(initial=0)))
-    tables = [writer.property_table("holds", "hold", columns)]
-    if routes:
-        tables.append(writer.property_table("routes", "route", route_columns(routes)))
-    writer.use("EXT_structural_metadata")
+    tables: list[dict[str, Any]] = []
+    if labels:
+        max_patch = int(surface.feature.max(initial=0))
+        features = [{"featureCount": max_patch + 1, "attribute": 0, "label": "patch"}]
+        extras: dict[str, Any] = {"version": 1, "labels": labels}
+    else:
+        columns = hold_columns(holds, int(surface.feature.max(initial=0)))
+        tables.append(writer.property_table("holds", "hold", columns))
+        if routes:
+            tables.append(writer.property_table("routes", "route", route_columns(routes)))
+        features = [_feature_ids(0, "hold", len(columns[0].values), 0)]
+        extras = {
+            "version": 1,
+            "title": title,
+            "metric": metric,
+            "holds": msgspec.to_builtins(list(holds)),
+            "routes": msgspec.to_builtins(list(routes)),
+        }
     writer.use("EXT_mesh_features")
-    features = [_feature_ids(0, "hold", len(columns[0].values), 0)]
     if surface.guessed is not None:
         features.append(_feature_ids(1, "origin", 2, len(tables)))
         tables.append(writer.property_table("origin", "origin", origin_columns(surface)))
+    metadata = {"EXT_structural_metadata": {"schema": SCHEMA, "propertyTables": tables}}
+    if tables:
+        writer.use("EXT_structural_metadata")
     primitive = {
         "attributes": attributes,
         "indices": indices,
         "material": 0,
         "extensions": {"EXT_mesh_features": {"featureIds": features}},
-    }
-    extras = {
-        "version": 1,
-        "title": title,
-        "metric": metric,
-        "holds": msgspec.to_builtins(list(holds)),
-        "routes": msgspec.to_builtins(list(routes)),
     }
     document = {
         "asset": {"version": "2.0", "generator": "walltopo"},
@@ -164,7 +175,7 @@ def write_glb(
             {"name": "mesh", "mesh": 0, **transform},
         ],
         "meshes": [{"name": "wall", "primitives": [primitive]}],
-        "extensions": {"EXT_structural_metadata": {"schema": SCHEMA, "propertyTables": tables}},
+        **({"extensions": metadata} if tables else {}),
         **_material(writer, surface, picture if surface.uv is not None else None),
     }
     return writer.finish(document)

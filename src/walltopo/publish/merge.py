@@ -1,7 +1,7 @@
-"""Several aligned sections of a gym as one wall; newer surface replaces older where they overlap.
+"""Merge several aligned sections of a gym into one wall; newer surface replaces older surface.
 
-The scans must share a frame: the first is the reference of the others, or they have one
-reference in common (`walltopo scan NEW --reference OLD`).
+The scans must share a frame: the first is the reference of the others, or all have a common
+reference (`walltopo scan NEW --reference OLD`).
 """
 
 from __future__ import annotations
@@ -15,22 +15,23 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import InputError, Mesh, SettingsError
+from walltopo.core import InputError, SettingsError
 from walltopo.core.files import atomic_path
+from walltopo.geometry.topology import joined_meshes
 from walltopo.images.files import read_rgb
-from walltopo.publish.wall_data import Wall, keep_faces
-from walltopo.scans.holds import HoldRow
+from walltopo.publish.wall_data import WallModel, keep_faces
+from walltopo.scans.holds import Hold
 from walltopo.scans.routes import Route
 
 Floats = NDArray[np.float64]
-MOST_TEXTURE = 16384
+MAX_TEXTURE = 16384
 
 
-def _covered(old: Wall, new: Wall, near: float) -> NDArray[np.bool_]:
-    """Which old faces the new surface replaces: a new face of like direction lies near.
+def _covered(old: WallModel, new: WallModel, near: float) -> NDArray[np.bool_]:
+    """Return which old faces the new surface replaces: a new face with a similar normal is near.
 
-    A hold that was taken off stands out of the new wall; it goes where the wall behind or
-    under it was scanned again, which the same distance test, longer for holds, finds.
+    A removed hold protrudes from the new wall. It is replaced if the wall behind or under it was
+    scanned again, which the same test finds with a larger distance.
     """
     from scipy.spatial import cKDTree
 
@@ -38,29 +39,29 @@ def _covered(old: Wall, new: Wall, near: float) -> NDArray[np.bool_]:
     reach = np.where(old.face_instance > 0, 3 * near, near)
     distance, index = tree.query(old.mesh.centroids, distance_upper_bound=3 * near)
     found = np.isfinite(distance) & (distance <= reach)
-    like = np.zeros(len(found), dtype=bool)
+    similar = np.zeros(len(found), dtype=bool)
     chosen = np.flatnonzero(found)
     dots = (old.mesh.normals[chosen] * new.mesh.normals[index[chosen]]).sum(axis=1)
-    # Holds bulge every way; a sheet of wall must face the same way as what replaces it.
-    like[chosen] = (dots > 0.3) | (old.face_instance[chosen] > 0)
-    return found & like
+    # Holds have normals in all directions; only wall must face the same way as its replacement.
+    similar[chosen] = (dots > 0.3) | (old.face_instance[chosen] > 0)
+    return found & similar
 
 
-def _whole_holds(old: Wall, covered: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """A hold goes or stays as a whole, by the larger part of its faces."""
-    most = int(old.face_instance.max(initial=0)) + 1
-    total = np.bincount(old.face_instance, minlength=most)
-    gone = np.bincount(old.face_instance, covered, minlength=most)
+def _whole_holds(old: WallModel, covered: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the covered faces, with each hold replaced or kept as a whole, by its larger part."""
+    count = int(old.face_instance.max(initial=0)) + 1
+    total = np.bincount(old.face_instance, minlength=count)
+    gone = np.bincount(old.face_instance, covered, minlength=count)
     replaced = gone > 0.5 * np.maximum(total, 1)
     is_hold = old.face_instance > 0
     return np.where(is_hold, replaced[old.face_instance], covered)
 
 
-def join_textures(walls: Sequence[Wall], path: Path) -> list[Wall]:
-    """The walls with their pictures put side by side into one atlas, written to `path` (PNG).
+def join_textures(walls: Sequence[WallModel], path: Path) -> list[WallModel]:
+    """Return the walls with their pictures joined into one atlas, written to `path` (PNG).
 
-    Sections are laid out in a grid, so that the atlas stays near square; it is made smaller
-    where it would pass 16,384 pixels. Walls come back as they are if any has no texture.
+    Sections form a grid, so that the atlas is nearly square. The atlas is scaled down if it would
+    exceed 16,384 pixels. If any wall has no texture, all are returned without one.
     """
     from PIL import Image
 
@@ -70,7 +71,7 @@ def join_textures(walls: Sequence[Wall], path: Path) -> list[Wall]:
     columns = math.ceil(math.sqrt(len(walls)))
     rows = math.ceil(len(walls) / columns)
     cell = np.array([max(p.width for p in pictures), max(p.height for p in pictures)])
-    shrink = min(1.0, MOST_TEXTURE / float((cell * [columns, rows]).max()))
+    shrink = min(1.0, MAX_TEXTURE / float((cell * [columns, rows]).max()))
     side = np.maximum((cell * shrink).astype(int), 1)
     atlas = Image.new("RGB", (int(side[0]) * columns, int(side[1]) * rows), (128, 128, 128))
     grid = np.array([columns, rows])
@@ -86,26 +87,27 @@ def join_textures(walls: Sequence[Wall], path: Path) -> list[Wall]:
     return moved
 
 
-def _renumbered(wall: Wall, holds: int, routes: int) -> tuple[list[HoldRow], list[Route]]:
-    """Rows with ids raised, so that no two sections share one."""
-    shift = [
+def _renumbered(wall: WallModel, holds: int, routes: int) -> tuple[list[Hold], list[Route]]:
+    """Return rows with ids shifted, so that no two sections share one."""
+    shifted_holds = [
         msgspec.structs.replace(
             hold, id=hold.id + holds, route=None if hold.route is None else hold.route + routes
         )
         for hold in wall.holds
     ]
-    moved = []
+    shifted_routes = []
     for route in wall.routes:
         lists = {
             name: tuple(hold + holds for hold in getattr(route, name))
             for name in ("holds", "start", "top", "zone", "footholds")
         }
-        moved.append(msgspec.structs.replace(route, id=route.id + routes, ambiguous=(), **lists))
-    return shift, moved
+        renumbered = msgspec.structs.replace(route, id=route.id + routes, ambiguous=(), **lists)
+        shifted_routes.append(renumbered)
+    return shifted_holds, shifted_routes
 
 
-def merge_walls(walls: Sequence[Wall], near: float = 0.03, title: str = "Gym") -> Wall:
-    """One wall of several, oldest first; holds and routes get new ids in that order.
+def merge_walls(walls: Sequence[WallModel], near: float = 0.03, title: str = "Gym") -> WallModel:
+    """Return one wall from several, oldest first; holds and routes get new ids in that order.
 
     Parameters
     ----------
@@ -115,18 +117,18 @@ def merge_walls(walls: Sequence[Wall], near: float = 0.03, title: str = "Gym") -
 
     Raises
     ------
-    InputError : fewer than two, or some in metres and some not.
-    SettingsError : `near` is not above 0, or not finite.
+    InputError : fewer than two walls, or only some of them in metres.
+    SettingsError : `near` is not positive and finite.
     """
     if not 0 < near < math.inf:
-        raise SettingsError(f"near: expected a finite number of metres above 0, got {near}")
+        raise SettingsError(f"near: expected a positive, finite number of metres, got {near}")
     if len(walls) < 2:
-        raise InputError("merge needs two scans or more")
+        raise InputError("merge needs at least two scans")
     if len({wall.metric for wall in walls}) > 1:
         raise InputError(
             "some of the scans are in metres and some are not; they cannot share a frame"
         )
-    kept: list[Wall] = []
+    kept: list[WallModel] = []
     for number, wall in enumerate(walls):
         keep = np.ones(len(wall.mesh.faces), dtype=bool)
         for newer in walls[number + 1 :]:
@@ -137,33 +139,21 @@ def merge_walls(walls: Sequence[Wall], near: float = 0.03, title: str = "Gym") -
     return _joined(kept, title)
 
 
-def _joined(walls: Sequence[Wall], title: str) -> Wall:
-    vertices, faces, labels, holds, routes = [], [], [], [], []
-    first_vertex = first_hold = first_route = 0
+def _joined(walls: Sequence[WallModel], title: str) -> WallModel:
+    labels, holds, routes = [], [], []
+    first_hold = first_route = 0
     for wall in walls:
-        vertices.append(wall.mesh.vertices)
-        faces.append(wall.mesh.faces + first_vertex)
         ids = wall.face_instance
         labels.append(np.where(ids > 0, ids + first_hold, 0).astype(np.int32))
-        rows, ways = _renumbered(wall, first_hold, first_route)
-        holds += rows
-        routes += ways
-        first_vertex += len(wall.mesh.vertices)
-        first_hold = max([first_hold, *(row.id for row in rows)])
-        first_route = max([first_route, *(way.id for way in ways)])
-    colours = [wall.mesh.vertex_colours for wall in walls]
-    mesh = Mesh(
-        np.vstack(vertices),
-        np.vstack(faces).astype(np.int32),
-        np.vstack([c for c in colours if c is not None])
-        if all(c is not None for c in colours)
-        else None,
-        np.concatenate([~wall.mesh.measured for wall in walls]),
-    )
+        new_holds, new_routes = _renumbered(wall, first_hold, first_route)
+        holds += new_holds
+        routes += new_routes
+        first_hold = max([first_hold, *(hold.id for hold in new_holds)])
+        first_route = max([first_route, *(route.id for route in new_routes)])
     uv = [wall.uv for wall in walls]
     textured = all(part is not None for part in uv)
-    return Wall(
-        mesh=mesh,
+    return WallModel(
+        mesh=joined_meshes([wall.mesh for wall in walls]),
         face_instance=np.concatenate(labels),
         uv=np.vstack([part for part in uv if part is not None]) if textured else None,
         texture=walls[0].texture if textured else None,

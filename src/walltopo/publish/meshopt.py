@@ -1,7 +1,7 @@
 """Edge-collapse simplification by meshoptimizer's C library.
 
-The Python wrapper declares no argument types for `meshopt_simplifyWithAttributes`, so a call
-through it passes floats and sizes wrongly; they are declared here instead.
+The Python wrapper declares no argument types for `meshopt_simplifyWithAttributes`, so its calls
+pass floats and sizes wrongly. This module declares them.
 Source: A. Kapoulkine, meshoptimizer, `meshoptimizer.h`.
 """
 
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 @cache
 def available() -> bool:
-    """Whether meshoptimizer is installed: it comes as source, and a machine may lack a compiler."""
+    """Return whether meshoptimizer is installed: its build from source needs a compiler."""
     from importlib.util import find_spec
 
     return find_spec("meshoptimizer") is not None
@@ -48,18 +48,18 @@ def simplify_indices(
     weights: NDArray[np.float32],
     target: int,
 ) -> NDArray[np.uint32]:
-    """Collapse edges until about `target` triangles are left; vertices stay where they are.
+    """Return triangles after collapsing edges to about `target`; vertices do not move.
 
     Parameters
     ----------
     triangles : (T, 3) uint32.
-    positions : (V, 3) float32. Vertices at one place are a seam whose sides move together.
-    attributes : (V, n) float32, what to keep besides shape.
-    weights : (n,) float32, an attribute's error of 1 against an error of the mesh's whole size.
+    positions : (V, 3) float32. Vertices at one position form a seam whose sides move together.
+    attributes : (V, n) float32, preserved in addition to the shape.
+    weights : (n,) float32, weight of an attribute error of 1 against an error of the mesh's size.
 
     Returns
     -------
-    (K, 3) uint32, K about `target`, or more where seams leave nothing to collapse.
+    (K, 3) uint32, K about `target`, or more if seams leave nothing to collapse.
     """
     indices = np.ascontiguousarray(triangles, dtype=np.uint32).ravel()
     places = np.ascontiguousarray(positions, dtype=np.float32)
@@ -80,7 +80,7 @@ def simplify_indices(
         len(scale),
         None,
         target * 3,
-        1.0,  # no bound on the error: the number of triangles decides
+        1.0,  # no limit on the error: the number of triangles decides
         0,
         ctypes.byref(error),
     )

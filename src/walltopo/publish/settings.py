@@ -1,4 +1,4 @@
-"""Settings of the export stage."""
+"""Settings of the stage `export`."""
 
 from __future__ import annotations
 
@@ -10,36 +10,17 @@ from walltopo.core import about, check_settings
 
 @dataclass(frozen=True)
 class ExportSettings:
-    """How detailed the exported files are."""
+    """Settings of the detail of the exported files."""
 
-    first_triangles: Annotated[
-        int, about("triangles of the tier that the page shows first", low=1_000)
-    ] = 120_000
-    detail_triangles: Annotated[
-        int, about("triangles of the tier that the page streams after it", low=1_000)
-    ] = 400_000
-    archive_triangles: Annotated[
-        int, about("most triangles in wall.glb; 0 keeps every triangle of the mesh", low=0)
-    ] = 0
-    first_texture: Annotated[
-        int,
-        about(
-            "longest side of the first tier's texture", unit="px", low=64, high=16384, expert=True
-        ),
-    ] = 2048
-    detail_texture: Annotated[
-        int,
-        about(
-            "longest side of the detail tier's texture", unit="px", low=64, high=16384, expert=True
-        ),
-    ] = 4096
-    archive_texture: Annotated[
-        int,
-        about(
-            "longest side of the texture in wall.glb", unit="px", low=64, high=16384, expert=True
-        ),
-    ] = 8192
-    title: Annotated[str, about("title of the page and the report; empty: the folder's name")] = ""
+    # fmt: off
+    first_triangles: Annotated[int, about("Triangles of the tier that the page shows first", low=1000, expert=True)] = 120000
+    detail_triangles: Annotated[int, about("Triangles of the tier that the page loads next", low=1000, expert=True)] = 400000
+    archive_triangles: Annotated[int, about("Maximum number of triangles in wall.glb; 0 keeps all", low=0, expert=True)] = 0
+    first_texture: Annotated[int, about("Longer side of the first tier's texture", unit="px", low=64, high=16384, expert=True)] = 2048
+    detail_texture: Annotated[int, about("Longer side of the detail tier's texture", unit="px", low=64, high=16384, expert=True)] = 4096
+    archive_texture: Annotated[int, about("Longer side of the texture in wall.glb", unit="px", low=64, high=16384, expert=True)] = 8192
+    title: Annotated[str, about("Title of the page and the report; empty: the folder's name")] = ""
+    # fmt: on
 
     def __post_init__(self) -> None:
         check_settings(self, "export")

@@ -1,6 +1,6 @@
-"""The mesh as a renderer wants it: one vertex per place, hold and texture position.
+"""The mesh in a renderer's form: one vertex per position, hold and texture coordinate.
 
-A vertex on a hold's border is split: the wall's triangles get their own copy. So no triangle
+A vertex on a hold's border is split: the wall's triangles get their own copy. No triangle then
 mixes two ids, and simplification cannot make one that does.
 """
 
@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.geometry.corners import shared_corners
+from walltopo.geometry.topology import shared_corners
 from walltopo.publish.meshopt import available, simplify_indices
 
-# What an error of the whole texture's width weighs against one of the whole wall's size.
+# Weight of an error of the whole texture's width against one of the whole wall's size.
 UV_WEIGHT = 0.5
 COLOUR_WEIGHT = 0.2
 
@@ -33,7 +33,7 @@ class Surface:
     normals : (V, 3) float32, unit, smooth over the unsplit mesh.
     uv : (V, 2) float32 or None.
     colours : (V, 3) uint8 sRGB or None.
-    guessed : (V,) uint8, 1 at guessed triangles, or None where that is not told.
+    guessed : (V,) uint8, 1 at guessed triangles, or None if unknown.
     """
 
     positions: NDArray[np.float32]
@@ -46,13 +46,13 @@ class Surface:
 
     @cached_property
     def mesh(self) -> Mesh:
-        """Its shape alone."""
+        """Return the mesh without attributes."""
         return Mesh(self.positions.astype(np.float64), self.triangles.astype(np.int32))
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
-    """A surface and the (H, W, 3) sRGB picture that its `uv` refer to; None without a texture."""
+class TexturedSurface:
+    """A surface and the (H, W, 3) sRGB picture of its `uv`; None without a texture."""
 
     surface: Surface
     picture: NDArray[np.uint8] | None
@@ -77,15 +77,15 @@ def split_at_borders(
     uv: NDArray[np.float32] | None = None,
     guessed: NDArray[np.bool_] | None = None,
 ) -> Surface:
-    """Give every triangle corner a vertex of its own hold id and texture position.
+    """Return a surface in which each vertex has one hold id and one texture coordinate.
 
     Parameters
     ----------
     mesh : V vertices, F faces.
     face_instance : (F,) int32, 0 = wall.
-    uv : (F, 3, 2) float32 texture positions of the corners; equal ones (to 1/65535 of the
+    uv : (F, 3, 2) float32 texture coordinates of the corners; equal ones (to 1/65535 of the
         texture) share a vertex.
-    guessed : (F,) bool; given, no vertex is shared by guessed and other triangles.
+    guessed : (F,) bool; if given, guessed and measured triangles share no vertex.
     """
     ids = face_instance.astype(np.uint64)
     if guessed is not None:
@@ -109,13 +109,13 @@ def split_at_borders(
 
 
 def mixed_triangles(surface: Surface) -> int:
-    """How many triangles touch vertices of two ids; 0 is what a good surface has."""
+    """Return the number of triangles with vertices of two ids; a valid surface has 0."""
     ids = surface.feature[surface.triangles]
     return int(np.count_nonzero((ids != ids[:, :1]).any(axis=1)))
 
 
 def _attributes(surface: Surface) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """What simplification should keep besides shape, and the weight of each column."""
+    """Return the attributes that simplification preserves, and the weight of each column."""
     if surface.uv is not None:
         return surface.uv, np.full(2, UV_WEIGHT, np.float32)
     if surface.colours is not None:
@@ -126,11 +126,11 @@ def _attributes(surface: Surface) -> tuple[NDArray[np.float32], NDArray[np.float
 
 
 def simplify(surface: Surface, triangles: int) -> Surface:
-    """At most about `triangles` triangles, by edge collapse along, never across, hold borders.
+    """Return a surface of about `triangles`, by edge collapse along, never across, hold borders.
 
-    Uses meshoptimizer's attribute-aware simplifier: split vertices at one place are a seam, and
-    both sides of a seam move together, so that no cracks open. Without meshoptimizer the surface
-    comes back as it is (the export stage says so).
+    meshoptimizer's attribute-aware simplifier treats split vertices at one position as a seam, and
+    moves both sides of a seam together, so that no cracks open. Without meshoptimizer the surface
+    is returned unchanged (the stage `export` notes this).
     """
     if not available():
         return surface
@@ -142,7 +142,7 @@ def simplify(surface: Surface, triangles: int) -> Surface:
 
 
 def _reordered(surface: Surface, triangles: NDArray[np.uint32]) -> Surface:
-    """Drop unused vertices; order both so that the GPU's caches and the codec work well."""
+    """Drop unused vertices; order vertices and triangles for the GPU's caches and the codec."""
     import meshoptimizer
 
     count = len(surface.positions)

@@ -2,7 +2,7 @@
 
 Format: Cesium's "EXT_structural_metadata" and "EXT_mesh_features" (3D Tiles Next extensions of
 glTF 2.0). Row k of the hold table describes feature id k; row 0 is the wall itself, and an id
-without a hold (deleted by an editor) keeps an empty row, so that ids stay those of `holds.json`.
+without a hold (removed by an edit) keeps an empty row, so that ids stay those of `holds.json`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 
 from walltopo.publish.surface import Surface
-from walltopo.scans.holds import HoldRow
+from walltopo.scans.holds import Hold
 from walltopo.scans.routes import Route
 
 NO_NUMBER = -9999.0
@@ -97,7 +97,7 @@ SCHEMA: dict[str, Any] = {
 
 
 def _value(entry: dict[str, Any], value: Any) -> Any:
-    """A cell as its schema entry wants it; an empty one is "", [], zeros or the `noData` value."""
+    """Return a cell by its schema; an empty one is "", [], zeros or the `noData` value."""
     if entry["type"] == "STRING":
         return "" if value is None else str(value)
     if entry["type"] == "VEC3":
@@ -114,15 +114,15 @@ def _columns(schema: dict[str, Any], rows: Sequence[dict[str, Any]]) -> list[Col
     ]
 
 
-def hold_columns(holds: Sequence[HoldRow], most: int = 0) -> list[Column]:
-    """Columns of the hold table; row k is feature id k, row 0 the wall.
+def hold_columns(holds: Sequence[Hold], max_id: int = 0) -> list[Column]:
+    """Return the columns of the hold table; row k is feature id k, row 0 the wall.
 
     Parameters
     ----------
     holds : rows of `holds.json`.
-    most : the highest feature id in the mesh (the table covers it even without a hold row).
+    max_id : the highest feature id in the mesh (the table covers it even without a hold row).
     """
-    count = max([most, *(hold.id for hold in holds)]) + 1
+    count = max([max_id, *(hold.id for hold in holds)]) + 1
     rows: list[dict[str, Any]] = [{"class": "none"} for _ in range(count)]
     rows[0] = {"class": "wall"}
     for hold in holds:
@@ -131,11 +131,11 @@ def hold_columns(holds: Sequence[HoldRow], most: int = 0) -> list[Column]:
 
 
 def origin_columns(surface: Surface) -> list[Column]:
-    """Columns of the table of origins: row 0 is what was measured, row 1 what is guessed.
+    """Return the columns of the table of origins: row 0 is measured, row 1 guessed surface.
 
     Parameters
     ----------
-    surface : with `guessed`.
+    surface : a surface with `guessed`.
     """
     assert surface.guessed is not None
     of_face = surface.guessed[surface.triangles[:, 0]]
@@ -148,5 +148,5 @@ def origin_columns(surface: Surface) -> list[Column]:
 
 
 def route_columns(routes: Sequence[Route]) -> list[Column]:
-    """Columns of the route table, one row a route."""
+    """Return the columns of the route table, one row per route."""
     return _columns(ROUTE_SCHEMA, [msgspec.to_builtins(route) for route in routes])

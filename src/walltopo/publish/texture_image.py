@@ -1,4 +1,4 @@
-"""The texture atlas: looked up, resized and encoded."""
+"""Sample, resize, encode and decode the texture atlas."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 QUALITY = 80  # percent, of the pictures in a GLB or USDZ
-# Of each format: its MIME type, and what Pillow's encoder takes besides the quality.
+# MIME type of each format, and options of Pillow's encoder besides the quality.
 FORMATS = {
     "WEBP": ("image/webp", {"method": 4}),
     "JPEG": ("image/jpeg", {"optimize": True, "subsampling": 0}),
@@ -16,7 +16,7 @@ FORMATS = {
 
 
 def texels(picture: NDArray[np.uint8], uv: NDArray[np.floating]) -> NDArray[np.uint8]:
-    """(n, 3) colours of the pixels under (n, 2) texture positions (origin at the top left)."""
+    """Return (n, 3) colours at (n, 2) texture coordinates (origin at the top left)."""
     height, width = picture.shape[:2]
     column = np.clip((uv[:, 0] * width).astype(int), 0, width - 1)
     row = np.clip((uv[:, 1] * height).astype(int), 0, height - 1)
@@ -26,7 +26,7 @@ def texels(picture: NDArray[np.uint8], uv: NDArray[np.floating]) -> NDArray[np.u
 def encode_picture(
     picture: NDArray[np.uint8], longest: int, kind: str, quality: int = QUALITY
 ) -> tuple[bytes, str]:
-    """An (H, W, 3) picture at most `longest` pixels long, as WEBP or JPEG: bytes and MIME type."""
+    """Return an (H, W, 3) picture, at most `longest` pixels long, encoded: bytes and MIME type."""
     from PIL import Image
 
     image = Image.fromarray(picture)
@@ -41,7 +41,7 @@ def encode_picture(
 
 
 def decode_picture(data: bytes) -> NDArray[np.uint8]:
-    """The (H, W, 3) sRGB picture that `encode_picture` made bytes of."""
+    """Return the (H, W, 3) sRGB picture in the bytes that `encode_picture` returned."""
     from PIL import Image
 
     with Image.open(BytesIO(data)) as image:

@@ -1,4 +1,4 @@
-"""The files of a scan that make a wall, and those that its page and report tell of besides."""
+"""The artifacts of a scan that make up a wall, and those of its page and report."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 from walltopo.core import Mesh
 from walltopo.scans.artifacts import of
-from walltopo.scans.attributes import Attributes
 from walltopo.scans.colmap_model import SparseModel
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.holds import Holds
@@ -20,7 +19,7 @@ from walltopo.scans.scale import Scale
 
 @dataclass(frozen=True)
 class WallFiles:
-    """Enough to write a finished scan in another format."""
+    """The artifacts needed to write a finished scan in another format."""
 
     scale: Scale = of(ScanFolder.scale)
     mesh: Mesh = of(ScanFolder.mesh)
@@ -35,9 +34,8 @@ class WallFiles:
 
 @dataclass(frozen=True)
 class PageFiles(WallFiles):
-    """The wall, and what page and report tell besides."""
+    """The artifacts of the wall, its page and its report."""
 
-    attributes: Attributes = of(ScanFolder.attributes)
     photos: PhotoSet = of(ScanFolder.photos)
     photo_list: PhotoList = of(ScanFolder.photo_list)
     cutouts: Cutouts = of(ScanFolder.cutouts)

@@ -1,8 +1,9 @@
-"""`index.html` and its assets, by Jinja2: the viewer page, served or opened from disk."""
+"""Write `index.html` and its assets: the viewer page, served or opened from disk."""
 
 from __future__ import annotations
 
 import base64
+import json
 import re
 import shutil
 from functools import cache
@@ -10,18 +11,23 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import msgspec
+
 from walltopo.core import EnvironmentLacksError
+from walltopo.scans.page_labels import PageLabels
 
 if TYPE_CHECKING:
     from jinja2 import Environment
 
+LABELS = "labels.json"  # beside the tiers
+
 
 def viewer_script() -> Path:
-    """The built viewer that ships with the package.
+    """Return the built viewer that comes with the package.
 
     Raises
     ------
-    EnvironmentLacksError : the package was installed without it.
+    EnvironmentLacksError : the package was installed without the viewer.
     """
     path = Path(str(resources.files("walltopo.publish") / "page" / "viewer.js"))
     if not path.is_file():
@@ -40,12 +46,20 @@ def write_tier(folder: Path, name: str, data: bytes) -> None:
     (folder / f"{name}.js").write_text(script, encoding="ascii")
 
 
+def write_labels(folder: Path, labels: PageLabels) -> None:
+    """Write `labels.json` and its twin `labels.js` for pages opened from disk."""
+    text = json.dumps(msgspec.to_builtins(labels), ensure_ascii=False, separators=(",", ":"))
+    (folder / LABELS).write_text(text, encoding="utf-8")
+    script = f'(window.wallTopoTiers??={{}})["{LABELS}"]={text};\n'
+    (folder / "labels.js").write_text(script, encoding="utf-8")
+
+
 def write_page(index: Path, folder: Path, title: str, moves: bool = False) -> None:
     """Write the page and copy the viewer beside the tiers.
 
     Parameters
     ----------
-    index : where the HTML file goes.
+    index : path of the HTML file.
     folder : the folder of the tiers, a sibling of `index`.
     moves : whether `moves.json` lies beside the page.
     """
@@ -68,7 +82,7 @@ def write_page(index: Path, folder: Path, title: str, moves: bool = False) -> No
 
 
 def write_single_page(path: Path, title: str, first: bytes, detail: bytes) -> None:
-    """Write the page as one HTML file, which needs nothing beside it.
+    """Write the page as one self-contained HTML file.
 
     Parameters
     ----------
@@ -93,16 +107,15 @@ def _data_url(data: bytes) -> str:
 
 
 def _inlined(script: str) -> str:
-    """A script as it may stand between the tags of an HTML page: with nothing that ends it there.
+    """Return a script escaped for the inside of a `<script>` element.
 
-    What is escaped means the same in strings and regular expressions, the places where a script
-    can have it.
+    The escapes are equivalent in strings and regular expressions, where such text occurs.
     """
     return re.sub(r"<(?=/script|!--|script)", r"\\x3c", script, flags=re.IGNORECASE)
 
 
 def number(value: float | None, digits: int = 1, unit: str = "") -> str:
-    """A figure with its unit, whole numbers in full; an en dash where there is none."""
+    """Return a figure with its unit and thousands separators; an en dash for None or NaN."""
     if value is None or value != value:
         return "–"
     shown = f"{value:,.{digits}f}" if isinstance(value, float) else f"{value:,}"
@@ -126,11 +139,11 @@ def _environment(folder: str) -> Environment:
 
 
 def render(folder: str, template: str, **values: Any) -> str:
-    """The text of a template of this package.
+    """Return the text of a template of this package.
 
     Parameters
     ----------
-    folder : where it lies, relative to `walltopo/export`.
-    values : what it may name.
+    folder : folder of the template, relative to `walltopo/publish`.
+    values : the variables of the template.
     """
     return _environment(folder).get_template(template).render(**values)

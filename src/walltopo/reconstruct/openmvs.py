@@ -22,26 +22,26 @@ PROGRAMS = (
 )
 
 # Lines such as "Estimated depth-maps 12 (16.67%, 3s, ETA 15s)".
-_PROGRESS = re.compile(r"(?P<what>[A-Za-z][A-Za-z\- ]*?) (?P<done>\d+) \((?P<percent>[\d.]+)%")
+_PROGRESS = re.compile(r"(?P<task>[A-Za-z][A-Za-z\- ]*?) (?P<done>\d+) \((?P<percent>[\d.]+)%")
 
 _TAIL_LINES = 12
 
 
 @dataclass(frozen=True)
-class Step:
-    """One line of OpenMVS's progress."""
+class ProgressLine:
+    """One progress report of an OpenMVS program: task, items done and percentage."""
 
-    what: str
+    task: str
     done: int
     percent: float
 
 
 def find_programs(folder: str) -> dict[str, Path]:
-    """Absolute paths of all programs, in `folder` or on PATH if it is empty.
+    """Return the absolute path of each program, found in `folder`, or on PATH if it is empty.
 
     Raises
     ------
-    EnvironmentLacksError : names each missing program and where it was looked for.
+    EnvironmentLacksError : a program is missing; the message names each and the folder searched.
     """
     found = {name: shutil.which(name, path=folder or None) for name in PROGRAMS}
     missing = [name for name, path in found.items() if path is None]
@@ -54,34 +54,33 @@ def find_programs(folder: str) -> dict[str, Path]:
     return {name: Path(path).resolve() for name, path in found.items() if path is not None}
 
 
-def parse_progress(line: str) -> Step | None:
-    """The progress that a log line reports last, or None."""
+def parse_progress(line: str) -> ProgressLine | None:
+    """Return the last progress that a log line reports, or None."""
     matches = list(_PROGRESS.finditer(line))
     if not matches:
         return None
     match = matches[-1]
-    return Step(match["what"].strip(), int(match["done"]), float(match["percent"]))
+    return ProgressLine(match["task"].strip(), int(match["done"]), float(match["percent"]))
 
 
 def run_program(program: Path, arguments: Sequence[str], work: Path, progress: Progress) -> None:
-    """Run one program in a folder, its progress passed on, its output kept in `<program>.log`.
+    """Run one program in a folder, report its progress and keep its output in `<program>.log`.
 
     Parameters
     ----------
     program : absolute path.
-    arguments : with absolute paths: a relative one is taken from `-w`, which is itself taken from
-        the working folder.
+    arguments : use absolute paths; OpenMVS resolves relative ones against its `-w` folder.
     work : absolute path of the folder to run in.
-    progress : told of the percents.
+    progress : receives the percentage.
 
     Raises
     ------
-    StageError : it ended with an error; with the last lines of its log.
+    StageError : the program failed; the message holds the last lines of its log.
     """
     name = program.name
     progress.step(f"OpenMVS {name}", 100)
     tail: list[str] = []
-    shown = 0
+    reported = 0
     log = work / f"{name}.log"
     command = [str(program), *arguments, "-w", str(work)]
     with (
@@ -98,11 +97,11 @@ def run_program(program: Path, arguments: Sequence[str], work: Path, progress: P
             step = parse_progress(line)
             if step is None:
                 continue
-            if int(step.percent) < shown:
-                progress.step(f"OpenMVS {name}: {step.what}", 100)
-                shown = 0
-            progress.advance(int(step.percent) - shown)
-            shown = int(step.percent)
+            if int(step.percent) < reported:
+                progress.step(f"OpenMVS {name}: {step.task}", 100)
+                reported = 0
+            progress.advance(int(step.percent) - reported)
+            reported = int(step.percent)
         code = child.wait()
     if code != 0:
         raise StageError(
@@ -111,10 +110,10 @@ def run_program(program: Path, arguments: Sequence[str], work: Path, progress: P
         )
 
 
-def undistorted_workspace(
+def write_undistorted_workspace(
     sparse: Path, photos: Path, work: Path, max_size: int, progress: Progress
 ) -> None:
-    """Write `images/` and `sparse/` of pinhole cameras into `work`.
+    """Write undistorted `images/` and a `sparse/` model of pinhole cameras into `work`.
 
     Parameters
     ----------
@@ -127,7 +126,7 @@ def undistorted_workspace(
     progress.step("undistorting photos")
     options = pycolmap.UndistortCameraOptions(max_image_size=max_size)
     level = pycolmap.logging.minloglevel
-    # It reports every photo otherwise, into the middle of the progress shown.
+    # pycolmap logs every photo at INFO, which would break the progress display.
     pycolmap.logging.minloglevel = pycolmap.logging.Level.WARNING.value
     try:
         pycolmap.undistort_images(work, sparse, photos, undistort_options=options)
@@ -136,7 +135,8 @@ def undistorted_workspace(
 
 
 def import_scene(program: Path, work: Path, progress: Progress) -> Path:
-    """OpenMVS's scene file, made from an undistorted workspace by InterfaceCOLMAP.
+    """Convert an undistorted workspace with InterfaceCOLMAP; return the path of OpenMVS's scene
+    file.
 
     Parameters
     ----------

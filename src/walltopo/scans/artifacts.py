@@ -1,6 +1,6 @@
-"""An artifact: one file or folder of a scan, with its type and how it is read and written.
+"""Artifacts: the files and folders of a scan, each with its type, reader and writer.
 
-`ScanFolder` declares all artifacts of a scan. Stages name what they read and write by them:
+`ScanFolder` declares all artifacts of a scan. Stages declare their inputs and outputs with them:
 
     @dataclass(frozen=True)
     class Reads:
@@ -10,13 +10,13 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, Protocol, Self, TypeVar, cast, overload
 
-from walltopo.core import InputError
-from walltopo.scans.manifest import Metrics
+from walltopo.core import InputError, Progress, Silent
+from walltopo.scans.manifest import Metrics, StageRecord
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -25,11 +25,11 @@ T = TypeVar("T")
 
 
 class Stored(Protocol):
-    """A value that knows how it lies on disk."""
+    """A value that can read and write itself."""
 
     @classmethod
     def load(cls, path: Path) -> Self:
-        """Read the value; InputError where the file is damaged."""
+        """Return the value from a file; raise InputError if the file is damaged."""
 
     def save(self, path: Path) -> None:
         """Write the value, atomically."""
@@ -39,7 +39,7 @@ S = TypeVar("S", bound=Stored)
 
 
 class HasRoot(Protocol):
-    """A scan folder, as far as an artifact needs it."""
+    """A scan folder, reduced to the root that an artifact needs."""
 
     root: Path
 
@@ -52,11 +52,11 @@ class Artifact(Generic[T]):
 
     Parameters
     ----------
-    path : place inside the scan folder.
-    made_by : the stage that makes it; "" for a file that a user or another command writes.
+    path : path inside the scan folder.
+    made_by : the stage that writes it; "" for a file that a user or another command writes.
     read, write : read a path into a value; write a value to a path, atomically.
-    optional : None stands for the value where the file is absent.
-    fingerprint : hash of what of the file counts as input of a stage; None: all of it.
+    optional : whether None stands for the value if the file is absent.
+    fingerprint : hash of the part of the file that counts as a stage's input; None: the whole file.
     """
 
     path: str
@@ -93,7 +93,8 @@ class Artifact(Generic[T]):
             if self.optional:
                 return cast(T, None)
             raise InputError(
-                f"{path}: no such file", f"The stage {self.made_by} makes it: run it first."
+                f"{path}: the file does not exist",
+                f"The stage {self.made_by} writes it: run that stage first.",
             )
         return self.read(path)
 
@@ -108,7 +109,7 @@ class Artifact(Generic[T]):
 def artifact(
     kind: type[S], path: str, made_by: str, fingerprint: Callable[[Path], str] | None = None
 ) -> Artifact[S]:
-    """Return the artifact of a type that loads and saves itself; `fingerprint` as in `Artifact`."""
+    """Return the artifact of a `Stored` type; `fingerprint` as in `Artifact`."""
 
     def write(file: Path, value: S) -> None:
         value.save(file)
@@ -117,7 +118,7 @@ def artifact(
 
 
 def optional_artifact(kind: type[S], path: str, made_by: str = "") -> Artifact[S | None]:
-    """Return the same for a file that may be absent."""
+    """Return the artifact of a `Stored` type whose file may be absent."""
 
     def write(file: Path, value: S | None) -> None:
         assert value is not None  # `Artifact.store` removes the file instead
@@ -127,20 +128,20 @@ def optional_artifact(kind: type[S], path: str, made_by: str = "") -> Artifact[S
 
 
 def of(source: Artifact[T]) -> T:
-    """Declare that a field of a dataclass holds the value of an artifact."""
+    """Declare a field of a dataclass as the value of an artifact."""
     return cast(T, dataclasses.field(metadata={"artifact": source}))
 
 
 def figures() -> Metrics:
-    """Declare the field of a stage's `Writes` that holds the stage's figures."""
+    """Declare the field of a stage's `Writes` for the stage's figures."""
     return cast(Metrics, dataclasses.field())
 
 
 def artifacts_of(bundle: type[DataclassInstance]) -> Iterator[tuple[str, Artifact[Any]]]:
     """Yield name and artifact of each field that `of` declares."""
-    for field in dataclasses.fields(bundle):
-        if "artifact" in field.metadata:
-            yield field.name, field.metadata["artifact"]
+    for declared in dataclasses.fields(bundle):
+        if "artifact" in declared.metadata:
+            yield declared.name, declared.metadata["artifact"]
 
 
 Load = Callable[[Any, Artifact[Any]], Any]
@@ -148,7 +149,7 @@ B = TypeVar("B", bound="DataclassInstance")
 
 
 def load_artifact(folder: HasRoot, source: Artifact[T]) -> T:
-    """Return the value of an artifact; the default of functions that take a `Load`."""
+    """Return the value of an artifact; the default for functions that take a `Load`."""
     return source.load(folder)
 
 
@@ -157,6 +158,27 @@ def load_bundle(folder: HasRoot, bundle: type[B], load: Load = load_artifact) ->
 
     Raises
     ------
-    InputError : one of them is missing (and not optional) or damaged.
+    InputError : an artifact is missing (and not optional) or damaged.
     """
     return bundle(**{name: load(folder, source) for name, source in artifacts_of(bundle)})
+
+
+@dataclass(frozen=True)
+class Context:
+    """The folders, progress and records of a stage's run.
+
+    Parameters
+    ----------
+    scratch : an empty folder on the scan's disk, deleted after the stage. Outputs are created
+        here and moved into place.
+    cache : the scan's `work/`, which may be deleted at any time and only saves time.
+    progress : receives the steps.
+    title : the scan's name, for people.
+    records : records of the stages' last runs, by name; for reports, never for results.
+    """
+
+    scratch: Path
+    cache: Path
+    progress: Progress = field(default_factory=Silent)
+    title: str = ""
+    records: Mapping[str, StageRecord] = field(default_factory=dict)

@@ -28,7 +28,7 @@ class SparseModel:
 
     @classmethod
     def load(cls, path: Path) -> SparseModel:
-        """The folder; InputError where it holds no model (see `open_model`)."""
+        """Return the model of a folder; raise InputError if it has none (see `open_model`)."""
         _check_model(path)
         return cls(path)
 
@@ -38,28 +38,28 @@ class SparseModel:
 
     @cached_property
     def views(self) -> tuple[View, ...]:
-        """The registered photos without masks, sorted by name."""
+        """Return the registered photos without masks, sorted by name."""
         return tuple(read_views(self.folder))
 
     def open(self) -> pycolmap.Reconstruction:
-        """The model, read anew at each call: COLMAP's functions change it in place."""
+        """Return the model, read anew at each call, because COLMAP's functions modify it."""
         return open_model(self.folder)
 
 
 def _check_model(path: Path) -> None:
     if not any((path / f"images{suffix}").is_file() for suffix in (".bin", ".txt")):
         raise InputError(
-            f"{path}: no COLMAP model here (cameras, images and points3D as .bin or .txt)"
+            f"{path}: not a COLMAP model (cameras, images and points3D as .bin or .txt)"
         )
 
 
 def open_model(path: Path) -> pycolmap.Reconstruction:
-    """The model in a folder.
+    """Return the model in a folder.
 
     Raises
     ------
-    InputError : the folder holds no COLMAP model, or it cannot be read; a photo's name leads out
-        of its folder, or its pose or camera is none.
+    InputError : the folder has no readable COLMAP model; or a photo's name points out of its
+        folder, or its pose or camera is invalid.
     """
     from walltopo.geometry.colmap import pycolmap
 
@@ -71,14 +71,14 @@ def open_model(path: Path) -> pycolmap.Reconstruction:
         with naming(path):
             _check_images(model)
     except (IndexError, MemoryError, RuntimeError, ValueError) as error:
-        raise InputError(f"{path}: the COLMAP model cannot be read: {error}") from error
+        raise InputError(f"{path}: unreadable COLMAP model: {error}") from error
     return model
 
 
 def _check_images(model: pycolmap.Reconstruction) -> None:
-    """Refuse photos whose name, pose or camera is none."""
+    """Reject images with an invalid name, pose or camera."""
     names = [str(image.name) for image in model.images.values()]
-    check_once("a photo called", names)
+    check_once("a photo named", names)
     for name in names:
         check_name(name)
     for image in model.images.values():
@@ -87,7 +87,7 @@ def _check_images(model: pycolmap.Reconstruction) -> None:
 
 
 def view_of_image(image: pycolmap.Image) -> View:
-    """A `View` without masks of a registered image."""
+    """Return a registered image as a `View` without masks."""
     camera = image.camera
     pose = image.cam_from_world
     pose = pose() if callable(pose) else pose
@@ -101,7 +101,7 @@ def view_of_image(image: pycolmap.Image) -> View:
 
 
 def read_views(path: Path) -> list[View]:
-    """The registered photos of a COLMAP model as views without masks, sorted by name.
+    """Return the registered photos of a COLMAP model as views without masks, sorted by name.
 
     Raises
     ------
@@ -120,8 +120,8 @@ _PARAMETERS = (3, 4, 4, 5, 8, 8, 12, 5, 4, 5, 12, 16, 4, 5, 3, 4, 6, 2)
 _POSE = 7 * 8
 
 
-class _Walk:
-    """Goes through the bytes of a file; `_Cut` where they end early."""
+class _Reader:
+    """Steps through the bytes of a file; raises `_TruncatedError` if they end early."""
 
     def __init__(self, data: bytes) -> None:
         self.data = data
@@ -130,7 +130,7 @@ class _Walk:
     def skip(self, size: int) -> None:
         self.at += size
         if self.at > len(self.data):
-            raise _Cut
+            raise _TruncatedError
 
     def number(self, kind: str) -> int:
         start = self.at
@@ -141,50 +141,50 @@ class _Walk:
     def text(self) -> None:
         end = self.data.find(0, self.at)
         if end < 0:
-            raise _Cut
+            raise _TruncatedError
         self.at = end + 1
 
 
-class _Cut(Exception):  # noqa: N818
-    """The file ends before what its counts promise."""
+class _TruncatedError(Exception):
+    """The file has fewer bytes than its counts require."""
 
 
-def _camera(walk: _Walk) -> None:
-    walk.skip(4)
-    model = walk.number("i")
+def _camera(reader: _Reader) -> None:
+    reader.skip(4)
+    model = reader.number("i")
     if not 0 <= model < len(_PARAMETERS):
         raise InputError(f"camera model {model} is unknown")
-    walk.skip(16 + 8 * _PARAMETERS[model])
+    reader.skip(16 + 8 * _PARAMETERS[model])
 
 
-def _image(walk: _Walk) -> None:
-    walk.skip(4 + _POSE + 4)
-    walk.text()
-    walk.skip(walk.number("Q") * 24)
+def _image(reader: _Reader) -> None:
+    reader.skip(4 + _POSE + 4)
+    reader.text()
+    reader.skip(reader.number("Q") * 24)
 
 
-def _point(walk: _Walk) -> None:
-    walk.skip(8 + 24 + 3 + 8)
-    walk.skip(walk.number("Q") * 8)
+def _point(reader: _Reader) -> None:
+    reader.skip(8 + 24 + 3 + 8)
+    reader.skip(reader.number("Q") * 8)
 
 
-def _rig(walk: _Walk) -> None:
-    walk.skip(4)
-    sensors = walk.number("I")
+def _rig(reader: _Reader) -> None:
+    reader.skip(4)
+    sensors = reader.number("I")
     if sensors:
-        walk.skip(8)
+        reader.skip(8)
     for _ in range(sensors - 1):
-        walk.skip(8)
-        if walk.number("B"):
-            walk.skip(_POSE)
+        reader.skip(8)
+        if reader.number("B"):
+            reader.skip(_POSE)
 
 
-def _frame(walk: _Walk) -> None:
-    walk.skip(8 + _POSE)
-    walk.skip(walk.number("I") * 16)
+def _frame(reader: _Reader) -> None:
+    reader.skip(8 + _POSE)
+    reader.skip(reader.number("I") * 16)
 
 
-_FILES: dict[str, Callable[[_Walk], None]] = {
+_FILES: dict[str, Callable[[_Reader], None]] = {
     "cameras.bin": _camera,
     "images.bin": _image,
     "points3D.bin": _point,
@@ -194,12 +194,12 @@ _FILES: dict[str, Callable[[_Walk], None]] = {
 
 
 def check_model_files(folder: Path) -> None:
-    """Go through the binary files of a model that are there.
+    """Check the structure of a model's binary files, of which some may be missing.
 
     Raises
     ------
-    InputError : a file ends before or after what its counts say, or has an unknown camera model;
-        names it.
+    InputError : a file is shorter or longer than its counts require, or has an unknown camera
+        model (the message names the file).
     """
     for name, entry in _FILES.items():
         path = folder / name
@@ -207,19 +207,19 @@ def check_model_files(folder: Path) -> None:
             _check(path, entry)
 
 
-def _check(path: Path, entry: Callable[[_Walk], None]) -> None:
-    walk = _Walk(path.read_bytes())
+def _check(path: Path, entry: Callable[[_Reader], None]) -> None:
+    reader = _Reader(path.read_bytes())
     count = 0
     try:
-        count = walk.number("Q")
+        count = reader.number("Q")
         for _ in range(count):
-            entry(walk)
-    except _Cut as error:
+            entry(reader)
+    except _TruncatedError as error:
         raise InputError(
-            f"{path}: is cut off or damaged: it promises {count} entries in {len(walk.data)} bytes",
+            f"{path}: truncated or damaged: {count} entries in {len(reader.data)} bytes",
             "Copy the model again, or run COLMAP again.",
         ) from error
     except InputError as error:
         raise InputError(f"{path}: {error.message}") from error
-    if walk.at != len(walk.data):
-        raise InputError(f"{path}: damaged: its {count} entries end at byte {walk.at} already")
+    if reader.at != len(reader.data):
+        raise InputError(f"{path}: damaged: its {count} entries end at byte {reader.at}")

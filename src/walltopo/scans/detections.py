@@ -12,25 +12,25 @@ import msgspec
 from walltopo.core import InputError, Mask
 from walltopo.core.errors import naming
 from walltopo.core.files import write_json
-from walltopo.core.mask import check_picture_size
+from walltopo.core.view import check_picture_size
 from walltopo.scans.document import Label, Side, check_once, read_document
 from walltopo.scans.segmentation import Segmentation, decode_segmentation, encode_mask
 
 CocoId = Annotated[int, msgspec.Meta(ge=-(2**63), le=2**63 - 1)]
-LEAST_BUDGET = 1 << 30
-PIXELS_A_BYTE = 256
+MIN_BUDGET = 1 << 30
+PIXELS_PER_BYTE = 256
 
 
 @dataclass(frozen=True)
 class Detections:
-    """What a detector found in each photo.
+    """The detections in each photo.
 
     Parameters
     ----------
-    masks : photo name to its masks, in the order of the file; photos without any are there too.
+    masks : photo name to masks, in the order of the file; photos without masks are included.
     sizes : photo name to (width, height).
     classes : class name by label.
-    description : of what found them.
+    description : of the detector.
     """
 
     masks: Mapping[str, tuple[Mask, ...]]
@@ -40,11 +40,11 @@ class Detections:
 
     @classmethod
     def load(cls, path: Path) -> Detections:
-        """Read a COCO file. Labels are COCO's category ids; without `score` a mask is certain.
+        """Return a COCO file's content. Labels are category ids; the default `score` is 1.
 
         Raises
         ------
-        InputError : the file is missing, is not COCO, or an annotation is broken; names which.
+        InputError : the file is missing or not COCO, or an annotation is invalid (it is named).
         """
         data = read_document(path, CocoFile)
         images = {image.id: image for image in data.images}
@@ -67,7 +67,7 @@ class Detections:
         )
 
     def save(self, path: Path) -> None:
-        """Write COCO with compressed RLE, `bbox`, `area` and `score`; atomic."""
+        """Write COCO with compressed RLE, `bbox`, `area` and `score`, atomically."""
         images: list[dict[str, Any]] = []
         rows: list[dict[str, Any]] = []
         for number, (name, (width, height)) in enumerate(self.sizes.items(), start=1):
@@ -106,7 +106,7 @@ class CocoAnnotation(msgspec.Struct, frozen=True):
 
 
 class CocoFile(msgspec.Struct, frozen=True):
-    """What is read of a COCO file; other keys are passed over."""
+    """The keys of a COCO file that are read; others are ignored."""
 
     images: tuple[CocoImage, ...]
     categories: tuple[CocoCategory, ...]
@@ -121,29 +121,30 @@ class CocoFile(msgspec.Struct, frozen=True):
         categories = {category.id for category in self.categories}
         for row in self.annotations:
             if row.image_id not in images:
-                raise InputError(f"annotation {row.id}: there is no image {row.image_id}")
+                raise InputError(f"annotation {row.id}: image {row.image_id} does not exist")
             if row.category_id not in categories:
-                raise InputError(f"annotation {row.id}: there is no category {row.category_id}")
+                message = f"annotation {row.id}: category {row.category_id} does not exist"
+                raise InputError(message)
 
 
 class MaskBudget:
-    """How many pixels the masks of a file may have, together.
+    """A limit on the total number of mask pixels of a file.
 
-    A mask of a whole picture is some bytes in a file and up to 250 MB in memory. Masks of holds
-    have 10 to 80 pixels a byte.
+    A mask of a whole picture is a few bytes in a file and up to 250 MB in memory. Masks of holds
+    have 10 to 80 pixels per byte.
     """
 
     def __init__(self, path: Path) -> None:
-        self.most = max(LEAST_BUDGET, PIXELS_A_BYTE * path.stat().st_size)
+        self.max_pixels = max(MIN_BUDGET, PIXELS_PER_BYTE * path.stat().st_size)
         self.used = 0
 
     def spend(self, mask: Mask) -> None:
-        """Count a mask in; InputError where it is too much."""
+        """Count a mask; raise InputError if the limit is exceeded."""
         self.used += mask.bitmap.size
-        if self.used > self.most:
+        if self.used > self.max_pixels:
             raise InputError(
-                f"the masks up to here take more than {self.most >> 20} MB of memory",
-                "Masks of holds are small; is this a file of masks of whole photos?",
+                f"the masks up to here need more than {self.max_pixels >> 20} MB of memory",
+                "Masks of holds are small; check that the file does not mask whole photos.",
             )
 
 
@@ -156,11 +157,11 @@ def _annotation(mask: Mask, number: int, image: int) -> dict[str, Any]:
         "bbox": [float(v) for v in mask.box],
         "area": mask.area,
         "iscrowd": 0,
-        "score": max(round(float(mask.score), 4), 1e-4),  # 0 is no score
+        "score": max(round(float(mask.score), 4), 1e-4),  # a score must not be 0
     }
 
 
 def read_coco_masks(path: Path) -> tuple[dict[str, tuple[Mask, ...]], dict[int, str]]:
-    """Masks by photo name, and class names by label, of a COCO file; see `Detections.load`."""
+    """Return masks by photo name, and class names by label, of a COCO file."""
     found = Detections.load(Path(path))
     return dict(found.masks), dict(found.classes)

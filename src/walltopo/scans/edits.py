@@ -2,12 +2,12 @@
 
     {"version": 2, "edits": [{"do": "remove", "hold": {"id": 7, "at": [1.2, -0.1, 2.0]}}, ...]}
 
-The log is replayed from what the scan found, from its first entry to its last, every time anew: so
-an entry counts once, in its place, and to take the last one back is to drop it.
+The log is replayed from its first entry to its last on the scan before any edit, every time anew.
+An entry therefore applies once, at its position; undoing the last entry means removing it.
 
-Ids may change from scan to scan, places hardly do. So every hold is given by its id and its
-position (metres, world frame; as it was when the entry was made), every route by its id and the
-position of one of its holds; the replay looks for the place first (`walltopo.editing.replay`).
+Ids may change from scan to scan, positions hardly do. Every hold is therefore given by its id and
+its position (metres, world frame, when the entry was made), and every route by its id and the
+position of one of its holds. The replay looks for the position first (`walltopo.editing.replay`).
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ import msgspec
 from walltopo.core.files import write_json
 from walltopo.scans.document import Coordinate, Label, read_document
 
-MOST = 50_000  # entries; the largest wall has some thousand holds
-LARGEST_REGION = 1.5  # metres: radius of the largest volume that may be added by a tap
+MAX = 50_000  # entries; the largest wall has a few thousand holds
+LARGEST_REGION = 1.5  # metres: radius of the largest volume that can be added by a tap
 
 Text = Annotated[str, msgspec.Meta(max_length=200)]
 LongText = Annotated[str, msgspec.Meta(max_length=4000)]
-# Or empty; the class that has one checks it.
+# Or empty; a class with such a field checks it.
 Date = Annotated[str, msgspec.Meta(max_length=10, extra={"is": "date"})]
 Radius = Annotated[float, msgspec.Meta(gt=0, lt=10)]
 Place = tuple[Coordinate, Coordinate, Coordinate]
@@ -34,7 +34,7 @@ RoleName = Literal["start", "top", "zone", "foot", "hand"]
 
 
 def check_text(name: str, value: str) -> None:
-    """Refuse half a surrogate pair, which is no text: no file can hold it."""
+    """Raise ValueError for a lone surrogate, which no file can store."""
     try:
         value.encode("utf-8")
     except UnicodeEncodeError as error:
@@ -42,20 +42,20 @@ def check_text(name: str, value: str) -> None:
 
 
 class Ref(msgspec.Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=True):
-    """A hold, or a route.
+    """A reference to a hold or a route.
 
     Parameters
     ----------
-    id : its id when the entry was made; 0: none, where an entry allows it.
-    at : the hold's position then; of a route: that of a hold of it. Without it the id alone counts.
+    id : its id when the entry was made; 0: none, if an entry allows it.
+    at : the hold's position then, or that of one of the route's holds; without it only `id` counts.
     """
 
     id: Label
     at: Place | None = None
 
 
-Refs = Annotated[tuple[Ref, ...], msgspec.Meta(min_length=1, max_length=MOST)]
-MaybeRefs = Annotated[tuple[Ref, ...], msgspec.Meta(max_length=MOST)]
+Refs = Annotated[tuple[Ref, ...], msgspec.Meta(min_length=1, max_length=MAX)]
+MaybeRefs = Annotated[tuple[Ref, ...], msgspec.Meta(max_length=MAX)]
 
 
 class _Edit(
@@ -66,7 +66,7 @@ class _Edit(
     forbid_unknown_fields=True,
     tag_field="do",
 ):
-    """An entry; what was not given is not written."""
+    """An entry; default values are not written."""
 
     def __post_init__(self) -> None:
         for name in self.__struct_fields__:
@@ -76,7 +76,7 @@ class _Edit(
 
 
 class SetHold(_Edit, frozen=True, kw_only=True, tag="hold"):
-    """Any of a hold's colour, type and class."""
+    """Set any of a hold's colour, type and class."""
 
     hold: Ref
     colour: Text | None = None
@@ -85,19 +85,19 @@ class SetHold(_Edit, frozen=True, kw_only=True, tag="hold"):
 
 
 class Remove(_Edit, frozen=True, kw_only=True, tag="remove"):
-    """This is no hold."""
+    """Mark an instance as no hold."""
 
     hold: Ref
 
 
 class Keep(_Edit, frozen=True, kw_only=True, tag="keep"):
-    """An instance that was left out (by the scan, or by `remove`) is a hold after all."""
+    """Restore an instance that the scan or `remove` took for no hold."""
 
     hold: Ref
 
 
 class SetRole(_Edit, frozen=True, kw_only=True, tag="role"):
-    """What a hold is in its route; "hand": none of the others. It says nothing of other holds."""
+    """Set the role of a hold in its route; "hand": none of the others. Other holds keep theirs."""
 
     hold: Ref
     route: Ref
@@ -105,13 +105,12 @@ class SetRole(_Edit, frozen=True, kw_only=True, tag="role"):
 
 
 class Add(_Edit, frozen=True, kw_only=True, tag="add"):
-    """A hold that the scan missed: grows on the surface from a place to the edge of relief and
-    colour.
+    """Add a hold that the scan missed; it grows from a place to the edge of relief and colour.
 
     Parameters
     ----------
     hold : its new id (the highest in use + 1; 0: the next free one), and the place.
-    radius : no part of it is farther from the place, metres; `radius_m` in the file.
+    radius : maximum distance of its triangles from the place, metres; `radius_m` in the file.
     """
 
     hold: Ref
@@ -121,7 +120,7 @@ class Add(_Edit, frozen=True, kw_only=True, tag="add"):
 
 
 class Paint(_Edit, frozen=True, kw_only=True, tag="paint"):
-    """A ball: the triangles whose centroid lies in it go to the hold (id 0: to the wall)."""
+    """Assign the triangles with centroids in a ball to a hold (id 0: to the wall)."""
 
     hold: Ref
     at: Place
@@ -129,10 +128,10 @@ class Paint(_Edit, frozen=True, kw_only=True, tag="paint"):
 
 
 class Cut(_Edit, frozen=True, kw_only=True, tag="cut"):
-    """An instance becomes two, along the line through two places as seen from before the wall.
+    """Cut an instance in two, along the line through two places as seen from the front.
 
-    The larger part keeps the id, the other gets `new` (the highest in use + 1;
-    0: the next free one).
+    The larger part keeps the id, the other gets `new` (the highest in use + 1; 0: the next free
+    one).
     """
 
     hold: Ref
@@ -141,20 +140,19 @@ class Cut(_Edit, frozen=True, kw_only=True, tag="cut"):
 
 
 class Join(_Edit, frozen=True, kw_only=True, tag="join"):
-    """Instances become one, under the first one's id, with its attributes."""
+    """Join instances under the first one's id, with its attributes."""
 
     holds: Refs
 
 
 class Merge(_Edit, frozen=True, kw_only=True, tag="merge"):
-    """Routes become one, under the first one's id, with its attributes."""
+    """Merge routes under the first one's id, with its attributes."""
 
     routes: Refs
 
 
 class Split(_Edit, frozen=True, kw_only=True, tag="split"):
-    """Holds leave their route and make one of their own, `new` (the highest in use + 1; 0: the next
-    free one)."""
+    """Split holds off their route into a new one, `new` (highest id + 1; 0: the next free id)."""
 
     route: Ref
     holds: Refs
@@ -162,21 +160,21 @@ class Split(_Edit, frozen=True, kw_only=True, tag="split"):
 
 
 class Assign(_Edit, frozen=True, kw_only=True, tag="assign"):
-    """A hold belongs to a route (id 0: to none)."""
+    """Assign a hold to a route (id 0: to none)."""
 
     hold: Ref
     route: Ref
 
 
 class SetProblem(_Edit, frozen=True, kw_only=True, tag="problem"):
-    """A new route on holds that hang. They stay on the routes that they are on.
+    """Make a new route of existing holds, which stay on their other routes.
 
     Parameters
     ----------
-    hands : holds for hands and feet, from bottom to top; start, top : those of them.
-    feet : holds for feet alone.
+    hands : holds for hands and feet, from bottom to top; start, top : among them.
+    feet : holds for feet only.
     new : its id (the highest in use + 1; 0: the next free one).
-    proposed : by walltopo, and climbed by nobody yet.
+    proposed : whether walltopo proposed it and nobody has climbed it yet.
     """
 
     hands: Refs
@@ -188,22 +186,24 @@ class SetProblem(_Edit, frozen=True, kw_only=True, tag="problem"):
 
 
 class Share(_Edit, frozen=True, kw_only=True, tag="share"):
-    """A hold is of this route too, and stays on the one that it is on."""
+    """Add a hold to a route; it stays on its own one."""
 
     hold: Ref
     route: Ref
 
 
 class Leave(_Edit, frozen=True, kw_only=True, tag="leave"):
-    """A hold is not of this route any more; its others keep it."""
+    """Remove a hold from a route; its other routes keep it."""
 
     hold: Ref
     route: Ref
 
 
 class SetRoute(_Edit, frozen=True, kw_only=True, tag="route"):
-    """Any of a route's attributes; empty text clears one. `date`: ISO, such as 2026-03-01;
-    `proposed`: see `SetProblem`."""
+    """Set any of a route's attributes; an empty text clears one.
+
+    `date`: ISO, such as 2026-03-01; `proposed`: see `SetProblem`.
+    """
 
     route: Ref
     name: Text | None = None
@@ -245,16 +245,16 @@ Edit = (
 
 
 class EditLog(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """`edits.json`; the entries count in their order."""
+    """`edits.json`; the entries apply in their order."""
 
     version: Literal[2] = 2
-    edits: Annotated[tuple[Edit, ...], msgspec.Meta(max_length=MOST)] = ()
+    edits: Annotated[tuple[Edit, ...], msgspec.Meta(max_length=MAX)] = ()
 
     @classmethod
     def load(cls, path: Path) -> EditLog:
-        """Read and check. InputError names the file and the entry."""
+        """Return the checked log; InputError names the file and the entry."""
         return read_document(path, cls)
 
     def save(self, path: Path) -> None:
-        """Write, atomically."""
+        """Write the file, atomically."""
         write_json(path, msgspec.to_builtins(self))

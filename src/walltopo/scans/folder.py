@@ -1,4 +1,4 @@
-"""The scan folder: each of its files, with its type and place (`docs/scan-folder.md`)."""
+"""The scan folder: each of its files, with type and path (`docs/scan-folder.md`)."""
 
 from __future__ import annotations
 
@@ -8,63 +8,67 @@ from pathlib import Path
 import msgspec
 
 from walltopo.core.files import atomic_path, hash_path
-from walltopo.geometry.ply import read_mesh, write_ply
+from walltopo.geometry.mesh_files import read_mesh, write_ply
 from walltopo.scans.artifacts import Artifact, artifact, optional_artifact
-from walltopo.scans.attributes import Attributes, RawAttributes
 from walltopo.scans.colmap_model import SparseModel
 from walltopo.scans.detections import Detections
 from walltopo.scans.edits import EditLog
 from walltopo.scans.holds import Holds
 from walltopo.scans.instances import InstanceRecords, InstanceTable, Relabelled
-from walltopo.scans.light import SceneLight
 from walltopo.scans.moves import Moves
-from walltopo.scans.photos import PhotoList, PhotoSet
-from walltopo.scans.pictures import Cutouts, Made, TextureImage, TextureUv
+from walltopo.scans.photos import PhotoList, PhotoSet, SourceList
+from walltopo.scans.pictures import Cutouts, Made, SceneLight, TextureImage, TextureUv
+from walltopo.scans.poses import GivenPoses, PosesFit
 from walltopo.scans.routes import Routes
 from walltopo.scans.scale import Aligned, Scale
-from walltopo.scans.sources import SourceList
 
 
 class ScanFolder:
     """One scan on disk; each attribute is a path, and on the class the artifact itself."""
 
-    # The user's files that the scan is made from; the runner writes it before `ingest`.
+    # The user's files of the scan; the runner writes the list before `ingest`.
     sources = artifact(SourceList, "sources.json", "", SourceList.fingerprint)
-    # Upright JPEG photos without personal EXIF, and the list of them and of what was left out.
+    # The poses of `sparse.poses`; the runner writes them before `ingest`.
+    poses = optional_artifact(GivenPoses, "poses.json")
+    # Upright JPEG photos without personal EXIF, and the list of photos and skipped files.
     photos = artifact(PhotoSet, "photos", "ingest")
     photo_list = artifact(PhotoList, "photos.json", "ingest")
-    # The COLMAP model as reconstructed, before `scale` gives it metres and up.
+    # The COLMAP model as reconstructed, before `scale` sets unit and orientation.
     sparse_raw = artifact(SparseModel, "work/sparse", "sparse")
-    # The reference that the photos were aligned to; absent without one.
+    # The alignment of the photos to a reference; absent without one.
     aligned = optional_artifact(Aligned, "work/aligned.json", "sparse")
+    # How the model agrees with given poses, in whose frame it is; absent without any.
+    poses_fit = optional_artifact(PosesFit, "work/poses-fit.json", "sparse")
     sparse = artifact(SparseModel, "sparse", "scale")
     scale = artifact(Scale, "scale.json", "scale")
     mesh = Artifact("mesh.ply", "dense", read_mesh, write_ply)
+    # The texture that came with a ready mesh; absent without one.
+    given_texture = optional_artifact(TextureImage, "work/given-texture.png", "dense")
+    given_uv = optional_artifact(TextureUv, "work/given-texture.npz", "dense")
     texture = artifact(TextureImage, "texture.png", "texture")
     # (F, 3, 2) float32 in [0, 1], origin at the image's top left.
     texture_uv = artifact(TextureUv, "texture.npz", "texture")
     detections = artifact(Detections, "detections.json", "detect")
-    # Instances by masks alone, before `propose`; and their scores, labels, votes and masks.
+    # Instances from masks alone, before `propose`; and their scores, labels, votes and masks.
     lifted = artifact(InstanceTable, "work/instances.npz", "lift")
     lifted_records = artifact(InstanceRecords, "work/instances.json", "lift")
     instances = artifact(InstanceTable, "instances.npz", "propose")
     instance_records = artifact(InstanceRecords, "instances.json", "propose")
     # Colour, type and geometry of each instance before any edit; the light of the photos.
-    attributes_raw = artifact(RawAttributes, "work/attributes.json", "classify")
+    holds_raw = artifact(Holds, "work/holds.json", "classify")
     light = artifact(SceneLight, "work/light.npz", "classify")
     cutouts = artifact(Cutouts, "cutouts", "classify")
     routes_raw = artifact(Routes, "work/routes.json", "routes")
-    attributes = artifact(Attributes, "attributes.json", "edit")
     routes = artifact(Routes, "routes.json", "edit")
     holds = artifact(Holds, "holds.json", "edit")
-    # Triangles whose label edits changed; absent where none did.
+    # Triangles whose label an edit changed; absent without any.
     relabelled = optional_artifact(Relabelled, "relabelled.npz", "edit")
     glb = artifact(Made, "wall.glb", "export")
     report = artifact(Made, "report.html", "export")
     page = artifact(Made, "index.html", "export")
     # The viewer's script and the tiers of the wall that `index.html` loads.
     page_assets = artifact(Made, "page", "export")
-    # Written by `walltopo moves`; the script is for a page that is opened from disk.
+    # Written by `walltopo moves`; the script is for pages opened from disk.
     moves = optional_artifact(Moves, "moves.json")
     moves_script = optional_artifact(Made, "moves.js")
     # A setter's corrections, replayed on every run.
@@ -78,12 +82,12 @@ class ScanFolder:
 
     @property
     def manifest(self) -> Path:
-        """`scan.json`: settings, and how each stage went."""
+        """Return the path of `scan.json`: settings, and the records of all stages."""
         return self.root / "scan.json"
 
     @property
     def work(self) -> Path:
-        """Intermediate files that can be deleted at any time."""
+        """Return the folder of intermediate files, which can be deleted at any time."""
         return self.root / "work"
 
 
@@ -95,7 +99,7 @@ _OWN = {Path(item.path).parts[0] for item in ARTIFACTS} | {"scan.json", "work", 
 
 
 def owning_scan(path: Path) -> ScanFolder | None:
-    """Return the scan folder that `path` is, or one of whose own files it is; else None."""
+    """Return the scan folder at `path`, or the one to which the file `path` belongs, or None."""
     path = path.absolute()
     for root in (path, *path.parents):
         scan = ScanFolder(root)
@@ -105,24 +109,24 @@ def owning_scan(path: Path) -> ScanFolder | None:
 
 
 def world_frame(scan: ScanFolder) -> str:
-    """Return what identifies the world frame of a scan; "" where an old walltopo left no note.
+    """Return the identity of a scan's world frame; "" if an old version did not record it.
 
-    A scan with a frame of its own is identified by the content of its model: measured again it has
-    another frame, although its folder keeps its name. A scan that was registered into a reference
-    has the reference's frame.
+    A scan with its own frame is identified by the content of its model: a new measurement changes
+    the frame, although the folder keeps its name. A scan that was registered into a reference has
+    the reference's frame.
 
     Raises
     ------
-    InputError : its `scale.json` is missing or damaged.
+    InputError : `scale.json` is missing or damaged.
     """
     scale = Scale.load(scan.scale)
     return scale.reference_frame if scale.method == "reference" else hash_path(scan.sparse)
 
 
 def write_moves(folder: ScanFolder, moves: Moves) -> None:
-    """Write `moves.json`, and the same as a script: pages opened from disk may not fetch files."""
+    """Write `moves.json`, and the same as a script, because pages on disk cannot fetch files."""
     moves.save(folder.moves)
-    # JSON is JavaScript but for what would end a script, which hold no names here: ids and numbers.
+    # JSON is valid JavaScript; the ids and numbers here contain nothing that ends a script.
     text = json.dumps(msgspec.to_builtins(moves, str_keys=True))
     with atomic_path(folder.moves_script) as temporary:
         temporary.write_text(f"window.wallTopoMoves={text};\n", encoding="utf-8")

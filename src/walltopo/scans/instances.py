@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh
 from walltopo.core.files import atomic_path
-from walltopo.scans.arrays import read_arrays
-from walltopo.scans.document import Count, Document, Label, Share
+from walltopo.scans.document import Count, Document, Label, Share, read_arrays
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,11 +30,11 @@ class InstanceTable:
 
     @classmethod
     def load(cls, path: Path) -> InstanceTable:
-        """Read.
+        """Return the checked table of a file.
 
         Raises
         ------
-        InputError : the file is missing or damaged, or its arrays are no such table.
+        InputError : the file is missing or damaged, or its arrays are invalid.
         """
         labels, scores = read_arrays(path, "face_instance", "face_score")
         if labels.ndim != 1 or labels.shape != scores.shape:
@@ -50,14 +49,14 @@ class InstanceTable:
         return cls(labels.astype(np.int32), scores.astype(np.float32))
 
     def save(self, path: Path) -> None:
-        """Write, atomically."""
+        """Write the file, atomically."""
         with atomic_path(path) as temporary, temporary.open("wb") as stream:
             np.savez_compressed(
                 stream, face_instance=self.face_instance, face_score=self.face_score
             )
 
     def check_fits(self, mesh: Mesh) -> None:
-        """Refuse a mesh of another run.
+        """Raise InputError if the instances belong to another mesh.
 
         Raises
         ------
@@ -65,30 +64,30 @@ class InstanceTable:
         """
         if len(self.face_instance) != len(mesh.faces):
             raise InputError(
-                f"instances.npz holds labels of {len(self.face_instance)} triangles, mesh.ply has "
+                f"instances.npz labels {len(self.face_instance)} triangles, mesh.ply has "
                 f"{len(mesh.faces)}",
-                "They are of different runs; run the scan again with --from lift.",
+                "The files are from different runs; run the scan again with --from lift.",
             )
 
 
-def _within(values: NDArray[Any], most: float) -> bool:
-    """Whether all lie in [0, most]; NaN does not."""
-    return bool(((values >= 0) & (values <= most)).all())
+def _within(values: NDArray[Any], limit: float) -> bool:
+    """Return whether all values lie in [0, limit]; NaN does not."""
+    return bool(((values >= 0) & (values <= limit)).all())
 
 
 class InstanceRecord(msgspec.Struct, frozen=True, omit_defaults=True):
-    """What is known of one instance.
+    """The record of one instance.
 
     Parameters
     ----------
     id : the value in `face_instance`.
     label : class id; kind : its name ("class" in the file).
-    score : the lift's, in [0, 1], 0 where no mask was lifted to it.
+    score : the lift's score in [0, 1], 0 if no mask was lifted to it.
     votes : share of the votes by class id.
     views : photo name and number of the mask, for every mask that supports it.
     faces : number of its triangles.
-    evidence : how likely it is a hold, by masks, relief and colour together; None where only
-        masks were asked.
+    evidence : probability that it is a hold, by masks, relief and colour together; None if only
+        masks were used.
     """
 
     id: Label
@@ -101,8 +100,8 @@ class InstanceRecord(msgspec.Struct, frozen=True, omit_defaults=True):
     evidence: Share | None = None
 
     @property
-    def surety(self) -> float:
-        """What it is ranked by: the evidence, or the lift's score where there is none."""
+    def confidence(self) -> float:
+        """Return the score for ranking: the evidence, else the lift's score."""
         return self.score if self.evidence is None else self.evidence
 
 
@@ -119,17 +118,17 @@ class InstanceRecords(Document, frozen=True, kw_only=True):
     instances: tuple[InstanceRecord, ...]
 
 
-_MOST = np.iinfo(np.int32).max
+_MAX = np.iinfo(np.int32).max
 
 
 @dataclass(frozen=True, eq=False)
 class Relabelled:
-    """What differs from `instances.npz`.
+    """The changes against `instances.npz`.
 
     Parameters
     ----------
     face : (n,) int32, triangles of `mesh.ply`, ascending.
-    label : (n,) int32, the hold that each belongs to now, 0 = wall.
+    label : (n,) int32, the new hold of each triangle, 0 = wall.
     """
 
     face: NDArray[np.int32]
@@ -137,17 +136,17 @@ class Relabelled:
 
     @classmethod
     def between(cls, before: NDArray[np.int32], after: NDArray[np.int32]) -> Relabelled | None:
-        """The change of (F,) labels; None where there is none."""
+        """Return the change of (F,) labels, or None without a change."""
         face = np.flatnonzero(before != after)
         return cls(face.astype(np.int32), after[face]) if len(face) else None
 
     @classmethod
     def load(cls, path: Path) -> Relabelled:
-        """Read.
+        """Return the checked table of a file.
 
         Raises
         ------
-        InputError : the file is missing or damaged, or its arrays are no such table.
+        InputError : the file is missing or damaged, or its arrays are invalid.
         """
         face, label = read_arrays(path, "face", "label")
         if face.ndim != 1 or face.shape != label.shape:
@@ -155,27 +154,27 @@ class Relabelled:
                 f"{path}: face and label must both be (n,), got {face.shape} and {label.shape}"
             )
         for name, values in (("face", face), ("label", label)):
-            if values.dtype.kind not in "iu" or not ((values >= 0) & (values <= _MOST)).all():
+            if values.dtype.kind not in "iu" or not ((values >= 0) & (values <= _MAX)).all():
                 raise InputError(f"{path}: {name} must be whole numbers >= 0")
         return cls(face.astype(np.int32), label.astype(np.int32))
 
     def save(self, path: Path) -> None:
-        """Write, atomically."""
+        """Write the file, atomically."""
         with atomic_path(path) as temporary, temporary.open("wb") as stream:
             np.savez_compressed(stream, face=self.face, label=self.label)
 
     def on(self, labels: NDArray[np.int32]) -> NDArray[np.int32]:
-        """(F,) labels with the changes; the input stays as it is.
+        """Return a copy of (F,) labels with the changes.
 
         Raises
         ------
-        InputError : it tells of triangles that are not there.
+        InputError : the mesh lacks a triangle of the changes.
         """
         if int(self.face.max(initial=-1)) >= len(labels):
             raise InputError(
-                f"relabelled.npz tells of triangle {int(self.face.max())}, the mesh has "
+                f"relabelled.npz labels triangle {int(self.face.max())}, the mesh has "
                 f"{len(labels)}",
-                "They are of different runs; run the scan again with --from edit.",
+                "The files are from different runs; run the scan again with --from edit.",
             )
         changed = labels.copy()
         changed[self.face] = self.label

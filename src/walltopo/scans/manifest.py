@@ -1,4 +1,4 @@
-"""`scan.json`: what each stage of a scan did, with which settings, on which inputs."""
+"""`scan.json`: the last run of each stage of a scan, with its settings and inputs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import msgspec
 
 from walltopo.core import InputError
 from walltopo.core.files import read_json, write_json
-from walltopo.scans.document import parse
+from walltopo.scans.document import Label, parse
 
 FORMAT_VERSION = 1
 
@@ -18,12 +18,12 @@ Metrics: TypeAlias = dict[str, Any]
 
 
 class Output(msgspec.Struct, frozen=True):
-    """An artifact as its stage left it.
+    """An artifact after its stage.
 
     Parameters
     ----------
     bytes : of the file, or of all files of the folder.
-    hash : of the content; empty where the (optional) artifact was not made.
+    hash : of the content; empty if the (optional) artifact was not written.
     """
 
     bytes: int
@@ -31,7 +31,7 @@ class Output(msgspec.Struct, frozen=True):
 
 
 class StageRecord(msgspec.Struct):
-    """One stage's last run.
+    """The record of one stage's last run.
 
     Parameters
     ----------
@@ -40,8 +40,8 @@ class StageRecord(msgspec.Struct):
     peak_mb : peak memory of the process during the stage, MiB.
     input_hash : hash of the stage's inputs, settings and code version.
     metrics : the stage's figures.
-    error : the message where it failed.
-    outputs : what it wrote, by the artifacts' names; what does not match is made again.
+    error : the message of a failure.
+    outputs : artifacts it wrote, by name; an artifact that does not match is made again.
     """
 
     state: Literal["running", "done", "failed", "interrupted"]
@@ -53,15 +53,51 @@ class StageRecord(msgspec.Struct):
     outputs: dict[str, Output] = {}
 
 
+class Joined(msgspec.Struct, frozen=True):
+    """What a partial rescan replaced of its reference (`sparse.part`).
+
+    Parameters
+    ----------
+    replaced_share : share of the reference's surface that the new photos replaced.
+    seam_mm : 95th percentile of the distance between both surfaces along the seam; None if they
+        nowhere meet.
+    photos_kept, photos_new : numbers of photos of the reference and of the rescan.
+    stays : ids of holds that were not photographed; same : photographed and unchanged; gone : no
+        more there; added : new.
+    """
+
+    replaced_share: float
+    seam_mm: float | None
+    photos_kept: int
+    photos_new: int
+    stays: tuple[Label, ...]
+    same: tuple[Label, ...]
+    gone: tuple[Label, ...]
+    added: tuple[Label, ...]
+
+    @property
+    def summary(self) -> str:
+        """Return one sentence for people."""
+        off = self.seam_mm
+        seam = "" if off is None else f"; 95 % of the seam is off by at most {off:.1f} mm"
+        return (
+            f"{100 * self.replaced_share:.0f} % of the wall replaced: {len(self.added)} holds new, "
+            f"{len(self.gone)} gone, {len(self.same)} unchanged, {len(self.stays)} not "
+            f"photographed{seam}"
+        )
+
+
 class Manifest(msgspec.Struct):
     """The manifest of one scan folder.
 
     Parameters
     ----------
     walltopo : version of the program that wrote it.
-    settings : of the last run, by section and key.
+    settings : settings of the last run, by section and key.
     sources : where the photos came from.
     stages : stage name to its last run.
+    joined : what a partial rescan replaced; None for other scans, and before it is joined. The
+        stages before `edit` of a joined scan never run again.
     """
 
     version: int
@@ -69,14 +105,15 @@ class Manifest(msgspec.Struct):
     settings: dict[str, dict[str, Any]]
     sources: list[str]
     stages: dict[str, StageRecord]
+    joined: Joined | None = None
 
     @classmethod
     def load(cls, path: Path) -> Manifest:
-        """Read `scan.json`; an empty one where there is none.
+        """Return the manifest of a file; an empty one if the file is missing.
 
         Raises
         ------
-        InputError : the file is damaged, is no manifest or was written by a newer walltopo.
+        InputError : the file is damaged, not a manifest or written by a newer walltopo.
         """
         if not path.is_file():
             return cls(FORMAT_VERSION, walltopo="", settings={}, sources=[], stages={})
@@ -91,5 +128,5 @@ class Manifest(msgspec.Struct):
         return parse(data, cls, str(path))
 
     def save(self, path: Path) -> None:
-        """Write, atomically."""
+        """Write the file, atomically."""
         write_json(path, msgspec.to_builtins(self))

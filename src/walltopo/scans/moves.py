@@ -1,4 +1,4 @@
-"""`moves.json`: how each route may be climbed, and about how hard it is."""
+"""`moves.json`: the likely moves of each route, and its grade range."""
 
 from __future__ import annotations
 
@@ -9,23 +9,22 @@ from typing import Literal
 import msgspec
 
 from walltopo.scans.document import Coordinate, Count, Document, Label, Share
-from walltopo.scans.holds import HoldRow
+from walltopo.scans.holds import Hold
 from walltopo.scans.routes import Route
 
 Limb = Literal["start", "left hand", "right hand", "left foot", "right foot"]
 
 
 class MoveRow(msgspec.Struct, frozen=True):
-    """One limb goes to a hold.
+    """The move of one limb to a hold.
 
     Parameters
     ----------
-    limb : which; "start": how one begins.
+    limb : the moving limb; "start" for the start.
     holds : hold ids of left hand, right hand, left foot, right foot afterwards; 0: on none.
     hip : world frame, when the limb arrives.
-    effort : of holding on meanwhile; 1 is hanging with one hand on a jug.
-    beyond : how far the hold is beyond reach, a leap; 0 where it is in reach; `beyond_m` in the
-        file.
+    effort : of holding on during the move; 1 is hanging with one hand on a jug.
+    beyond : distance of the hold beyond reach, a leap; 0 if in reach; `beyond_m` in the file.
     """
 
     limb: Limb
@@ -36,15 +35,15 @@ class MoveRow(msgspec.Struct, frozen=True):
 
 
 class ClimberRow(msgspec.Struct, frozen=True):
-    """How a climber may go.
+    """The likely moves of one climber.
 
     Parameters
     ----------
-    climber : child, short, adult, tall, or "you" for one whose height was given.
+    climber : child, short, adult, tall, or "you" for a given height.
     height, span : metres; `height_m` and `span_m` in the file.
     reached : whether the top is reached; else the moves end where both hands are highest.
-    crux : index of the hardest move of a hand.
-    moves : empty where not even the start is in reach.
+    crux : index of the hardest hand move.
+    moves : empty if even the start is out of reach.
     """
 
     climber: str
@@ -61,7 +60,7 @@ class GradeRow(msgspec.Struct, frozen=True):
     Parameters
     ----------
     coverage : share of climbs whose grade is in such a range.
-    graded : how many grades of this gym it leans on; 0: on those of a standard board alone.
+    graded : number of this gym's grades behind the range; 0: only those of a standard board.
     """
 
     low: str
@@ -71,7 +70,7 @@ class GradeRow(msgspec.Struct, frozen=True):
 
 
 class RouteMoves(msgspec.Struct, frozen=True):
-    """One route."""
+    """The moves and the grade of one route."""
 
     route: Label
     climbers: tuple[ClimberRow, ...]
@@ -79,12 +78,12 @@ class RouteMoves(msgspec.Struct, frozen=True):
 
 
 class Moves(Document, frozen=True, kw_only=True):
-    """`moves.json`; lengths of bodies are metres, places are in the scan's units.
+    """`moves.json`; lengths of bodies are metres, positions are in the scan's units.
 
     Parameters
     ----------
-    unit : how many units of the scan a metre is: 1 where it has a scale.
-    made_for : `moves_basis` of the holds and routes that the moves were found on.
+    unit : scan units per metre: 1 if the scan has a scale.
+    made_for : `moves_basis` of the holds and routes of these moves.
     """
 
     unit: Coordinate = 1.0
@@ -92,8 +91,8 @@ class Moves(Document, frozen=True, kw_only=True):
     routes: tuple[RouteMoves, ...]
 
 
-def moves_basis(holds: Iterable[HoldRow], routes: Iterable[Route]) -> str:
-    """Return a hash of what moves and grades depend on: moves of another hash are stale."""
+def moves_basis(holds: Iterable[Hold], routes: Iterable[Route]) -> str:
+    """Return a hash of the inputs of moves and grades: moves with another hash are stale."""
     basis = (
         [(h.id, h.kind, h.type, h.role, h.position, h.normal, h.size) for h in holds],
         [(r.id, r.holds, r.start, r.top, r.footholds, r.grade) for r in routes],

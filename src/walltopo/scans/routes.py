@@ -1,4 +1,4 @@
-"""`routes.json`: which holds belong together, and how people call a route."""
+"""`routes.json`: groups of holds, with their names and figures."""
 
 from __future__ import annotations
 
@@ -8,35 +8,37 @@ from walltopo.scans.document import Coordinate, Count, Document, Label, Rgb, Sha
 
 
 class Ambiguous(msgspec.Struct, frozen=True):
-    """A hold that two routes could own: its probability by route id."""
+    """A hold that may belong to two routes: its probability by route id."""
 
     hold: Label
     routes: dict[str, Share]
 
 
 class Route(msgspec.Struct, frozen=True):
-    """One route. Lengths are world units: metres where `Scale.metric`; the file's keys are
-    `length_m` and `largest_move_m`.
+    """One route.
+
+    Lengths are world units: metres if `Scale.metric`. The file's keys are `length_m` and
+    `largest_move_m`.
 
     Parameters
     ----------
     id : >= 1.
-    name, grade, setter, description : given by a setter, else empty.
-    date : when it was set, ISO (2026-03-01), given by a setter, else empty.
-    colour : the colour of its holds, or what a setter says; colour_rgb : what that looks like.
+    name, grade, setter, description : from a setter, else empty.
+    date : ISO date of setting (2026-03-01), from a setter, else empty.
+    colour : the colour of its holds, or the setter's; colour_rgb : its sRGB.
     holds : ids from bottom to top (hand holds and footholds; volumes are in no list because
         they belong to every route).
-    length : of the way from hand hold to hand hold.
+    length : of the polyline from hand hold to hand hold.
     steepness_deg : mean wall angle under its holds.
     steepness_profile : (height above the lowest hold, degrees) per hand hold.
     largest_move : longest distance from a hand hold to the nearest lower one.
     holds_by_type : type to count.
     start, top : ids of the start (one or two holds) and of the last hold.
-    zone : ids of the holds that a setter made the zone.
-    footholds : ids of holds for feet alone: too small for hands, or a setter says so.
-    doubtful_start, doubtful_top : why someone should have a look; empty where all speaks for them.
-    ambiguous : holds that two routes could own.
-    proposed : by walltopo, and climbed by nobody yet.
+    zone : ids of the zone holds, from a setter.
+    footholds : ids of holds for feet only: too small for hands, or marked so by a setter.
+    doubtful_start, doubtful_top : why a person should check the hold; empty if it is certain.
+    ambiguous : holds that may belong to two routes.
+    proposed : whether walltopo proposed it and nobody has climbed it yet.
     """
 
     id: Label
@@ -78,5 +80,5 @@ class Routes(Document, frozen=True, kw_only=True):
 
 
 def route_name(route: Route) -> str:
-    """Its setter's name, else as the page says, such as "Red 3"."""
+    """Return the setter's name of the route, else the page's, such as "Red 3"."""
     return route.name or f"{(route.colour or 'route').capitalize()} {route.id}"

@@ -1,4 +1,4 @@
-"""JSON Schemas of what a scan folder holds, for other programs.
+"""Write JSON Schemas of the files of a scan folder, for other programs.
 
     python -m walltopo.scans.schemas DIR
 
@@ -16,61 +16,64 @@ from typing import Any
 import msgspec
 
 from walltopo.core.files import atomic_path
-from walltopo.scans.attributes import Attributes
 from walltopo.scans.detections import CocoFile
 from walltopo.scans.edits import EditLog
 from walltopo.scans.holds import Holds
 from walltopo.scans.instances import InstanceRecords
 from walltopo.scans.manifest import Manifest
 from walltopo.scans.moves import Moves
-from walltopo.scans.photos import PhotoList
+from walltopo.scans.page_labels import PageLabels
+from walltopo.scans.people import PeopleList
+from walltopo.scans.photos import PhotoList, SourceList
 from walltopo.scans.pictures import CutoutIndex
+from walltopo.scans.poses import GivenPoses
 from walltopo.scans.routes import Routes
 from walltopo.scans.scale import Scale
-from walltopo.scans.sources import SourceList
 
 # File of the scan folder to its type.
 SCHEMAS: dict[str, type[msgspec.Struct]] = {
     "scan.json": Manifest,
     "photos.json": PhotoList,
+    "photos/people.json": PeopleList,
     "scale.json": Scale,
     "detections.json": CocoFile,
     "instances.json": InstanceRecords,
-    "attributes.json": Attributes,
     "cutouts/index.json": CutoutIndex,
     "routes.json": Routes,
     "holds.json": Holds,
     "moves.json": Moves,
+    "page/labels.json": PageLabels,
     "edits.json": EditLog,
     "sources.json": SourceList,
+    "poses.json": GivenPoses,
 }
 
 
 def schema_name(file: str) -> str:
-    """The schema's file for a file of the scan folder."""
+    """Return the name of the schema for a file of the scan folder."""
     stem = file.rpartition(".")[0].replace("/", "-").replace("-index", "")
     return f"{stem}.schema.json"
 
 
 def schema_text(file: str) -> str:
-    """The schema of a file of the scan folder (JSON Schema 2020-12)."""
+    """Return the schema of a file of the scan folder (JSON Schema 2020-12)."""
     schema: dict[str, Any] = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **_dedented(msgspec.json.schema(SCHEMAS[file])),
+        **dedented(msgspec.json.schema(SCHEMAS[file])),
     }
     return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"
 
 
-def _dedented(schema: Any) -> Any:
-    """The same with docstrings that do not depend on the Python that read them."""
+def dedented(schema: Any) -> Any:
+    """Return a schema whose docstrings do not depend on the Python version."""
     if isinstance(schema, list):
-        return [_dedented(item) for item in schema]
+        return [dedented(item) for item in schema]
     if not isinstance(schema, dict):
         return schema
     return {
         key: inspect.cleandoc(item)
         if key == "description" and isinstance(item, str)
-        else _dedented(item)
+        else dedented(item)
         for key, item in schema.items()
     }
 

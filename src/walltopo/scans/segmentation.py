@@ -1,8 +1,8 @@
-"""COCO's segmentations: outlines and run lengths, to masks and back.
+"""Convert COCO's segmentations, outlines and run lengths, to masks and back.
 
-COCO's run lengths walk a picture column by column; runs of 0 and of 1 take turns, 0 first. Masks
-are made from runs without ever drawing the whole picture, and no number of a file is used before
-it was held against the picture's size.
+COCO's run lengths scan a picture column by column, with runs of 0 and 1 in turn, 0 first. Masks are
+built from runs without drawing the whole picture, and every number of a file is checked against
+the picture's size before use.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mask
-from walltopo.core.mask import check_picture_size
+from walltopo.core.view import check_picture_size
 from walltopo.scans.document import Count, Side, parse
 
 Ints = NDArray[np.int64]
 Outline = Sequence[float] | NDArray[np.float64]  # x, y, x, y, ...
-# Drawing an outline takes about 100 bytes a pixel of its length; a hold's has some thousand.
-MOST_OUTLINE = 4_000_000
+# Drawing an outline needs about 100 bytes per pixel of its length; a hold's has a few thousand.
+MAX_OUTLINE = 4_000_000
 
 
 class Rle(msgspec.Struct, frozen=True):
@@ -40,12 +40,12 @@ class _Shape(msgspec.Struct, frozen=True):
 
 
 def parse_segmentation(value: Any, where: str) -> Segmentation:
-    """A plain value of JSON, checked; InputError begins with `where`."""
+    """Return a checked segmentation from plain JSON; an InputError begins with `where`."""
     return parse({"segmentation": value}, _Shape, where).segmentation
 
 
 def encode_mask(mask: Mask) -> dict[str, Any]:
-    """COCO's compressed RLE (JSON-able) of a mask at its full image size."""
+    """Return COCO's compressed RLE (JSON-able) of a mask at its full image size."""
     from faster_coco_eval.core import mask as rle
 
     encoded = rle.encode(np.asfortranarray(mask.full(), dtype=np.uint8))
@@ -56,14 +56,14 @@ def encode_mask(mask: Mask) -> dict[str, Any]:
 def decode_segmentation(
     segmentation: Segmentation, width: int, height: int, label: int, score: float
 ) -> Mask:
-    """A mask from COCO's outlines, plain run lengths or compressed run lengths.
+    """Return a mask from COCO's outlines, plain run lengths or compressed run lengths.
 
-    Outlines of fewer than three points enclose nothing and are passed over. Run lengths tell the
-    size of their mask, which may be another than the picture's; see `Mask`.
+    Outlines of fewer than three points are ignored. Run lengths include the size of their mask,
+    which may differ from the picture's; see `Mask`.
 
     Raises
     ------
-    InputError : run lengths that do not fill their picture, or see `check_outlines`.
+    InputError : the run lengths do not fill their picture; or see `check_outlines`.
     """
     if isinstance(segmentation, Rle):
         height, width = segmentation.size
@@ -75,12 +75,12 @@ def decode_segmentation(
 
 
 def check_outlines(outlines: Sequence[Outline], width: int, height: int) -> list[Outline]:
-    """The outlines of three points and more.
+    """Return the outlines with at least three points.
 
     Raises
     ------
-    InputError : an odd number of coordinates; a point that is not finite or farther from the
-        picture than the picture is large; or outlines that are longer than any object's.
+    InputError : an outline has an odd number of coordinates, or a point that is not finite or is
+        farther outside the picture than the picture is large; or the outlines are too long.
     """
     kept: list[Outline] = []
     length = 0.0
@@ -96,17 +96,17 @@ def check_outlines(outlines: Sequence[Outline], width: int, height: int) -> list
         if len(points) >= 3:
             kept.append(outline)
             length += float(np.abs(points - np.roll(points, 1, axis=0)).max(axis=1).sum())
-    if length > MOST_OUTLINE:
-        raise InputError(f"outlines of {length:.0f} pixels are no outlines of an object")
+    if length > MAX_OUTLINE:
+        raise InputError(f"outlines of {length:.0f} pixels are too long for an object")
     return kept
 
 
 def _counts(counts: str | tuple[int, ...]) -> Ints:
-    """(n,) run lengths."""
+    """Return the (n,) run lengths."""
     if not isinstance(counts, str):
         return np.asarray(counts, dtype=np.int64)
-    # COCO's text: five bits a letter, the sixth says that more follow; the highest bit of the
-    # last is the sign; from the fourth number on, less the number two before.
+    # COCO's text has five bits per letter, and a sixth that means "continued". The highest bit of
+    # the last letter is the sign. From the fourth number on, the number two before is subtracted.
     try:
         letters = np.frombuffer(counts.encode("ascii"), dtype=np.uint8).astype(np.int64) - 48
     except UnicodeEncodeError as error:
@@ -130,9 +130,9 @@ def _counts(counts: str | tuple[int, ...]) -> Ints:
 
 
 def _ones(counts: Ints, pixels: int) -> Ints:
-    """(n, 2) first pixel of each run of ones and the one after its last."""
+    """Return (n, 2) first pixel of each run of ones and the one after its last."""
     ends = np.cumsum(counts)
-    # Sums of counts within the picture cannot overflow on the way to a wrong end.
+    # With all counts within the picture, their sums cannot overflow to a wrong end.
     if len(counts) and (counts.min() < 0 or counts.max() > pixels):
         raise InputError(f"RLE with a run of {counts.min()} or {counts.max()} pixels")
     if len(counts) and int(ends[-1]) != pixels:
@@ -142,7 +142,7 @@ def _ones(counts: Ints, pixels: int) -> Ints:
 
 
 def _drawn(outlines: Sequence[Outline], width: int, height: int) -> Ints:
-    """The runs of all outlines together, drawn by COCO's rule."""
+    """Return the runs of the union of all outlines, drawn by COCO's rule."""
     if not outlines:
         return np.zeros((0, 2), dtype=np.int64)
     from faster_coco_eval.core import mask as rle
@@ -153,9 +153,9 @@ def _drawn(outlines: Sequence[Outline], width: int, height: int) -> Ints:
     )
     if len(outlines) == 1 or not len(runs):
         return runs
-    # One walk over all starts and stops instead of a merge part by part.
+    # One sweep over all starts and stops instead of pairwise merging.
     at = runs.T.ravel()
-    order = np.argsort(at, kind="stable")  # at one place, starts before stops
+    order = np.argsort(at, kind="stable")  # starts before stops at the same pixel
     depth = np.cumsum(np.repeat([1, -1], len(runs))[order])
     starts = np.flatnonzero((depth == 1) & (np.concatenate([[0], depth[:-1]]) == 0))
     stops = np.flatnonzero(depth == 0)
@@ -168,7 +168,7 @@ def _mask_of_runs(ones: Ints, width: int, height: int, label: int, score: float)
     left, right = int(ones[0, 0]) // height, (int(ones[-1, 1]) - 1) // height + 1
     first, last = ones[:, 0], ones[:, 1] - 1
     top, bottom = 0, height
-    if (first // height == last // height).all():  # no run goes on in the next column
+    if (first // height == last // height).all():  # no run continues in the next column
         top, bottom = int((first % height).min()), int((last % height).max()) + 1
     edges = np.concatenate([[left * height], ones.ravel(), [right * height]])
     lengths = np.diff(edges)

@@ -1,12 +1,12 @@
-"""Downclimb holds that nobody has told of."""
+"""Downclimb holds without a role from palette or classifier."""
 
 from __future__ import annotations
 
 import pytest
 from msgspec.structs import replace
 
-from walltopo.describe.classify.downclimb import downclimb_colours, with_downclimbs
-from walltopo.scans.attributes import Hold
+from walltopo.describe.classify.attributes import downclimb_colours, with_downclimbs
+from walltopo.scans.holds import Hold
 
 
 def wall(unit: float = 1.0) -> list[Hold]:

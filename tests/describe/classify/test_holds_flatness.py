@@ -78,7 +78,7 @@ def test_a_card_on_a_volume_is_flat() -> None:
     assert flat_instances(rises, 1.0, 0.005) == {1}
 
 
-def test_what_is_larger_than_a_mark_is_not_asked() -> None:
+def test_what_is_larger_than_a_mark_is_not_queried() -> None:
     mesh, labels = wall(0.0, 0.0003, 0.0)
     grown = Mesh(mesh.vertices * 20, mesh.faces)
     assert measure_rises(grown, labels, {1: "hold"}, 1.0) == {}

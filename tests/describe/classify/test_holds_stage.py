@@ -14,17 +14,17 @@ from msgspec.structs import replace as with_
 from PIL import Image
 
 from walltopo.core import Camera, EnvironmentLacksError, InputError, Mesh, View
-from walltopo.describe.classify import plug_in
+from walltopo.describe.classify import attributes
 from walltopo.describe.classify.geometry import measure_shapes
 from walltopo.describe.classify.observations import HoldView
 from walltopo.describe.classify.palette import REFERENCE, Entry
-from walltopo.describe.classify.settings import ClassifySettings
-from walltopo.geometry.ply import write_ply
+from walltopo.describe.settings import ClassifySettings
+from walltopo.geometry.mesh_files import write_ply
 from walltopo.geometry.zbuffer import render_ids
 from walltopo.pipeline.runner import run_stage
 from walltopo.pipeline.stages.classify import CLASSIFY
-from walltopo.scans.attributes import Hold, MeasuredWith, RawAttributes
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import Hold, Holds, MeasuredWith
 from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
 from walltopo.scans.manifest import Metrics
 from walltopo.scans.pictures import Cutouts
@@ -41,7 +41,7 @@ def classify(scan: ScanFolder, settings: ClassifySettings | None = None) -> Metr
 
 
 def read_holds(scan: ScanFolder) -> tuple[Hold, ...]:
-    return RawAttributes.load(scan.attributes_raw).instances
+    return Holds.load(scan.holds_raw).holds
 
 
 def bumpy_wall() -> tuple[Mesh, np.ndarray]:
@@ -148,9 +148,9 @@ def test_cutouts_carry_the_mask_and_the_pixel_count(scan: ScanFolder) -> None:
 
 def test_the_same_twice(scan: ScanFolder) -> None:
     classify(scan)
-    first = scan.attributes_raw.read_bytes()
+    first = scan.holds_raw.read_bytes()
     classify(scan)
-    assert scan.attributes_raw.read_bytes() == first
+    assert scan.holds_raw.read_bytes() == first
 
 
 def test_a_palette_file_names_colours_and_roles(scan: ScanFolder, tmp_path: Path) -> None:
@@ -170,7 +170,7 @@ def test_a_palette_file_names_colours_and_roles(scan: ScanFolder, tmp_path: Path
 
 def test_labels_of_another_mesh_are_refused(scan: ScanFolder) -> None:
     InstanceTable(np.zeros(3, np.int32), np.zeros(3, np.float32)).save(scan.instances)
-    with pytest.raises(InputError, match="of 3 triangles"):
+    with pytest.raises(InputError, match="labels 3 triangles"):
         classify(scan)
 
 
@@ -199,17 +199,17 @@ def test_a_doubtful_instance_is_listed_and_not_a_hold(
     records = [with_(r, score=0.1) if r.id == 4 else r for r in table.instances]
     with_(table, instances=tuple(records)).save(scan.instance_records)
     metrics = classify(scan)
-    found = RawAttributes.load(scan.attributes_raw)
-    assert [hold.id for hold in found.instances] == [1, 2, 3, 5, 6]
+    found = Holds.load(scan.holds_raw)
+    assert [hold.id for hold in found.holds] == [1, 2, 3, 5, 6]
     (row,) = found.left_out
-    assert (row.hold.id, row.score) == (4, 0.1)
-    assert row.hold.photos
-    assert row.hold.colour != "unknown", "all is known of it, for who keeps it"
+    assert (row.id, row.score) == (4, 0.1)
+    assert row.photos
+    assert row.colour != "unknown", "all is known of it, for who keeps it"
     assert metrics["left_out"] == 1
     assert sum(entry.id == 4 for entry in Cutouts.load(scan.cutouts).index) == 1
 
-    classify(scan, ClassifySettings(least_score=0.1))
-    assert RawAttributes.load(scan.attributes_raw).left_out == ()
+    classify(scan, ClassifySettings(min_score=0.1))
+    assert Holds.load(scan.holds_raw).left_out == ()
 
 
 class NamedSea:
@@ -233,10 +233,10 @@ def test_a_plug_in_names_types_colours_and_roles(
     scan: ScanFolder, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     point = SimpleNamespace(load=lambda: NamedSea)
-    monkeypatch.setattr(plug_in, "entry_points", lambda group: [point])
+    monkeypatch.setattr(attributes, "entry_points", lambda group: [point])
     classify(scan, ClassifySettings(model="sea.onnx"))
-    found = RawAttributes.load(scan.attributes_raw)
-    hold = next(hold for hold in found.instances if hold.id == 2)
+    found = Holds.load(scan.holds_raw)
+    hold = next(hold for hold in found.holds if hold.id == 2)
     assert (hold.type, hold.colour, hold.role) == ("jug", "sea", "downclimb")
     assert "sea" in {entry.name for entry in found.palette}
 
@@ -244,7 +244,7 @@ def test_a_plug_in_names_types_colours_and_roles(
 def test_a_model_without_a_plug_in_is_an_error(
     scan: ScanFolder, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(plug_in, "entry_points", lambda group: [])
+    monkeypatch.setattr(attributes, "entry_points", lambda group: [])
     with pytest.raises(EnvironmentLacksError, match="none is installed"):
         CLASSIFY.check(ClassifySettings(model="sea.onnx"))
 
@@ -266,23 +266,23 @@ def test_what_lies_on_a_printed_plate_is_no_hold(scan: ScanFolder) -> None:
     ):
         with_(METRES, plates=plates).save(scan.scale)
         classify(scan)
-        rows = RawAttributes.load(scan.attributes_raw).left_out
-        assert [row.hold.id for row in rows] == left_out
-    assert rows[0].reason == "lies on a printed plate"
+        rows = Holds.load(scan.holds_raw).left_out
+        assert [row.id for row in rows] == left_out
+    assert rows[0].left_out == "lies on a printed plate"
 
 
 def test_the_unit_of_an_unscaled_scan_is_written_once(scan: ScanFolder) -> None:
     """By this scan's own setting; every later reader takes it from the file."""
     with_(METRES, metric=False).save(scan.scale)
     classify(scan, ClassifySettings(typical_hold=0.3))
-    found = RawAttributes.load(scan.attributes_raw)
-    sizes = [hold.size for hold in found.instances if hold.role == "hold" and hold.size > 0]
+    found = Holds.load(scan.holds_raw)
+    sizes = [hold.size for hold in found.holds if hold.role == "hold" and hold.size > 0]
     assert found.unit == pytest.approx(np.median(sizes) / 0.3)
     METRES.save(scan.scale)
     classify(scan)
-    assert RawAttributes.load(scan.attributes_raw).unit == 1.0
+    assert Holds.load(scan.holds_raw).unit == 1.0
 
 
 def test_edited_holds_are_measured_with_the_settings_of_the_scan(scan: ScanFolder) -> None:
     classify(scan, ClassifySettings(colour_spread=0.2, lightness_weight=0.5, cutout_px=64))
-    assert RawAttributes.load(scan.attributes_raw).measured_with == MeasuredWith(0.2, 0.5, 64)
+    assert Holds.load(scan.holds_raw).measured_with == MeasuredWith(0.2, 0.5, 64)

@@ -14,8 +14,8 @@ from msgspec.structs import replace
 from walltopo.cli import main
 from walltopo.describe.matching.holds import match_holds
 from walltopo.describe.matching.inventory import changes, count_holds, size_class, to_csv
-from walltopo.scans.attributes import Attributes, Hold
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import Hold, Holds
 from walltopo.scans.scale import Scale
 
 
@@ -148,7 +148,7 @@ def test_csv_has_a_line_a_row_and_splits_positions() -> None:
 
 def scan_of(folder: Path, holds: list[Hold]) -> Path:
     scan = ScanFolder(folder)
-    Attributes(instances=tuple(holds)).save(scan.attributes)
+    Holds(metric=True, holds=tuple(holds)).save(scan.holds)
     Scale(method="measure", scale=1.0, metric=True, up_known=True, floor_known=True).save(
         scan.scale
     )

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace as changed
 
-from walltopo.describe.matching.routes import Fate, Line, compare
-from walltopo.scans.attributes import Hold
+from walltopo.describe.matching.routes import RouteMatch, RouteStatus, compare
+from walltopo.scans.holds import Hold
 
 
 def hold(number: int, x: float, z: float, *, colour: str = "red", size: float = 0.1) -> Hold:
@@ -57,11 +57,11 @@ def test_what_stays_is_kept_whatever_its_number_and_the_drift(
     assert {line.number: line.route for line in lines if line.number is not None} == {
         renumbered[n]: n for n in staying
     }
-    fates = {line.route: line.fate for line in lines}
-    assert {n for n, fate in fates.items() if fate == Fate.STRIPPED} == set(old_routes) - set(
-        staying
-    )
-    assert Fate.NEW not in fates.values()
+    fates = {line.route: line.status for line in lines}
+    assert {n for n, fate in fates.items() if fate == RouteStatus.STRIPPED} == set(
+        old_routes
+    ) - set(staying)
+    assert RouteStatus.NEW not in fates.values()
 
 
 @given(st.integers(1, 6), st.integers(0, 2**16))
@@ -70,43 +70,50 @@ def test_another_wall_keeps_nothing(routes: int, seed: int) -> None:
     old_routes, old = wall(routes, seed)
     new = [changed(h, position=(h.position[0] + 0.4, 0.0, h.position[2] + 0.2)) for h in old]
     lines = compare(old_routes, old, old_routes, new)
-    assert {line.fate for line in lines} == {Fate.NEW, Fate.STRIPPED}
+    assert {line.status for line in lines} == {RouteStatus.NEW, RouteStatus.STRIPPED}
 
 
 def test_another_colour_at_the_same_places_is_another_route() -> None:
     routes, old = wall(1, 0)
     new = [changed(h, colour="black", colour_rgb=(30, 30, 30)) for h in old]
-    assert [line.fate for line in compare(routes, old, routes, new)] == [Fate.NEW, Fate.STRIPPED]
+    assert [line.status for line in compare(routes, old, routes, new)] == [
+        RouteStatus.NEW,
+        RouteStatus.STRIPPED,
+    ]
 
 
 def test_a_shade_between_two_names_may_bear_either() -> None:
     routes, old = wall(1, 0)
     new = [changed(h, colour="pink", colour_rgb=(140, 120, 128)) for h in old]
-    assert [line.fate for line in compare(routes, old, routes, new)] == [Fate.KEPT]
+    assert [line.status for line in compare(routes, old, routes, new)] == [RouteStatus.KEPT]
 
 
-@pytest.mark.parametrize(("taken", "fate"), [(0, Fate.KEPT), (2, Fate.CHANGED), (5, Fate.NEW)])
-def test_a_route_without_some_holds(taken: int, fate: Fate) -> None:
+@pytest.mark.parametrize(
+    ("taken", "fate"), [(0, RouteStatus.KEPT), (2, RouteStatus.CHANGED), (5, RouteStatus.NEW)]
+)
+def test_a_route_without_some_holds(taken: int, fate: RouteStatus) -> None:
     routes, old = wall(1, 1)
     new = old[taken:]
-    lines: list[Line[int]] = compare(routes, old, {4: [h.id for h in new]}, new)
-    assert lines[0].fate == fate
-    if fate == Fate.CHANGED:
-        assert lines[0] == Line(Fate.CHANGED, 1, 4, went=tuple(h.id for h in old[:taken]))
+    lines: list[RouteMatch[int]] = compare(routes, old, {4: [h.id for h in new]}, new)
+    assert lines[0].status == fate
+    if fate == RouteStatus.CHANGED:
+        assert lines[0] == RouteMatch(
+            RouteStatus.CHANGED, 1, 4, removed=tuple(h.id for h in old[:taken])
+        )
 
 
-def test_a_hold_that_was_moved_is_told() -> None:
+def test_a_hold_that_was_moved_is_reported() -> None:
     routes, old = wall(2, 2)
     x, y, z = old[3].position
     new = [*old[:3], changed(old[3], position=(x, y, z + 0.07)), *old[4:]]
     kept, whole = compare(routes, old, routes, new)
-    assert kept == Line(Fate.CHANGED, 1, 1, moved=(4,))
-    assert whole == replace(kept, fate=Fate.KEPT, route=2, number=2, moved=())
+    assert kept == RouteMatch(RouteStatus.CHANGED, 1, 1, moved=(4,))
+    assert whole == replace(kept, status=RouteStatus.KEPT, route=2, number=2, moved=())
 
 
 def test_an_empty_wall_and_no_scan_before() -> None:
     routes, holds = wall(1, 3)
     none: dict[int, list[int]] = {}
-    assert [line.fate for line in compare(none, (), routes, holds)] == [Fate.NEW]
-    assert [line.fate for line in compare(routes, holds, none, ())] == [Fate.STRIPPED]
+    assert [line.status for line in compare(none, (), routes, holds)] == [RouteStatus.NEW]
+    assert [line.status for line in compare(routes, holds, none, ())] == [RouteStatus.STRIPPED]
     assert compare(none, (), none, ()) == []

@@ -21,11 +21,11 @@ from walltopo.describe.routes.grouping import (
     modularity,
     similarity,
 )
-from walltopo.describe.routes.settings import RoutesSettings
-from walltopo.geometry.ply import write_ply
+from walltopo.describe.settings import RoutesSettings
+from walltopo.geometry.mesh_files import write_ply
 from walltopo.pipeline.runner import run_stage
-from walltopo.scans.attributes import Hold, RawAttributes
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import Hold, Holds
 from walltopo.scans.routes import Routes
 from walltopo.scans.scale import TYPICAL_HOLD, unit_of
 
@@ -71,7 +71,7 @@ def test_volumes_downclimb_and_unknown_colours_are_in_no_route() -> None:
     assert unrouted == [52]
 
 
-def test_a_route_with_one_hold_is_left_without_a_route_unless_asked_for() -> None:
+def test_a_route_with_one_hold_is_left_without_a_route_unless_requested() -> None:
     holds = [*column(1.0, "red", 1), *column(6.0, "green", 30, count=1)]
     routes, unrouted = find_routes(wall(), holds, BY_NAME)
     assert len(routes) == 1
@@ -230,12 +230,12 @@ def test_stage_reads_and_writes_the_scan_folder(tmp_path: Path) -> None:
     write_ply(scan.mesh, wall())
     holds = [*column(1.0, "red", 1), Hold(50, "volume", position=(4, 0, 2), role="volume")]
     METRES.save(scan.scale)
-    RawAttributes(instances=tuple(holds)).save(scan.attributes_raw)
+    Holds(metric=True, holds=tuple(holds)).save(scan.holds_raw)
     metrics = run_stage(scan, "routes", BY_NAME)
     assert metrics["routes"] == 1
     found = Routes.load(scan.routes_raw)
     assert found.volumes == (50,)
     assert found.routes[0].holds == tuple(range(1, 9))
-    scan.attributes_raw.write_text('{"instances": [{"id": 1}]}')
-    with pytest.raises(InputError, match=r"instances\[0\]"):
+    scan.holds_raw.write_text('{"metric": true, "holds": [{"id": 1}]}')
+    with pytest.raises(InputError, match=r"holds\[0\]"):
         run_stage(scan, "routes", BY_NAME)

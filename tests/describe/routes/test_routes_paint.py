@@ -15,7 +15,7 @@ from walltopo.describe.routes.grouping import (
     may_be_linked,
 )
 from walltopo.images.colour import linear_from_srgb8
-from walltopo.scans.light import SceneLight
+from walltopo.scans.pictures import SceneLight
 
 RED, ORANGE, GREY = (190, 25, 35), (240, 110, 20), (125, 125, 125)
 
@@ -30,7 +30,7 @@ def straight(points: np.ndarray, pairs: np.ndarray) -> np.ndarray:
 
 
 def link(place: tuple[float, float], paint: np.ndarray) -> float:
-    """Of a hold at the origin to one at (x, z)."""
+    """Return the link of a hold at the origin to one at (x, z)."""
     points = np.array([[0.0, 0, 0], [place[0], 0, place[1]]])
     pairs = np.array([[0, 1]])
     return float(likeness(cues_of(points, paint, pairs, straight(points, pairs)))[0])
@@ -64,7 +64,7 @@ def test_a_wall_of_one_tint_changes_nothing() -> None:
 def test_tint_is_that_of_the_wall_nearby() -> None:
     points = np.array([[0.0, 0, 0], [0.2, 0, 0], [9.0, 0, 0]])
     colour = np.log(np.array([[0.4, 0.2, 0.1], [0.4, 0.2, 0.1], [0.1, 0.1, 0.1]]))
-    light = SceneLight(np.zeros((1, 3)), points, np.zeros(3), colour, 0.2)
+    light = SceneLight(np.zeros((1, 3)), points, colour, 0.2)
     warm, neutral = light.tint_at(np.array([[0.1, 0, 0], [9.1, 0, 0]]), 1.0)
     assert warm == pytest.approx([2.0, 1.0, 0.5])
     assert neutral == pytest.approx([1.0, 1.0, 1.0])
@@ -73,7 +73,7 @@ def test_tint_is_that_of_the_wall_nearby() -> None:
 
 
 def test_no_wall_seen_means_no_tint() -> None:
-    blind = SceneLight(np.zeros((1, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)))
+    blind = SceneLight(np.zeros((1, 3)), np.zeros((0, 3)), np.zeros((0, 3)))
     assert (blind.tint_at(np.zeros((2, 3)), 1.0) == 1).all()
 
 

@@ -14,8 +14,7 @@ import pytest
 from tests.pipeline.batch.quick_scans import stage_seconds, write_list, writer_of
 
 from walltopo.cli import main
-from walltopo.pipeline.batch.child import run_job
-from walltopo.pipeline.batch.job import Job
+from walltopo.pipeline.batch.job import ScanJob, run_job
 
 
 @pytest.fixture(scope="module")
@@ -29,11 +28,11 @@ def done(tiny_photos: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     pid = writer_of(folder / "killed" / "scan.log")
     killing = threading.Thread(target=os.kill, args=(pid, signal.SIGKILL))
     killing.start()
-    out, told = batch.communicate(timeout=300)
+    out, output = batch.communicate(timeout=300)
     killing.join()
     (folder / "out.json").write_text(out)
-    assert batch.returncode == 1, told
-    assert "nowhere" in told
+    assert batch.returncode == 1, output
+    assert "nowhere" in output
     return folder
 
 
@@ -54,7 +53,7 @@ def test_a_killed_scan_is_done_again(done: Path) -> None:
 
 def test_each_scan_has_its_log(done: Path) -> None:
     log = (done / "killed" / "scan.log").read_text(encoding="utf-8")
-    assert log.count("-- begun") == 2
+    assert log.count("-- started") == 2
     assert "✓ export" in log
     assert list((done / "missing").glob("[!.]*")) == []
 
@@ -62,17 +61,17 @@ def test_each_scan_has_its_log(done: Path) -> None:
 def test_a_second_run_computes_nothing(done: Path, capsys: pytest.CaptureFixture[str]) -> None:
     before = stage_seconds(done / "calm")
     assert main(["batch", str(done / "list.csv"), "-j", "1"]) == 1
-    told = capsys.readouterr().out
-    assert told.count("up to date") >= 2
-    assert "2 of 3 scans are done" in told
+    output = capsys.readouterr().out
+    assert output.count("up to date") >= 2
+    assert "2 of 3 scans are done" in output
     assert stage_seconds(done / "calm") == before
 
 
 def test_a_scan_that_dies_each_time_is_lost(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("walltopo.pipeline.batch.child._MODULE", "walltopo.no_such_module")
-    outcome = run_job(Job(photos=("a",), out=str(tmp_path / "b")), tries=2)
+    monkeypatch.setattr("walltopo.pipeline.batch.job._MODULE", "walltopo.no_such_module")
+    outcome = run_job(ScanJob(photos=("a",), out=str(tmp_path / "b")), tries=2)
     assert (outcome.state, outcome.tries) == ("lost", 2)
     assert "exit code 1" in outcome.error
 

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from walltopo.core import InputError, SettingsError
-from walltopo.pipeline.batch.job import Job, settings_of_job
-from walltopo.pipeline.batch.listed import read_list
+from walltopo.pipeline.batch.job import ScanJob, settings_of_job
+from walltopo.pipeline.batch.job_list import read_list
 
 TOML = """
 [[scan]]
@@ -23,7 +23,7 @@ out = "two"
 """
 
 
-def _read(folder: Path, name: str, text: str) -> list[Job]:
+def _read(folder: Path, name: str, text: str) -> list[ScanJob]:
     path = folder / name
     path.write_text(text, encoding="utf-8")
     return read_list(path)
@@ -34,7 +34,7 @@ def test_each_form_says_the_same(tmp_path: Path) -> None:
     rows = _read(tmp_path, "list.csv", "photos,out\na b,one\nc,two\n")
     tables = _read(tmp_path, "list.toml", TOML)
     assert words == rows == tables
-    assert words[0] == Job(photos=(str(tmp_path / "a b"),), out=str(tmp_path / "one"))
+    assert words[0] == ScanJob(photos=(str(tmp_path / "a b"),), out=str(tmp_path / "one"))
 
 
 def test_own_settings_and_reference(tmp_path: Path) -> None:

@@ -17,9 +17,8 @@ import pytest
 from tests.pipeline.batch.quick_scans import SETTINGS, write_list, writer_of
 
 from walltopo.core import EnvironmentLacksError
-from walltopo.pipeline.batch.listed import read_list
-from walltopo.pipeline.batch.ray_cluster import on_cluster
-from walltopo.pipeline.batch.run import run_on_cluster
+from walltopo.pipeline.batch.job_list import read_list
+from walltopo.pipeline.batch.run import on_cluster, run_on_cluster
 from walltopo.pipeline.runner import scan
 from walltopo.pipeline.settings import load_settings
 
@@ -70,7 +69,7 @@ def test_a_batch_with_a_killed_worker(
         killed.result()
     assert outcome.state == "done", outcome.error
     log = (tmp_path / "wall" / "scan.log").read_text(encoding="utf-8")
-    assert log.count("-- begun") == 2
+    assert log.count("-- started") == 2
     assert (tmp_path / "wall" / "holds.json").read_bytes() == (alone / "holds.json").read_bytes()
 
 

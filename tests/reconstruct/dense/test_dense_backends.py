@@ -1,4 +1,4 @@
-"""Backends: which is picked, what they say when they cannot run, what OpenMVS is told."""
+"""Backends: which is picked, their errors when they cannot run, OpenMVS's arguments."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ import pytest
 
 from walltopo.cli import mesh as mesh_cli
 from walltopo.core import EnvironmentLacksError, Mesh, SettingsError, Silent
-from walltopo.geometry.ply import write_ply
-from walltopo.geometry.subdivision import drop_wide, split_long_edges
+from walltopo.geometry.mesh_files import write_ply
+from walltopo.geometry.subdivision import drop_long_triangles, split_long_edges
 from walltopo.geometry.topology import edges_of
-from walltopo.reconstruct.dense import backends as stage
+from walltopo.reconstruct.dense import external
 from walltopo.reconstruct.dense.external import (
     colmap_mesh,
     cuda_devices,
@@ -24,7 +24,7 @@ from walltopo.reconstruct.dense.external import (
     mesh_arguments,
     refine_arguments,
 )
-from walltopo.reconstruct.dense.settings import DenseSettings
+from walltopo.reconstruct.settings import DenseSettings
 
 
 def test_argument_lists_chain_absolute_files() -> None:
@@ -61,7 +61,7 @@ def test_split_long_edges_keeps_surface_and_topology() -> None:
 def test_wide_triangles_go() -> None:
     corners = np.array([[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [2, 2, 0]], dtype=float)
     mesh = Mesh(corners, np.array([[0, 1, 2], [1, 3, 2]], dtype=np.int32))
-    assert drop_wide(mesh, 0.2).faces.tolist() == [[0, 1, 2]]
+    assert drop_long_triangles(mesh, 0.2).faces.tolist() == [[0, 1, 2]]
 
 
 def test_cuda_needs_a_device() -> None:
@@ -79,11 +79,11 @@ def test_colmap_without_cuda_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(has_cuda(), reason="CUDA and a device are here")
 def test_auto_without_cuda_is_sgm() -> None:
-    assert stage.pick_backend(DenseSettings())[0] == "sgm"
+    assert external.pick_backend(DenseSettings())[0] == "sgm"
 
 
-def test_a_backend_asked_for_is_not_replaced() -> None:
-    assert stage.pick_backend(DenseSettings(backend="sparse")) == ("sparse", "as asked")
+def test_a_backend_requested_is_not_replaced() -> None:
+    assert external.pick_backend(DenseSettings(backend="sparse")) == ("sparse", "as asked")
 
 
 def test_settings_are_bounded() -> None:

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.geometry.borders import boundary_loops
+from walltopo.geometry.graphs import duplicate_faces
 from walltopo.geometry.mesh_check import check_mesh
-from walltopo.geometry.topology import compact, doubled, split_fans
+from walltopo.geometry.topology import boundary_loops, compact, split_fans
 from walltopo.reconstruct.dense.gaps import sew_gaps
 
 Floats = NDArray[np.float64]
@@ -86,7 +86,7 @@ def test_however_a_sheet_is_torn_it_stays_manifold_and_never_overlaps(
     sewn = sew_gaps(open_, WIDEST)
     report = check_mesh(sewn)
     assert report.flipped_edges == report.edges_of_many_faces == report.vertices_of_many_fans == 0
-    assert not doubled(sewn.faces).any()
+    assert not duplicate_faces(sewn.faces).any()
     assert open_.areas.sum() <= sewn.areas.sum()
     assert np.array_equal(sewn.faces, sew_gaps(open_, WIDEST).faces)
     # Flat as it is, no spot may be covered twice: new faces lie in the gaps only.

@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, Mesh, Silent, View
-from walltopo.geometry.borders import boundary_loops
 from walltopo.geometry.mesh_check import check_mesh
-from walltopo.geometry.topology import compact, split_fans
+from walltopo.geometry.topology import boundary_loops, compact, split_fans
 from walltopo.reconstruct.dense.guess import Guesses, guess_holes
 from walltopo.reconstruct.dense.scene import Scene
 
@@ -154,14 +153,14 @@ def test_no_opening_that_photos_look_through_is_closed() -> None:
     wall = without(sheet(), within(sheet(), 0.3, (0, 0, 0)))
     open_ = both(wall, sheet(40, depth=-1.0))
     scene = from_above(np.array([[0.5, 0.5, 0.0]]))
-    assert guessed(open_, scene).looked_through == 1
+    assert guessed(open_, scene).seen_through == 1
     # Nothing behind that anything says: it may be a hole.
     assert guessed(wall, scene).spanned == 1
     # Sparse points behind, where no surface was measured.
     behind = np.column_stack(
         [np.random.default_rng(1).uniform(-0.1, 0.1, (80, 2)), np.full(80, -1)]
     )
-    assert guessed(wall, from_above(behind)).looked_through == 1
+    assert guessed(wall, from_above(behind)).seen_through == 1
     on_it = behind * [1, 1, 0]
     assert guessed(wall, from_above(on_it)).spanned == 1
 

@@ -14,18 +14,17 @@ from numpy.typing import NDArray
 from walltopo.core import Camera, Mesh, Silent, StageError, View
 from walltopo.geometry.mesh_check import check_mesh
 from walltopo.geometry.zbuffer import render_ids
-from walltopo.reconstruct.dense.depth_check import agreeing_depth, confirmed
-from walltopo.reconstruct.dense.depth_maps import DepthMap
+from walltopo.reconstruct.dense.depth_maps import DepthMap, keep_confirmed, merge_pair_depths
 from walltopo.reconstruct.dense.marching_cubes import extract
 from walltopo.reconstruct.dense.neighbours import _cover, _shared_points, choose_neighbours
 from walltopo.reconstruct.dense.rectify import opencv_matrix, rectify
-from walltopo.reconstruct.dense.scene import Scene, ground_sampling, preview_mesh
-from walltopo.reconstruct.dense.settings import DenseSettings
-from walltopo.reconstruct.dense.sgm import sgm_mesh
+from walltopo.reconstruct.dense.scene import Scene, median_pixel_size, preview_mesh
+from walltopo.reconstruct.dense.sgm import depth_maps, sgm_mesh
 from walltopo.reconstruct.dense.stereo import clipped, undistort
-from walltopo.reconstruct.dense.tsdf import find_space, fused
+from walltopo.reconstruct.dense.tsdf import find_space, fuse
+from walltopo.reconstruct.settings import DenseSettings, TextureSettings
 from walltopo.reconstruct.texture.atlas import make_texture
-from walltopo.reconstruct.texture.settings import TextureSettings
+from walltopo.reconstruct.texture.candidates import find_candidates
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -120,7 +119,7 @@ def grey(photos: dict[str, Image]) -> Callable[[str], Image]:
 def reconstructed() -> Mesh:
     world, photos, _ = scene()
     settings_here = DenseSettings(min_part=0.3, max_hole=0.1)
-    edge = 2.0 * ground_sampling(world)
+    edge = 2.0 * median_pixel_size(world)
     return sgm_mesh(world, grey(photos), settings_here, edge, 1.0, Silent())
 
 
@@ -139,7 +138,7 @@ def distance_to_truth(points: Floats) -> Floats:
 
 def test_the_mesh_is_accurate_complete_and_sound() -> None:
     mesh = reconstructed()
-    pixel = ground_sampling(scene()[0])
+    pixel = median_pixel_size(scene()[0])
     gaps = distance_to_truth(mesh.vertices)
     assert np.median(gaps) < 0.75 * pixel
     assert np.percentile(gaps, 90) < 2.5 * pixel
@@ -149,6 +148,41 @@ def test_the_mesh_is_accurate_complete_and_sound() -> None:
     # the box's front and the wall beside it
     for x, y, z in ((-0.1, 0.0, -0.15), (0.4, 0.1, 0.0), (-0.5, -0.1, 0.0)):
         assert np.linalg.norm(mesh.vertices - [x, y, z], axis=1).min() < 2.0 * pixel
+
+
+def test_hidden_pixels_have_no_depth() -> None:
+    world, photos, _ = scene()
+    partners = [[j for j in range(5) if j != k][:2] for k in range(5)]
+    edge = 2.0 * median_pixel_size(world)
+    mask = np.zeros((240, 320), dtype=np.bool_)
+    mask[60:180, 100:200] = True
+
+    def hidden(name: str) -> np.ndarray | None:
+        return mask if name == "1.jpg" else None
+
+    settings_here = DenseSettings(min_part=0.3, max_hole=0.1)
+    arguments = world, grey(photos), partners, settings_here, edge, Silent()
+    plain, without = list(depth_maps(*arguments)), list(depth_maps(*arguments, hidden))
+    core = np.s_[65:175, 105:195]  # undistorted, the mask is not quite a rectangle
+    assert (plain[1].depth[core] > 0).mean() > 0.5
+    assert not without[1].depth[core].any()
+    for k in (0, 2, 3, 4):
+        assert np.array_equal(plain[k].depth, without[k].depth)
+
+
+def test_hidden_pixels_paint_nothing() -> None:
+    mesh = reconstructed()
+    world, photos, _ = scene()
+    mask = np.ones((240, 320), dtype=np.bool_)
+
+    def hidden(name: str) -> np.ndarray | None:
+        return mask if name == "1.jpg" else None
+
+    plain = find_candidates(mesh, world.views, photos.__getitem__, Silent())
+    without = find_candidates(mesh, world.views, photos.__getitem__, Silent(), hidden)
+    assert (plain.view == 1).any()
+    assert not (without.view == 1).any()
+    assert (without.view == 0).sum() == (plain.view == 0).sum()
 
 
 def test_the_texture_repeats_the_photos() -> None:
@@ -189,7 +223,7 @@ def test_levelling_makes_photos_of_different_exposure_agree() -> None:
 
 def test_the_preview_is_coarse_and_sound() -> None:
     world, _, _ = scene()
-    mesh = preview_mesh(world, DenseSettings(), 2.0 * ground_sampling(world), 1.0, Silent())
+    mesh = preview_mesh(world, DenseSettings(), 2.0 * median_pixel_size(world), 1.0, Silent())
     assert check_mesh(mesh, world.views).problems == []
     assert len(mesh.faces) < len(reconstructed().faces) / 8
     assert np.percentile(distance_to_truth(mesh.vertices), 80) < 0.05
@@ -233,9 +267,11 @@ def test_a_surface_made_in_parts_is_the_same(monkeypatch: pytest.MonkeyPatch) ->
         maps.append(DepthMap(depth, np.ones_like(depth), np.ones(depth.shape, np.uint8), pinhole))
     low, high = mesh.vertices.min(axis=0) - 0.1, mesh.vertices.max(axis=0) + 0.1
     space = find_space([(item.depth, item.view) for item in maps], low, high, 0.02, 0.08)
-    whole = extract(fused(space, maps, Silent()), 0.5)
-    monkeypatch.setattr("walltopo.reconstruct.dense.tsdf._AT_ONCE", len(space.blocks) // 4)
-    parts = list(fused(space, maps, Silent()))
+    whole = extract(fuse(space, maps, Silent()), 0.5)
+    monkeypatch.setattr(
+        "walltopo.reconstruct.dense.tsdf._MAX_BLOCKS_IN_MEMORY", len(space.blocks) // 4
+    )
+    parts = list(fuse(space, maps, Silent()))
     assert len(parts) == 5
     assert sum(part.own for part in parts) == len(space.blocks)
     again = extract(parts, 0.5)
@@ -303,11 +339,11 @@ def test_depths_need_agreement() -> None:
     other = one.copy()
     other[:60], other[60:, :60] = 2.01, 2.2
     other[:60, :60] = np.nan
-    depth, weight, support = agreeing_depth([one, other], here, [left, right])
+    depth, weight, support = merge_pair_depths([one, other], here, [left, right])
     assert depth[:60, :60] == pytest.approx(2.0)
     assert depth[:60, 60:] == pytest.approx(2.005, abs=1e-3)
     assert depth[60:, 60:] == pytest.approx(2.0)
-    # Whose depth is right cannot be told where both partners see the spot.
+    # Where both partners see the spot nothing says whose depth is right.
     assert (depth[60:90, 40:60] == 0).all()
     assert ((weight > 0) == (depth > 0)).all()
     assert (support[70, 70], support[10, 70], support[10, 10], support[70, 50]) == (2, 2, 1, 0)
@@ -322,7 +358,7 @@ def test_a_pair_has_no_say_where_its_partner_does_not_look() -> None:
     )
     shape = (pinhole.height, pinhole.width)
     wall, false = np.full(shape, 2.0, np.float32), np.full(shape, 1.2, np.float32)
-    depth, _, support = agreeing_depth([wall, false], here, [near, aside])
+    depth, _, support = merge_pair_depths([wall, false], here, [near, aside])
     u = np.arange(pinhole.width) + 0.5
     points = np.column_stack([(u - pinhole.cx) / pinhole.fx * 2.0, 0 * u, 0 * u])
     seen = aside.project(points)[:, 0]
@@ -353,8 +389,8 @@ def test_depths_of_one_pair_need_another_photo_and_those_of_two_need_no_contradi
     other = flat.copy()
     other[:80], other[80:160] = 0.0, 3.0  # silent above, seeing through in the middle
     maps = [DepthMap(flat, weight, pairs, here), DepthMap(other, weight, pairs, here)]
-    kept = confirmed(0, maps, [1], 0.01, 2).depth > 0
+    kept = keep_confirmed(0, maps, [1], 0.01, 2).depth > 0
     assert kept[:80].all(axis=0).tolist() == (pairs[0] == 2).tolist()
     assert not kept[80:160].any()
     assert kept[160:].all()
-    assert (confirmed(0, maps, [1], 0.01, 0).depth > 0)[:80].all()
+    assert (keep_confirmed(0, maps, [1], 0.01, 0).depth > 0)[:80].all()

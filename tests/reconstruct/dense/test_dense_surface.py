@@ -11,13 +11,17 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, View
-from walltopo.core.camera import Camera
-from walltopo.geometry.borders import boundary_loops
+from walltopo.core.view import Camera
 from walltopo.geometry.mesh_check import check_mesh
-from walltopo.geometry.topology import edges_of, split_fans
-from walltopo.reconstruct.dense.clean import drop_crumbs, fill_holes, make_manifold, smooth
+from walltopo.geometry.topology import boundary_loops, edges_of, split_fans
 from walltopo.reconstruct.dense.marching_cubes import cube_table, extract
-from walltopo.reconstruct.dense.remesh import collapse_short_edges
+from walltopo.reconstruct.dense.remesh import (
+    collapse_short_edges,
+    drop_fragments,
+    fill_holes,
+    make_manifold,
+    smooth,
+)
 from walltopo.reconstruct.dense.tsdf import BLOCK, Volume
 
 Floats = NDArray[np.float64]
@@ -115,7 +119,7 @@ def test_crumbs_go_and_doubled_faces_go() -> None:
         np.concatenate([mesh.vertices, crumb.vertices]),
         np.concatenate([mesh.faces, crumb.faces + count, mesh.faces[:5], [[1, 1, 2]]]),
     )
-    clean = drop_crumbs(make_manifold(both), 0.1)
+    clean = drop_fragments(make_manifold(both), 0.1)
     assert len(clean.faces) == len(mesh.faces)
     assert check_mesh(clean).problems == []
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from walltopo.pipeline.runner import note_sources, run_stage
-from walltopo.reconstruct.ingest.settings import IngestSettings
+from walltopo.pipeline.runner import run_stage, write_sources
+from walltopo.reconstruct.settings import IngestSettings
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.photos import PhotoList
 
@@ -51,7 +51,7 @@ def write_film(
 
 def ingested(tmp_path: Path, *sources: Path, **settings: float) -> ScanFolder:
     scan = ScanFolder(tmp_path / "scan")
-    note_sources(scan, sources)
+    write_sources(scan, sources)
     run_stage(scan, "ingest", IngestSettings(**settings))  # type: ignore[arg-type]
     return scan
 

@@ -1,4 +1,4 @@
-"""Ingest: every kind of photo a phone writes, and every kind of file that is none."""
+"""Ingest: every kind of photo a phone writes, and every other kind of file."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from made_files import ingested, picture, skipped_reasons, write_photos  # type:
 from PIL import Image
 
 from walltopo.core import InputError
-from walltopo.pipeline.runner import note_sources, run_stage
-from walltopo.reconstruct.ingest.settings import IngestSettings
+from walltopo.pipeline.runner import run_stage, write_sources
+from walltopo.reconstruct.settings import IngestSettings
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.photos import Photo, PhotoList
 
@@ -98,7 +98,7 @@ def test_too_few_photos_lists_reasons_and_keeps_the_old_scan(tmp_path: Path) -> 
     bad = tmp_path / "bad"
     write_photos(bad, 2)
     (bad / "x.jpg").write_text("no")
-    note_sources(scan, [bad])
+    write_sources(scan, [bad])
     with pytest.raises(InputError, match=r"2 usable photos, at least 3(.|\n)*x.jpg: not an image"):
         run_stage(scan, "ingest", IngestSettings())
     assert len(list(scan.photos.iterdir())) == 3

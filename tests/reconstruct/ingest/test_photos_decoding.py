@@ -14,11 +14,10 @@ from made_files import ingested, picture, skipped_reasons, write_film, write_pho
 from PIL import Image
 
 from walltopo.core import EnvironmentLacksError, InputError, Silent
-from walltopo.reconstruct.ingest.decoding import decode_files
+from walltopo.reconstruct.ingest.decoding import BUDGET, MemoryBudget, decode_files
 from walltopo.reconstruct.ingest.image_file import decoded_photo
-from walltopo.reconstruct.ingest.memory_gate import BUDGET, Room
-from walltopo.reconstruct.ingest.settings import IngestSettings
 from walltopo.reconstruct.ingest.store import store_file
+from walltopo.reconstruct.settings import IngestSettings
 
 
 def _damage(path: Path, seed: int) -> None:
@@ -157,12 +156,12 @@ def test_a_full_disk_is_no_fault_of_the_photo(
     picture(0).save(tmp_path / "a.jpg")
     monkeypatch.setattr(Path, "write_bytes", full)
     with pytest.raises(EnvironmentLacksError, match="no space left"):
-        store_file(0, tmp_path / "a.jpg", tmp_path, IngestSettings(), Room())
+        store_file(0, tmp_path / "a.jpg", tmp_path, IngestSettings(), MemoryBudget())
 
 
 def test_a_picture_beyond_the_budget_says_so(tmp_path: Path) -> None:
     picture(0).save(tmp_path / "a.png")
-    done = store_file(0, tmp_path / "a.png", tmp_path, IngestSettings(), Room(2**20))
+    done = store_file(0, tmp_path / "a.png", tmp_path, IngestSettings(), MemoryBudget(2**20))
     assert "more than the 1 MiB that are allowed" in done.reasons[0]
 
 
@@ -171,21 +170,21 @@ def test_pixels_without_end_are_refused_before_they_are_decoded(tmp_path: Path) 
     Image.new("1", (30_000, 30_000)).save(tmp_path / "bomb.png")
     with (
         pytest.raises(InputError, match="too large to be a phone photo"),
-        decoded_photo(tmp_path / "bomb.png", IngestSettings(), Room()),
+        decoded_photo(tmp_path / "bomb.png", IngestSettings(), MemoryBudget()),
     ):
         raise AssertionError("it was decoded")
 
 
 def test_jobs_wait_until_there_is_room() -> None:
-    room, order = Room(1000), list[str]()
+    room, order = MemoryBudget(1000), list[str]()
     first, second = threading.Event(), threading.Event()
 
     def large() -> None:
-        with room.taken(900):
+        with room.reserve(900):
             order.append("large")
             second.set()
 
-    with room.taken(300), room.taken(300):
+    with room.reserve(300), room.reserve(300):
         thread = threading.Thread(target=large)
         thread.start()
         assert not second.wait(0.2)
@@ -193,7 +192,7 @@ def test_jobs_wait_until_there_is_room() -> None:
         first.set()
     thread.join()
     assert order == ["small", "large"]
-    with pytest.raises(InputError, match="more than"), room.taken(1001):
+    with pytest.raises(InputError, match="more than"), room.reserve(1001):
         pass
 
 
@@ -213,8 +212,8 @@ def test_memory_does_not_grow_with_the_number_of_huge_photos(tmp_path: Path) -> 
         picture(k, (9000, 9000), 300).save(folder / f"p{k}.png", compress_level=1)
     command = [sys.executable, "-m", "walltopo", "scan", str(folder), "-o", str(tmp_path / "out")]
     wrapper = [sys.executable, "-c", _PEAK, *command, "--to", "ingest"]
-    told = subprocess.run(wrapper, capture_output=True, text=True, check=True).stdout
-    code, peak = map(int, told.split())
+    output = subprocess.run(wrapper, capture_output=True, text=True, check=True).stdout
+    code, peak = map(int, output.split())
     assert code == 0
     # Four at a time, as they were once decoded, took 4 GB; the largest process here is the child.
     assert peak < BUDGET
@@ -230,7 +229,7 @@ def test_the_child_ends_with_its_parent(tmp_path: Path) -> None:
     child.stdin.write(job.encode() + b"\n")
     child.stdin.flush()
     assert child.stdout is not None
-    assert b"begun" in child.stdout.readline()
+    assert b"started" in child.stdout.readline()
     assert child.poll() is None
     child.stdin.close()
     assert child.wait(60) in (1, -signal.SIGKILL)

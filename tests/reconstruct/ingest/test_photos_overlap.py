@@ -41,9 +41,23 @@ def test_neighbours_are_enough_where_all_hang_together(pieces: list[NDArray[np.u
     assert find_overlap(pieces[:3]).pairs == 2
 
 
-def test_too_many_pairs_are_left_and_that_is_said(pieces: list[NDArray[np.uint8]]) -> None:
-    assert not find_overlap(pieces, most_pairs=4).is_whole
+def test_too_many_pairs_are_left_and_that_is_reported(pieces: list[NDArray[np.uint8]]) -> None:
+    assert not find_overlap(pieces, max_pairs=4).is_whole
 
 
 def test_no_pictures_have_no_parts() -> None:
     assert find_overlap([]).groups == ()
+
+
+@pytest.mark.parametrize(("right", "up"), [(120, 0), (-120, 0), (0, 60), (40, -50)])
+def test_the_view_moves_against_the_wall_in_the_picture(right: int, up: int) -> None:
+    wall = scene(3)
+    before, after = wall[60:240, 150:550], wall[60 - up : 240 - up, 150 + right : 550 + right]
+    (shift,) = find_overlap([before, after]).shifts
+    assert (shift.before, shift.after) == (0, 1)
+    assert (shift.right, shift.up) == pytest.approx((right / 400, up / 180), abs=0.01)
+
+
+def test_all_overlapping_neighbours_have_a_shift(pieces: list[NDArray[np.uint8]]) -> None:
+    found = find_overlap(pieces)
+    assert [(shift.before, shift.after) for shift in found.shifts] == [(0, 1), (1, 2), (4, 5)]

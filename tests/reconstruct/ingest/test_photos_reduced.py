@@ -9,15 +9,15 @@ import pytest
 from made_files import picture  # type: ignore[import-not-found]
 from PIL import Image
 
+from walltopo.reconstruct.ingest.decoding import MemoryBudget
 from walltopo.reconstruct.ingest.image_file import decoded_photo
-from walltopo.reconstruct.ingest.memory_gate import Room
-from walltopo.reconstruct.ingest.settings import IngestSettings
+from walltopo.reconstruct.settings import IngestSettings
 
 SETTINGS = IngestSettings(max_side=800)
 
 
 def _decoded(path: Path) -> tuple[Image.Image, float | None]:
-    with decoded_photo(path, SETTINGS, Room()) as photo:
+    with decoded_photo(path, SETTINGS, MemoryBudget()) as photo:
         return photo.image.copy(), photo.focal_px
 
 
@@ -75,7 +75,7 @@ def test_200_megapixels_pass(tmp_path: Path) -> None:
     blocks = picture(5, (2040, 1530), 10).convert("L")
     image = blocks.resize((16320, 12240), Image.Resampling.NEAREST)
     image.save(tmp_path / "a.jpg", quality=50)
-    with decoded_photo(tmp_path / "a.jpg", IngestSettings(), Room()) as photo:
+    with decoded_photo(tmp_path / "a.jpg", IngestSettings(), MemoryBudget()) as photo:
         assert photo.image.size == (3200, 2400)
         small = np.asarray(photo.image.convert("L").resize((204, 153)), dtype=float)
     expected = np.asarray(blocks.resize((204, 153)), dtype=float)

@@ -1,4 +1,4 @@
-"""Exactly which files ingest reads, and what is said of the others; none of them is opened."""
+"""Exactly which files ingest reads, and the reasons for the others; none of them is opened."""
 
 from __future__ import annotations
 

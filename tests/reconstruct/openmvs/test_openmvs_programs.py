@@ -42,7 +42,7 @@ def test_missing_programs_are_named(tmp_path: Path) -> None:
 )
 def test_progress_lines(line: str, what: str | None, percent: float) -> None:
     step = parse_progress(line)
-    assert (step.what if step else None) == what
+    assert (step.task if step else None) == what
     if step:
         assert step.percent == percent
 

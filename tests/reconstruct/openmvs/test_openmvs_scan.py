@@ -10,10 +10,10 @@ import pytest
 from walltopo.cli import main
 from walltopo.core import Silent
 from walltopo.geometry.mesh_check import check_mesh
-from walltopo.geometry.ply import read_mesh
+from walltopo.geometry.mesh_files import read_mesh
 from walltopo.images.files import read_rgb
+from walltopo.reconstruct.settings import TextureSettings
 from walltopo.reconstruct.texture.atlas import make_texture
-from walltopo.reconstruct.texture.settings import TextureSettings
 from walltopo.scans.colmap_model import read_views
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.pictures import TextureUv

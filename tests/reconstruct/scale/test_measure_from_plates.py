@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from walltopo.core import Camera, StageError, View
 from walltopo.geometry.similarity import Similarity, rotation_with_z
-from walltopo.reconstruct.scale.from_plates import measure_from_plates
-from walltopo.reconstruct.scale.markers import Detection
-from walltopo.reconstruct.scale.plates import Plate, built_in_plates
+from walltopo.images.markers import Detection
+from walltopo.reconstruct.scale.from_plates import frame_from_plates
+from walltopo.reconstruct.scale.plates import Plate, built_in_plates, sticker
 
 Floats = NDArray[np.float64]
 CAMERA = Camera("SIMPLE_RADIAL", 1280, 960, (950.0, 640.0, 480.0, 0.035))
@@ -65,7 +65,7 @@ def shoot(
 
 
 def world_of(views: list[View], detections: list[Detection], **options: object) -> Similarity:
-    measure, _, _ = measure_from_plates(views, detections, PLATES, UP, **options)  # type: ignore[arg-type]
+    measure, _, _ = frame_from_plates(views, detections, PLATES, UP, **options)  # type: ignore[arg-type]
     assert measure is not None
     return measure.world_from_model
 
@@ -97,17 +97,17 @@ def test_the_published_way_is_not_polished() -> None:
     views, seen = shoot(placed, photos=5, noise=0.2)
     errors = {}
     for way in ("published", "markers"):
-        _, reports, _ = measure_from_plates(views, seen, PLATES, UP, way=way)
+        _, reports, _ = frame_from_plates(views, seen, PLATES, UP, way=way)
         errors[way] = [report.residual_mm for report in reports]
         world = world_of(views, seen, way=way).after(MODEL_FROM_WORLD)
         assert world.scale == pytest.approx(1, abs=0.01)
     assert all(a < b for a, b in zip(errors["markers"], errors["published"], strict=True))
 
 
-def test_each_plate_is_told_with_its_place_in_the_world() -> None:
+def test_each_plate_is_reported_with_its_place_in_the_world() -> None:
     places = [on_floor(plate, at) for plate, at in zip(PLATES[:2], PLACES, strict=False)]
     views, seen = shoot(list(zip(PLATES[:2], places, strict=True)))
-    measure, reports, _ = measure_from_plates(views, seen, PLATES, UP)
+    measure, reports, _ = frame_from_plates(views, seen, PLATES, UP)
     assert measure is not None
     for report, plate, place in zip(reports, PLATES[:2], places, strict=True):
         there = MODEL_FROM_WORLD.apply(place.apply(plate.outline))
@@ -133,7 +133,7 @@ def test_a_plate_printed_at_the_wrong_size_is_named_and_left_out() -> None:
     placed = [(p, on_floor(p, at)) for p, at in zip(PLATES[:3], PLACES, strict=False)]
     placed[1] = (PLATES[1], shrunk(PLATES[1], 0.94, PLACES[1]))
     views, seen = shoot(placed)
-    measure, reports, notes = measure_from_plates(views, seen, PLATES, UP)
+    measure, reports, notes = frame_from_plates(views, seen, PLATES, UP)
     assert measure is not None
     assert measure.world_from_model.after(MODEL_FROM_WORLD).scale == pytest.approx(1, abs=1e-4)
     assert [r.used for r in reports if r.label == "board 4-7"] == [False]
@@ -146,40 +146,40 @@ def test_two_plates_that_disagree_stop_the_scale() -> None:
         (PLATES[1], shrunk(PLATES[1], 0.94, PLACES[1])),
     ]
     views, seen = shoot(placed)
-    with pytest.raises(StageError, match="disagree about the scale") as told:
-        measure_from_plates(views, seen, PLATES, UP)
-    assert "ignore_plates" in told.value.hint
+    with pytest.raises(StageError, match="disagree about the scale") as output:
+        frame_from_plates(views, seen, PLATES, UP)
+    assert "ignore_plates" in output.value.hint
 
 
-def test_two_plates_with_the_same_ids_are_told() -> None:
+def test_two_plates_with_the_same_ids_are_reported() -> None:
     twin = on_floor(PLATES[0], PLACES[1])
     views, seen = shoot([(PLATES[0], on_floor(PLATES[0], PLACES[0])), (PLATES[0], twin)])
     with pytest.raises(StageError, match="two plates carry the same ids"):
-        measure_from_plates(views, seen, PLATES, UP)
+        frame_from_plates(views, seen, PLATES, UP)
 
 
 def test_a_twin_is_left_out_where_another_plate_is_sound() -> None:
     placed = [(PLATES[0], on_floor(PLATES[0], PLACES[k])) for k in (0, 1)]
     placed.append((PLATES[2], on_floor(PLATES[2], PLACES[2])))
     views, seen = shoot(placed)
-    measure, _, notes = measure_from_plates(views, seen, PLATES, UP)
+    measure, _, notes = frame_from_plates(views, seen, PLATES, UP)
     assert measure is not None
     assert measure.world_from_model.after(MODEL_FROM_WORLD).scale == pytest.approx(1, abs=1e-5)
     assert any("board 0-3" in note for note in notes)
 
 
-def test_a_plate_in_one_photo_is_told_and_gives_nothing() -> None:
+def test_a_plate_in_one_photo_is_reported_and_gives_nothing() -> None:
     views, seen = shoot([(PLATES[0], on_floor(PLATES[0], PLACES[0]))])
     seen = [d for d in seen if d.photo == "0_1.jpg"]
-    measure, reports, notes = measure_from_plates(views, seen, PLATES, UP)
+    measure, reports, notes = frame_from_plates(views, seen, PLATES, UP)
     assert measure is None
     assert "one registered photo only (0_1.jpg)" in notes[0]
     assert [r.used for r in reports] == [False]
 
 
-def test_a_plate_in_unregistered_photos_is_told() -> None:
+def test_a_plate_in_unregistered_photos_is_reported() -> None:
     views, seen = shoot([(PLATES[0], on_floor(PLATES[0], PLACES[0]))])
-    _, _, notes = measure_from_plates(
+    _, _, notes = frame_from_plates(
         views[:1], [d for d in seen if d.photo != "0_0.jpg"], PLATES, UP
     )
     assert "not registered (0_1.jpg, 0_2.jpg, 0_3.jpg)" in notes[0]
@@ -187,14 +187,14 @@ def test_a_plate_in_unregistered_photos_is_told() -> None:
 
 def test_a_lone_marker_in_one_photo_is_a_false_alarm() -> None:
     views, seen = shoot([(PLATES[0], on_floor(PLATES[0], PLACES[0]))])
-    measure, reports, notes = measure_from_plates(views, seen[:1], PLATES, UP)
+    measure, reports, notes = frame_from_plates(views, seen[:1], PLATES, UP)
     assert (measure, reports, notes) == (None, (), ())
 
 
 def test_a_plate_of_another_shape_is_named_by_its_residual() -> None:
     wider = Plate("board", "DICT_4X4_50", (0, 1, 2, 3), (0.46, 0.42), 0.15, 0.02)
     views, seen = shoot([(wider, on_floor(wider, PLACES[0]))])
-    measure, _, notes = measure_from_plates(views, seen, PLATES, UP, way="corners")
+    measure, _, notes = frame_from_plates(views, seen, PLATES, UP, way="corners")
     assert measure is None
     assert "miss their places" in notes[0]
 
@@ -204,19 +204,34 @@ def test_a_plate_on_the_wall_gives_scale_but_no_floor() -> None:
         1.0, Rotation.from_euler("x", 90, degrees=True).as_matrix(), np.array([0, 0, 1.2])
     )
     views, seen = shoot([(PLATES[0], upright)])
-    measure, _, notes = measure_from_plates(views, seen, PLATES, UP)
+    measure, _, notes = frame_from_plates(views, seen, PLATES, UP)
     assert measure is not None
     assert not measure.floor_known
     assert measure.world_from_model.after(MODEL_FROM_WORLD).scale == pytest.approx(1, abs=1e-5)
     assert any("no plate lies on the floor" in note for note in notes)
 
 
-def test_an_uneven_floor_is_told() -> None:
+def test_an_uneven_floor_is_reported() -> None:
     placed = [(p, on_floor(p, at)) for p, at in zip(PLATES[:3], PLACES, strict=False)]
     raised = placed[1][1]
     lifted = Similarity(1.0, raised.rotation, raised.translation + np.array([0, 0, 0.12]))
     placed[1] = (PLATES[1], lifted)
     placed.append((PLATES[3], on_floor(PLATES[3], (4.0, 3.0, 0.0))))
     views, seen = shoot(placed)
-    _, _, notes = measure_from_plates(views, seen, PLATES, UP)
+    _, _, notes = frame_from_plates(views, seen, PLATES, UP)
     assert any("off the common floor" in note for note in notes)
+
+
+def test_stickers_on_the_wall_give_the_scale_and_not_up() -> None:
+    wall = Rotation.from_euler("x", 90, degrees=True).as_matrix()  # the prints face -y
+    stickers = [
+        (sticker(code), Similarity(1.0, wall, np.array([0.9 * code, 2.0, 1.0 + 0.3 * code])))
+        for code in range(5)
+    ]
+    views, seen = shoot(stickers, photos=5, noise=0.1)
+    plates = [plate for plate, _ in stickers]
+    frame, reports, _ = frame_from_plates(views, seen, plates, UP, tolerance=0.05)
+    assert frame is not None
+    assert not frame.floor_known
+    assert sum(report.used for report in reports) == 5
+    assert frame.world_from_model.scale * MODEL_FROM_WORLD.scale == pytest.approx(1, abs=0.003)

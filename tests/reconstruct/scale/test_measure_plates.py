@@ -10,8 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
-from walltopo.reconstruct.scale.markers import detect_markers
-from walltopo.reconstruct.scale.plate_pdf import PAPERS, Text, draw_plate, to_pdf
+from walltopo.images.markers import STICKER_SIDE, STICKERS, detect_markers
+from walltopo.reconstruct.scale.plate_pdf import PAPERS, Text, draw_plate, draw_stickers, to_pdf
 from walltopo.reconstruct.scale.plates import BUILT_IN, Plate, built_in_plates, read_plates
 
 
@@ -55,7 +55,7 @@ def test_the_built_in_toml_is_readable_as_a_file(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "output"),
     [
         ("plate = 3", "$.plate"),
         ("[[plate]]\nids = [0, 1, 2, 3]\nsize = [1, 1]\nmarker = 0.1", "`margin`"),
@@ -85,16 +85,16 @@ def test_the_built_in_toml_is_readable_as_a_file(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_a_wrong_file_is_told_apart(tmp_path: Path, text: str, told: str) -> None:
+def test_a_wrong_file_is_distinguished(tmp_path: Path, text: str, output: str) -> None:
     (tmp_path / "plates.toml").write_text(text, encoding="utf-8")
-    with pytest.raises(InputError, match=re.escape(told)):
+    with pytest.raises(InputError, match=re.escape(output)):
         read_plates(tmp_path / "plates.toml")
 
 
-@pytest.mark.parametrize("name", ["a4", "a3"])
+@pytest.mark.parametrize("name", ["a4", "a3", "letter"])
 def test_the_printed_sheet_has_its_markers_where_the_geometry_says(name: str) -> None:
     plate, paper = first(name), PAPERS[name]
-    image = rasterise(to_pdf(draw_plate(plate, paper), paper, name), paper)
+    image = rasterise(to_pdf([draw_plate(plate, paper)], paper, name), paper)
     found = detect_markers(image, "sheet", [plate.dictionary])
     assert sorted(d.marker for d in found) == sorted(plate.ids)
     for detection in found:
@@ -105,7 +105,7 @@ def test_the_printed_sheet_has_its_markers_where_the_geometry_says(name: str) ->
 
 def test_the_pdf_is_well_formed_and_of_true_size() -> None:
     plate, paper = first("a4"), PAPERS["a4"]
-    pdf = to_pdf(draw_plate(plate, paper), paper, "plate (a4)")
+    pdf = to_pdf([draw_plate(plate, paper)], paper, "plate (a4)")
     places = [int(m.group(1)) for m in re.finditer(rb"(\d{10}) 00000 n", pdf)]
     assert [pdf[p : p + 7] for p in places] == [b"%d 0 obj" % k for k in range(1, 7)]
     table = int(re.search(rb"startxref\n(\d+)", pdf).group(1))  # type: ignore[union-attr]
@@ -120,12 +120,28 @@ def test_words_and_ruler_stay_clear_of_the_markers() -> None:
         rim = plate.marker / 6
         inner = plate.size[0] / 2 - plate.margin - plate.marker - rim + 1e-9
         for shape in draw_plate(plate, paper):
-            if isinstance(shape, Text) and shape.words:
+            if isinstance(shape, Text) and shape.text:
                 assert abs(shape.x - paper[0] / 2) <= inner
-                assert shape.x + 0.52 * shape.size * len(shape.words) <= paper[0] / 2 + inner
+                assert shape.x + 0.52 * shape.size * len(shape.text) <= paper[0] / 2 + inner
                 assert 0.01 < shape.y < paper[1] - 0.01
 
 
 def test_a_plate_larger_than_the_paper_is_refused() -> None:
     with pytest.raises(InputError, match="does not fit on paper"):
         draw_plate(first("a3"), PAPERS["a4"])
+
+
+@pytest.mark.parametrize(("name", "count"), [("a4", 6), ("a3", 12), ("letter", 4)])
+def test_sheets_of_stickers_carry_each_code_once_at_true_size(name: str, count: int) -> None:
+    paper = PAPERS[name]
+    sheets = draw_stickers(range(100, 100 + 2 * count), paper)
+    assert len(sheets) == 2
+    image = rasterise(to_pdf(sheets, paper, "stickers"), paper)  # the first page
+    found = detect_markers(image, "sheet", [STICKERS])
+    assert sorted(d.marker for d in found) == list(range(100, 100 + count))
+    for detection in found:
+        sides = np.linalg.norm(np.diff(detection.corners, axis=0), axis=1) / 6000
+        assert np.abs(sides - STICKER_SIDE).max() < 0.0002
+    for shape in (shape for sheet in sheets for shape in sheet):
+        assert 0 < shape.x < paper[0]
+        assert 0 < shape.y < paper[1]

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import tempfile
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,7 +13,13 @@ from numpy.typing import NDArray
 
 from walltopo.core import Camera, View
 from walltopo.geometry.similarity import rotation_with_z
-from walltopo.reconstruct.scale.rays import triangulate, undistort
+from walltopo.reconstruct.scale.known_distance import (
+    mark_point,
+    named_points,
+    triangulate,
+    undistort,
+    write_points,
+)
 
 CAMERA = Camera("SIMPLE_RADIAL", 1280, 960, (950.0, 640.0, 480.0, 0.035))
 
@@ -74,3 +83,29 @@ def test_one_ray_or_parallel_rays_give_nothing() -> None:
     pixel = views[0].project(np.zeros(3))
     assert triangulate(views[:1], pixel[None]) is None
     assert triangulate([views[0], views[0]], np.stack([pixel, pixel])) is None
+
+
+@given(st.tuples(*[st.floats(-3, 3)] * 3))
+def test_a_marked_point_is_found_again_by_other_units(place: tuple[float, float, float]) -> None:
+    """Pixels stand for a point, also where a later model has another unit."""
+    views, point = ring(), np.array(place)
+    marks = mark_point(point, views)
+    for name, pixel in marks.items():
+        view = views[int(name[0])]
+        assert (np.array(pixel) >= 0).all()
+        assert (pixel <= np.array([1280, 960])).all()
+        assert view.to_camera(point)[2] > 0
+    if len(marks) < 2:
+        return
+    larger = [
+        View(v.name, v.camera, np.c_[v.cam_from_world[:, :3], 3 * v.cam_from_world[:, 3]])
+        for v in views
+    ]
+    with tempfile.TemporaryDirectory() as folder:
+        write_points({"a": marks}, Path(folder) / "points.toml")
+        found = named_points(Path(folder) / "points.toml", larger)
+    assert np.abs(found["a"] - 3 * point).max() < 1e-5
+
+
+def test_few_photos_stand_for_many() -> None:
+    assert 10 <= len(mark_point(np.zeros(3), ring(90))) <= 20

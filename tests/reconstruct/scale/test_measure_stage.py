@@ -13,8 +13,8 @@ from walltopo.core import Camera, InputError, Silent, StageError, View
 from walltopo.core.files import hash_path
 from walltopo.geometry.similarity import rotation_with_z
 from walltopo.pipeline.runner import run_stage
-from walltopo.reconstruct.scale.settings import ScaleSettings
-from walltopo.reconstruct.scale.upright import TYPICAL_DISTANCE, turned_photos, up_from_cameras
+from walltopo.reconstruct.scale.world_frame import TYPICAL_DISTANCE, rotated_photos, up_from_cameras
+from walltopo.reconstruct.settings import ScaleSettings
 from walltopo.scans.colmap_model import read_views
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.scale import Aligned, Frame, Scale
@@ -120,15 +120,18 @@ def test_distance_of_two_marked_points(scan: ScanFolder, tmp_path: Path) -> None
     file.write_text(text, encoding="utf-8")
     record, _ = scaled(scan, distance="left-top-right=1.0", points=str(file))
     assert record.scale == pytest.approx(1 / np.hypot(0.5, 0.3), rel=1e-4)
-    for wrong, told in (("[20.0, 200.0]", "do not meet in one"), ("[900, 1]", "outside its photo")):
+    for wrong, output in (
+        ("[20.0, 200.0]", "do not meet in one"),
+        ("[900, 1]", "outside its photo"),
+    ):
         line = next(line for line in text.splitlines() if line.startswith('"p-1.jpg"'))
         file.write_text(text.replace(line, f'"p-1.jpg" = {wrong}'), encoding="utf-8")
-        with pytest.raises(InputError, match=told):
+        with pytest.raises(InputError, match=output):
             scaled(scan, distance="left-top-right=1.0", points=str(file))
 
 
 @pytest.mark.parametrize(
-    ("distance", "told"),
+    ("distance", "output"),
     [
         ("p-0", "expected A-B=METRES"),
         ("p-0-p-1=-2", "expected A-B=METRES"),
@@ -136,8 +139,8 @@ def test_distance_of_two_marked_points(scan: ScanFolder, tmp_path: Path) -> None
         ("p-0-nobody=2", "does not name two different"),
     ],
 )
-def test_a_wrong_distance_is_told(scan: ScanFolder, distance: str, told: str) -> None:
-    with pytest.raises(InputError, match=told):
+def test_a_wrong_distance_is_reported(scan: ScanFolder, distance: str, output: str) -> None:
+    with pytest.raises(InputError, match=output):
         scaled(scan, distance=distance)
     assert not scan.scale.exists()
 
@@ -180,4 +183,4 @@ def test_a_photo_on_its_side_has_no_say_about_up() -> None:
     on_side = [View(f"side-{v.name}", v.camera, quarter @ v.cam_from_world) for v in views[:2]]
     mixed = [*on_side, *views]
     assert np.allclose(up_from_cameras(mixed), up_from_cameras(views))
-    assert turned_photos(mixed, up_from_cameras(mixed)) == ["side-p-0.jpg", "side-p-1.jpg"]
+    assert rotated_photos(mixed, up_from_cameras(mixed)) == ["side-p-0.jpg", "side-p-1.jpg"]

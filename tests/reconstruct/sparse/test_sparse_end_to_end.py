@@ -14,8 +14,7 @@ from PIL import Image
 from walltopo.core import InputError, Silent, StageError
 from walltopo.core.files import hash_path
 from walltopo.pipeline.runner import run_stage
-from walltopo.reconstruct.scale.settings import ScaleSettings
-from walltopo.reconstruct.sparse.settings import SparseSettings
+from walltopo.reconstruct.settings import ScaleSettings, SparseSettings
 from walltopo.scans.colmap_model import read_views
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.scale import Aligned, Frame, Scale
@@ -70,7 +69,7 @@ def test_a_second_run_reuses_features_and_is_the_same(reference: ScanFolder) -> 
     run_stage(reference, "sparse", SparseSettings(**SETTINGS), Steps())
     assert hash_path(reference.sparse_raw) == before
     assert not reference.aligned.exists(), "a scan that is no update any more"
-    assert Steps.seen == ["register photos", "refine all together"]
+    assert Steps.seen == ["register photos", "refine the model"]
 
 
 @pytest.mark.slow
@@ -116,16 +115,16 @@ def test_a_reference_without_cameras_or_of_itself_is_refused(
     reference: ScanFolder, tmp_path: Path
 ) -> None:
     (tmp_path / "empty").mkdir()
-    for path, told in (
+    for path, output in (
         (tmp_path / "empty", "cameras"),
         (tmp_path / "nowhere", "no such"),
         (reference.root, "own"),
     ):
-        with pytest.raises(InputError, match=told):
+        with pytest.raises(InputError, match=output):
             run_stage(reference, "sparse", SparseSettings(reference=str(path)))
 
 
-def test_photos_that_share_nothing_are_told(tmp_path: Path) -> None:
+def test_photos_that_share_nothing_are_reported(tmp_path: Path) -> None:
     files = []
     for k in range(3):
         noise = np.random.default_rng(k).integers(0, 256, (480, 640, 3)).astype(np.uint8)

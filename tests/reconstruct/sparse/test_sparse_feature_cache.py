@@ -69,9 +69,9 @@ def test_damage_is_found_and_mended(
     database = wall.work / "features" / "features.db"
     stamp = database.parent / "made-from.json"
     if not complete:
-        told = json.loads(stamp.read_text())
-        del told["content"]
-        stamp.write_text(json.dumps(told))
+        output = json.loads(stamp.read_text())
+        del output["content"]
+        stamp.write_text(json.dumps(output))
     database.write_bytes(damage(database.read_bytes()))
     steps = sparse(wall)
     assert steps.totals["find features"], "all are found again"

@@ -1,4 +1,4 @@
-"""Learned features: found again in a moved picture, matched, and put behind SIFT's."""
+"""LearnedTask features: found again in a moved picture, matched, and put behind SIFT's."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from walltopo.reconstruct.sparse.colmap_worker import register_images
-from walltopo.reconstruct.sparse.jobs import CameraEntry, ImageEntry, Job, Learned, Sift
+from walltopo.reconstruct.sparse.jobs import CameraEntry, ColmapJob, ImageEntry, LearnedTask, Sift
 from walltopo.reconstruct.sparse.learned_features import Features, XFeat, add_learned, partners
 
 TURN = np.array([[0.95, -0.12, 30.0], [0.12, 0.95, -20.0]])
@@ -51,7 +51,9 @@ def test_matches_follow_the_picture(network: XFeat) -> None:
     assert (away < 5).mean() > 0.95
 
 
-def test_large_photos_are_looked_at_smaller_and_told_in_their_own_pixels(network: XFeat) -> None:
+def test_large_photos_are_reduced_and_reported_in_their_own_pixels(
+    network: XFeat,
+) -> None:
     picture = speckled(1)
     large = cv2.resize(picture, (448 * 5, 320 * 5), interpolation=cv2.INTER_CUBIC).astype(np.uint8)
     found = network.find(large, 300)
@@ -92,8 +94,8 @@ def test_learned_features_stand_behind_those_that_were_there(tmp_path: Path) -> 
         for number, rows in old.items():
             db.write_keypoints(number, rows)
         db.write_matches(1, 2, np.array([[0, 3], [2, 5]], np.uint32))
-    learned = Learned((1, 2), 400, 1)
-    job = Job(
+    learned = LearnedTask((1, 2), 400, 1)
+    job = ColmapJob(
         database=str(database),
         image_root=str(tmp_path),
         threads=1,
@@ -104,9 +106,9 @@ def test_learned_features_stand_behind_those_that_were_there(tmp_path: Path) -> 
         images=images,
         learned=learned,
     )
-    told: list[dict[str, object]] = []
-    assert add_learned(database, job, learned, lambda **fields: told.append(fields)) == [(1, 2)]
-    assert [event for event in told if "step" in event] == [
+    output: list[dict[str, object]] = []
+    assert add_learned(database, job, learned, lambda **fields: output.append(fields)) == [(1, 2)]
+    assert [event for event in output if "step" in event] == [
         {"step": "learned", "total": 2},
         {"step": "learned matches", "total": 1},
     ]

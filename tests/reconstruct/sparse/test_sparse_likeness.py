@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from walltopo.reconstruct.sparse.pairs import nearest_pairs, signatures
+from walltopo.reconstruct.sparse.pairs import nearest_pairs, vlad_vectors
 
 IDS = list(range(1, 10))
 
@@ -25,7 +25,7 @@ def _photos(seed: int) -> dict[int, NDArray[np.uint8]]:
 @given(seed=st.integers(0, 1000))
 @settings(max_examples=10, deadline=None)
 def test_photos_of_one_place_are_each_others_nearest(seed: int) -> None:
-    looks = signatures(_photos(seed).__getitem__, IDS, seed=seed)
+    looks = vlad_vectors(_photos(seed).__getitem__, IDS, seed=seed)
     assert np.allclose(np.linalg.norm(looks, axis=1), 1, atol=1e-5)
     for a, b in nearest_pairs(IDS, looks, IDS, looks, 2):
         assert (a - b) % 3 == 0
@@ -33,16 +33,16 @@ def test_photos_of_one_place_are_each_others_nearest(seed: int) -> None:
 
 def test_signatures_are_the_same_again_and_in_any_order() -> None:
     photos = _photos(0)
-    first = signatures(photos.__getitem__, IDS, seed=1)
-    np.testing.assert_array_equal(first, signatures(photos.__getitem__, IDS, seed=1))
+    first = vlad_vectors(photos.__getitem__, IDS, seed=1)
+    np.testing.assert_array_equal(first, vlad_vectors(photos.__getitem__, IDS, seed=1))
     # Features come in the order that threads found them in: it must not matter much.
-    turned = signatures(lambda k: photos[k][::-1], IDS, seed=1)
+    turned = vlad_vectors(lambda k: photos[k][::-1], IDS, seed=1)
     assert ((first * turned).sum(axis=1) > 0.5).all()
 
 
 def test_a_photo_without_features_is_like_none() -> None:
     some = np.random.default_rng(0).integers(0, 256, (100, 128)).astype(np.uint8)
     rows = {1: some, 2: np.zeros((0, 128), np.uint8)}
-    looks = signatures(rows.__getitem__, [1, 2], seed=0)
+    looks = vlad_vectors(rows.__getitem__, [1, 2], seed=0)
     assert np.isfinite(looks).all()
     assert not looks[1].any()

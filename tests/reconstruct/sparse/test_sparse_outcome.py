@@ -10,10 +10,10 @@ import pytest
 from walltopo.core import InputError
 from walltopo.reconstruct.scale.plates import built_in_plates
 from walltopo.reconstruct.scale.world_frame import plates_without
+from walltopo.reconstruct.sparse.attempts import why_unregistered
 from walltopo.reconstruct.sparse.colmap_worker import register_images
 from walltopo.reconstruct.sparse.jobs import CameraEntry, ImageEntry, camera_entries
 from walltopo.reconstruct.sparse.models import match_keypoints
-from walltopo.reconstruct.sparse.outcome import why_unregistered
 from walltopo.scans.photos import Photo
 
 

@@ -11,12 +11,11 @@ from typing import Any
 import pytest
 
 from walltopo.core import Silent, StageError
-from walltopo.reconstruct.sparse.colmap_process import run_worker
-from walltopo.reconstruct.sparse.jobs import Job, MapTask, Sift
+from walltopo.reconstruct.sparse.jobs import ColmapJob, MapTask, Sift, run_worker
 
 
 class Recorder(Silent):
-    """Keeps what it is told."""
+    """Keeps its messages."""
 
     def __init__(self) -> None:
         self.steps: list[tuple[str, int | None]] = []
@@ -35,9 +34,11 @@ class Recorder(Silent):
 
 def job(
     threads: int = 1, database: str = "", image_root: str = "", map: MapTask | None = None
-) -> Job:
+) -> ColmapJob:
     """A job of no photos."""
-    return Job(database, image_root, threads, 0, Sift(500, 0), 15, cameras=(), images=(), map=map)
+    return ColmapJob(
+        database, image_root, threads, 0, Sift(500, 0), 15, cameras=(), images=(), map=map
+    )
 
 
 def fake_worker(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, body: str) -> None:
@@ -83,7 +84,7 @@ def test_an_aborted_child_is_an_error_with_its_last_words(
         "os.abort()\n"
     )
     fake_worker(monkeypatch, tmp_path, body)
-    with pytest.raises(StageError, match=r"signal 6 while it should register(?s:.*)Check failed"):
+    with pytest.raises(StageError, match=r"signal 6 during the step 'register(?s:.*)Check failed"):
         run_worker(job(threads=-1), Silent())
 
 

@@ -7,11 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from walltopo.geometry.neighbours import face_neighbours, patches
+from walltopo.geometry.topology import face_neighbours, patches
 from walltopo.reconstruct.texture.atlas import _faces_by_label
-from walltopo.reconstruct.texture.candidates import Candidates
+from walltopo.reconstruct.texture.candidates import Candidates, choose_labels
 from walltopo.reconstruct.texture.colour import level_seams, photo_gains
-from walltopo.reconstruct.texture.labels import choose_labels
 from walltopo.reconstruct.texture.paint import fill_gaps, paint_photo
 from walltopo.reconstruct.texture.unseen import spread_colours, unseen_cells
 

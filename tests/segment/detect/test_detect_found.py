@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from walltopo.core import InputError
-from walltopo.segment.detect.found import Found, box_iou, keep_best
+from walltopo.segment.detect.photo_detections import PhotoDetections, box_iou, suppress_overlaps
 
 _corners = arrays(np.float64, (6, 4), elements=st.floats(0, 100))
 
@@ -38,7 +38,7 @@ def test_iou_of_a_half_covered_box() -> None:
 @given(_corners, arrays(np.float64, 6, elements=st.floats(0.01, 1)))
 def test_what_stays_does_not_clash_and_what_goes_does(raw: np.ndarray, scores: np.ndarray) -> None:
     boxes, labels = _boxes(raw), np.array([1, 1, 1, 2, 2, 2])
-    kept = keep_best(boxes, scores, labels, same=0.5, other=0.8)
+    kept = suppress_overlaps(boxes, scores, labels, same_class_iou=0.5, other_class_iou=0.8)
     overlap = box_iou(boxes, boxes)
     limit = np.where(labels[:, None] == labels[None, :], 0.5, 0.8)
     clash = overlap > limit
@@ -50,9 +50,9 @@ def test_what_stays_does_not_clash_and_what_goes_does(raw: np.ndarray, scores: n
 
 def test_a_hold_on_its_volume_stays() -> None:
     boxes = np.array([[0.0, 0, 100, 100], [20.0, 20, 90, 95]])
-    assert len(keep_best(boxes, np.array([0.9, 0.8]), np.array([2, 1]))) == 2
+    assert len(suppress_overlaps(boxes, np.array([0.9, 0.8]), np.array([2, 1]))) == 2
 
 
 def test_unequal_lengths_are_refused() -> None:
     with pytest.raises(InputError, match="expected 2 boxes"):
-        Found(10, 10, np.zeros((1, 4)), np.ones(2), np.ones(2, dtype=np.int64))
+        PhotoDetections(10, 10, np.zeros((1, 4)), np.ones(2), np.ones(2, dtype=np.int64))

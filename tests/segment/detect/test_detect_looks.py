@@ -8,13 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from walltopo.core import Mask
-from walltopo.segment.detect.augmented import fuse, mirrored
-from walltopo.segment.detect.found import Found
+from walltopo.segment.detect.photo_detections import PhotoDetections
+from walltopo.segment.detect.tiles import fuse, mirrored
 
 _W, _H = 120, 80
 
 
-def found_of(objects: list[tuple[int, int, int, int, int, float]]) -> Found:
+def found_of(objects: list[tuple[int, int, int, int, int, float]]) -> PhotoDetections:
     """Filled rectangles x0, y0, x1, y1, label, score."""
     masks = tuple(
         Mask(np.ones((y1 - y0, x1 - x0), bool), x0, y0, _W, _H, label, score)
@@ -22,7 +22,9 @@ def found_of(objects: list[tuple[int, int, int, int, int, float]]) -> Found:
     )
     boxes = np.array([o[:4] for o in objects], dtype=float).reshape(-1, 4)
     scores = np.array([o[5] for o in objects], dtype=float)
-    return Found(_W, _H, boxes, scores, np.array([o[4] for o in objects], np.int64), masks)
+    return PhotoDetections(
+        _W, _H, boxes, scores, np.array([o[4] for o in objects], np.int64), masks
+    )
 
 
 @settings(max_examples=30, deadline=None)

@@ -17,10 +17,10 @@ from walltopo.scans.detections import Detections
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.photos import Photo, PhotoList
 from walltopo.segment.detect.detector import open_detector, shipped_model
-from walltopo.segment.detect.found import box_iou
 from walltopo.segment.detect.onnx_detector import OnnxDetector, prepare
+from walltopo.segment.detect.photo_detections import box_iou
 from walltopo.segment.detect.photos import detect_photos, photos_in
-from walltopo.segment.detect.settings import DetectSettings
+from walltopo.segment.settings import DetectSettings
 
 
 def painted_wall(width: int = 640, height: int = 480) -> np.ndarray:
@@ -44,8 +44,8 @@ def detector() -> OnnxDetector:
 def test_metadata_say_how_to_use_it(detector: OnnxDetector) -> None:
     assert detector.classes == {1: "hold", 2: "volume"}
     assert detector.model.head == "votes"
-    assert set(detector.scores) == {1, 2}
-    assert all(0.05 <= least <= 0.9 for least in detector.scores.values())
+    assert set(detector.thresholds) == {1, 2}
+    assert all(0.05 <= score <= 0.9 for score in detector.thresholds.values())
     assert shipped_model().stat().st_size < 8e6
 
 
@@ -64,12 +64,12 @@ def test_least_scores_are_by_class_and_boxes_are_moved(
     plain = OnnxDetector(shipped_model(), settings)
     holds = plain.detect(photo)
     assert (holds.labels == 1).any()
-    assert all(s >= plain.scores[k] for s, k in zip(holds.scores, holds.labels, strict=True))
+    assert all(s >= plain.thresholds[k] for s, k in zip(holds.scores, holds.labels, strict=True))
     moved = {**plain.model.metadata, "offset": "[4.0, -2.0]", "scores": "[0.999, 0.05]"}
     monkeypatch.setattr(plain, "model", replace(plain.model, metadata=moved))
-    plain.scores = plain._thresholds()
+    plain.thresholds = plain._thresholds()
     assert not (plain.detect(photo).labels == 1).any()
-    monkeypatch.setattr(plain, "scores", OnnxDetector(shipped_model(), settings).scores)
+    monkeypatch.setattr(plain, "thresholds", OnnxDetector(shipped_model(), settings).thresholds)
     offset = detector.model.numbers("offset", [0.0, 0.0])
     shift = np.median(holds.boxes - plain.detect(photo).boxes, axis=0)
     np.testing.assert_allclose(shift[:2], np.subtract([4.0, -2.0], offset), atol=0.3)
@@ -124,7 +124,7 @@ def test_photo_is_padded_not_stretched() -> None:
 
 
 def test_errors_name_the_file(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no known detector"):
+    with pytest.raises(InputError, match="neither a known detector"):
         open_detector(DetectSettings(model="yolo99"))
     with pytest.raises(InputError, match="no such model file"):
         open_detector(DetectSettings(model=str(tmp_path / "x.onnx")))

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from walltopo.core import Mask
-from walltopo.segment.detect.found import Found
+from walltopo.segment.detect.photo_detections import PhotoDetections
 from walltopo.segment.detect.tiles import Tile, merge_tiles, tiles_of
 
 
@@ -25,8 +25,8 @@ def test_tiles_cover_and_share(width: int, height: int, tile: int, overlap: int)
     assert len(tiles) == len(columns) * len({(t.y0, t.y1) for t in tiles})
 
 
-def seen_in(tile: Tile, truth: list[tuple[int, int, int, int, int]]) -> Found:
-    """What a perfect detector sees of rectangles (x0, y0, x1, y1, label) in one tile."""
+def seen_in(tile: Tile, truth: list[tuple[int, int, int, int, int]]) -> PhotoDetections:
+    """Return what a perfect detector sees of rectangles (x0, y0, x1, y1, label) in one tile."""
     boxes, labels, masks = [], [], []
     w, h = tile.x1 - tile.x0, tile.y1 - tile.y0
     for x0, y0, x1, y1, label in truth:
@@ -37,7 +37,7 @@ def seen_in(tile: Tile, truth: list[tuple[int, int, int, int, int]]) -> Found:
         boxes.append([u0, v0, u1, v1])
         labels.append(label)
         masks.append(Mask(np.ones((v1 - v0, u1 - u0), bool), u0, v0, w, h, label, 0.8))
-    return Found(
+    return PhotoDetections(
         w,
         h,
         np.array(boxes, dtype=float).reshape(-1, 4),

@@ -16,7 +16,7 @@ _H, _W = 96, 128  # px of the input
 def outputs(
     boxes: list[tuple[int, int, int, int]], labels: list[int], scores: list[float]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """What a perfect network answers for filled rectangles."""
+    """Return what a perfect network answers for filled rectangles."""
     heat = np.zeros((2, _H // 4, _W // 4), np.float32)
     votes = np.ones((8, _H // 4, _W // 4), np.float32)
     mask = np.zeros((2, _H // 2, _W // 2), np.float32)

@@ -9,8 +9,8 @@ import pytest
 
 from walltopo.core import InputError
 from walltopo.segment.detect.detector import open_detector
-from walltopo.segment.detect.settings import DetectSettings
 from walltopo.segment.detect.yolo import box_masks, decode_rtdetr, decode_yolo, letterbox
+from walltopo.segment.settings import DetectSettings
 
 onnx = pytest.importorskip("onnx")
 NAMES = "{0: 'hold', 1: 'volume'}"
@@ -120,10 +120,10 @@ def test_an_ellipse_touches_its_box() -> None:
 @pytest.mark.parametrize(
     ("metadata", "message"),
     [
-        ({"names": NAMES}, "do not say what it answers"),
+        ({"names": NAMES}, "do not name the output format"),
         ({"task": "detect"}, "lack `names`"),
         ({"task": "segment", "names": NAMES}, "has 2 outputs, this file has 1"),
-        ({"head": "Pose", "task": "pose", "names": NAMES}, "do not say what it answers"),
+        ({"head": "Pose", "task": "pose", "names": NAMES}, "do not name the output format"),
     ],
 )
 def test_files_that_do_not_say_what_they_are(

@@ -1,4 +1,4 @@
-"""Comparing kinds of faces says what comparing all faces says."""
+"""Comparing groups of faces says what comparing all faces says."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ import pytest
 
 from walltopo.core import Mesh, Silent, View
 from walltopo.segment.lift import LiftParams
-from walltopo.segment.lift.alike import kinds_of, rows_of
 from walltopo.segment.lift.evidence import Evidence
 from walltopo.segment.lift.robust import robust_evidence
-from walltopo.segment.lift.similarity import compare_projections, overlaps_of
+from walltopo.segment.lift.similarity import compare_projections, group_faces, overlaps_of, rows_of
 
 Bumps = tuple[Mesh, list[View], np.ndarray]
 
@@ -30,13 +29,15 @@ def entries(evidence: Evidence, face: int) -> list[tuple[int, int, float]]:
 
 
 def test_kinds_are_faces_with_equal_entries(evidence: Evidence) -> None:
-    kinds = kinds_of(evidence)
+    groups = group_faces(evidence)
     areas: dict[tuple[tuple[int, int, float], ...], float] = defaultdict(float)
     for face in range(len(evidence.faces)):
         areas[tuple(entries(evidence, face))] += evidence.areas[face]
-    assert len(kinds.faces) == len(areas) < len(evidence.faces)
-    told = {tuple(entries(evidence, k)): a for k, a in zip(kinds.faces, kinds.areas, strict=True)}
-    assert told == pytest.approx(dict(areas))
+    assert len(groups.faces) == len(areas) < len(evidence.faces)
+    output = {
+        tuple(entries(evidence, k)): a for k, a in zip(groups.faces, groups.areas, strict=True)
+    }
+    assert output == pytest.approx(dict(areas))
 
 
 def test_rows_point_at_the_entries_of_each_projection(evidence: Evidence) -> None:
@@ -62,14 +63,14 @@ def test_pairs_share_and_see_what_a_plain_loop_finds(evidence: Evidence) -> None
                 if q > p:
                     whole[p, q] += area
     pairs = compare_projections(evidence)
-    told = list(zip(pairs.p.tolist(), pairs.q.tolist(), strict=True))
-    assert told == sorted(shared)
-    assert pairs.shared == pytest.approx([shared[pair] for pair in told])
+    output = list(zip(pairs.p.tolist(), pairs.q.tolist(), strict=True))
+    assert output == sorted(shared)
+    assert pairs.shared == pytest.approx([shared[pair] for pair in output])
     view_of = evidence.view_of
-    p_seen = [max(seen[p, view_of[q]], shared[p, q]) for p, q in told]
+    p_seen = [max(seen[p, view_of[q]], shared[p, q]) for p, q in output]
     assert pairs.p_seen == pytest.approx(p_seen)
-    mirrored = dict(zip(told, p_seen, strict=True))
-    assert pairs.q_seen == pytest.approx([mirrored[q, p] for p, q in told])
+    mirrored = dict(zip(output, p_seen, strict=True))
+    assert pairs.q_seen == pytest.approx([mirrored[q, p] for p, q in output])
     overlaps = overlaps_of(evidence)
     both = zip(overlaps.first.tolist(), overlaps.second.tolist(), strict=True)
     assert dict(zip(both, overlaps.shared.tolist(), strict=True)) == pytest.approx(whole)

@@ -11,7 +11,7 @@ import pytest
 
 from walltopo.cli import main
 from walltopo.core import InputError
-from walltopo.geometry.ply import read_mesh, write_ply
+from walltopo.geometry.mesh_files import read_mesh, write_ply
 from walltopo.segment.lift_files import attach_masks, read_cameras, read_masks
 
 
@@ -95,7 +95,7 @@ def test_what_is_no_camera_file_is_refused(tmp_path: Path) -> None:
     ("change", "named"),
     [
         ({"transform_matrix": [[-1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]}, "mirrors"),
-        ({"transform_matrix": [[0, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]}, "does not turn"),
+        ({"transform_matrix": [[0, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]}, "is not a rotation"),
         ({"transform_matrix": [[1, 2, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]}, "rigid"),
         ({"transform_matrix": [[1, 0, 0, 1e300], [0, 1, 0, 0], [0, 0, 1, 0]]}, "transform_matrix"),
         ({"transform_matrix": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}, "transform_matrix"),

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, View
-from walltopo.geometry.neighbours import face_neighbours
+from walltopo.geometry.topology import face_neighbours
 from walltopo.segment.lift import lift
 from walltopo.segment.lift.methods import with_guesses
 

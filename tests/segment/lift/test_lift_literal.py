@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from walltopo.core import Camera, Instances, Mask, Mesh, View
 from walltopo.geometry.graphs import renumber
 from walltopo.segment.lift.distance import ease
-from walltopo.segment.lift.fast import lift_literal, literal_kept, one_each, projection_scores
+from walltopo.segment.lift.fast import best_cluster, lift_literal, literal_kept, projection_scores
 from walltopo.segment.lift.literal import lift_reference, reference_kept
 from walltopo.segment.lift.settings import Confidence, LiftParams, OnTop
 
@@ -197,6 +197,6 @@ def test_instances_of_two_classes_may_overlap_until_faces_get_one_label_each() -
     evidence, cluster, kept = literal_kept(plane(), views, params)
     shared = np.bincount(kept.face)
     assert (shared == 2).sum() == 32
-    winner, _ = one_each(kept, len(evidence.faces))
+    winner, _ = best_cluster(kept, len(evidence.faces))
     assert (winner >= 0).all()
     assert set(np.unique(winner)) <= set(cluster.tolist())

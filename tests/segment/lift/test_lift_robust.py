@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 
 from walltopo.core import InputError, Mask, Mesh, View
-from walltopo.geometry.neighbours import face_neighbours
+from walltopo.geometry.topology import face_neighbours
 from walltopo.segment.lift import LiftParams, lift
 from walltopo.segment.lift.label_image import STEPS, reach_of, stamp_borders
-from walltopo.segment.lift.potts import potts_clusters
 from walltopo.segment.lift.robust import fill_pinholes
 from walltopo.segment.lift.settings import Method
-from walltopo.segment.lift.tidy import tidy_order
+from walltopo.segment.lift.vote import potts_clusters, tidy_order
 
 Bumps = tuple[Mesh, list[View], np.ndarray]
 
@@ -95,7 +94,7 @@ def test_what_a_photo_cannot_see_is_no_disagreement(three_bumps: Bumps) -> None:
             masks = tuple(Mask.from_full(m.full()[:, :48], 1, 0.9) for m in view.masks)
             view = replace(view, camera=camera).with_masks(masks)
         cut.append(view)
-    params = LiftParams(cohesion=0.6, rounds=0, least_support=0.0)
+    params = LiftParams(cohesion=0.6, rounds=0, min_support=0.0)
     together, apart = lift(mesh, cut, params), lift(mesh, cut, replace(params, overlap="all"))
     assert len(together) < len(apart)
 
@@ -103,7 +102,7 @@ def test_what_a_photo_cannot_see_is_no_disagreement(three_bumps: Bumps) -> None:
 def test_photos_that_missed_an_object_vote_only_where_all_vote(three_bumps: Bumps) -> None:
     mesh, views, truth = three_bumps
     missed = [view if k < 3 else view.with_masks(()) for k, view in enumerate(views)]
-    params = LiftParams(least_support=0.0)
+    params = LiftParams(min_support=0.0)
     found = lift(mesh, missed, params)
     assert min(overlaps(found, truth)) > 0.7
     assert max(overlaps(lift(mesh, missed, replace(params, voters="all")), truth)) < 0.5
@@ -184,7 +183,7 @@ def test_vertices_that_are_not_numbers_are_refused() -> None:
         Mesh(np.array([[0, 0, np.nan], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]], np.int32))
 
 
-def test_cameras_in_another_frame_are_told(three_bumps: Bumps) -> None:
+def test_cameras_in_another_frame_are_reported(three_bumps: Bumps) -> None:
     mesh, views, _ = three_bumps
     away = Mesh(mesh.vertices + np.array([1000.0, 0, 0]), mesh.faces)
     with pytest.raises(InputError, match="frame"):

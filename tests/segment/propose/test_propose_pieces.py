@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 from tests.geometry.test_panels import folded, sheet
 
 from walltopo.core import Mesh
-from walltopo.segment.propose.bumps import find_bumps
-from walltopo.segment.propose.evidence import CUES, Masks, cues_of, explained, shipped_model
-from walltopo.segment.propose.pieces import Ground, join
+from walltopo.segment.propose.evidence import CUES, Masks, Tint, cues_of, explained, shipped_model
+from walltopo.segment.propose.pieces import Ground, find_bumps, merge_bumps
 from walltopo.segment.propose.surroundings import Relief, Surroundings
-from walltopo.segment.propose.tint import Tint
 
 AT = (0.6, 1.0)  # of the hold on the folded wall
 
@@ -53,7 +51,7 @@ def test_joining_takes_nothing_from_the_sure(label: list[int], first: int, last:
     before = np.array(label, dtype=np.int32)
     rows = np.arange(first, last)
     unsure = frozenset({2, 3})
-    after, new, joined = join(before, [rows], np.ones(8), unsure)
+    after, new, joined = merge_bumps(before, [rows], np.ones(8), unsure)
     assert (after[before == 1] == 1).all()
     assert len(new) + len(joined) <= 1
     for number, others in joined.items():

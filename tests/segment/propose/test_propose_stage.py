@@ -10,16 +10,16 @@ from PIL import Image
 from tests.geometry.test_panels import folded, sheet
 
 from walltopo.core import Camera, Mesh, View
-from walltopo.describe.classify.settings import ClassifySettings
+from walltopo.describe.settings import ClassifySettings
 from walltopo.geometry.zbuffer import render_ids
 from walltopo.pipeline.stages.propose import Reads, run
+from walltopo.scans.artifacts import Context
 from walltopo.scans.colmap_model import SparseModel
-from walltopo.scans.context import Context
 from walltopo.scans.detections import Detections
 from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
 from walltopo.scans.photos import PhotoSet
 from walltopo.scans.scale import Scale
-from walltopo.segment.propose.settings import ProposeSettings
+from walltopo.segment.settings import ProposeSettings
 
 METRES = Scale(method="measure", scale=1.0, metric=True, up_known=True, floor_known=True)
 RED, GREY = (170, 40, 40), (170, 170, 166)
@@ -87,12 +87,12 @@ def test_a_hold_without_masks_is_found_by_relief_and_colour(tmp_path: Path) -> N
     assert rows[3].kind == "hold"
     assert rows[3].views == ()
     assert rows[3].evidence is not None
-    assert rows[3].surety > ClassifySettings().least_evidence
+    assert rows[3].confidence > ClassifySettings().min_evidence
     label = made.instances.face_instance
     assert (label[near(given.mesh, 0.6, 1.0, 0.05)] == 3).all()
     assert not label[~near(given.mesh, 0.6, 1.0, 0.11) & (given.lifted.face_instance == 0)].any()
     for number in (1, 2):
-        assert rows[number].surety > ClassifySettings().least_evidence
+        assert rows[number].confidence > ClassifySettings().min_evidence
         held = given.lifted.face_instance == number
         assert (label[held] == number).all()
 
@@ -100,7 +100,7 @@ def test_a_hold_without_masks_is_found_by_relief_and_colour(tmp_path: Path) -> N
 def test_a_bump_of_the_walls_own_colour_is_doubtful(tmp_path: Path) -> None:
     made = run(reads(tmp_path, GREY), ProposeSettings(relief=True), Context(tmp_path, tmp_path))
     (row,) = [row for row in made.instance_records.instances if row.id == 3]
-    assert ProposeSettings().listed <= row.surety < ClassifySettings().least_evidence
+    assert ProposeSettings().listed <= row.confidence < ClassifySettings().min_evidence
 
 
 def test_switched_off_nothing_changes(tmp_path: Path) -> None:

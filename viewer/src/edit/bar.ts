@@ -27,14 +27,14 @@ export interface BarState {
   leftOut: number;
   /** The server is working out what the last edit does. */
   busy: boolean;
-  said: string;
+  status: string;
 }
 
 export class Bar {
   readonly root = h("div", { class: "edit", role: "toolbar", "aria-label": say().edit.edit });
   private readonly buttons = new Map<string, HTMLButtonElement>();
   private readonly size = h("input", { type: "range", min: 1, max: 12, value: 3, "aria-label": say().edit.brush });
-  private readonly said = h("span", { class: "hush", role: "status" });
+  private readonly status = h("span", { class: "hush", role: "status" });
   private measured = { width: 0, height: 0 };
 
   constructor(on: BarActs) {
@@ -54,7 +54,7 @@ export class Bar {
     bare("undo", edit.undo, "Ctrl+Z", () => on.undo(), "undo");
     bare("redo", edit.redo, "Ctrl+Y", () => on.redo(), "redo");
     add("save", edit.save, () => on.save(), "save").classList.add("main");
-    this.root.append(this.said);
+    this.root.append(this.status);
     add("check", edit.check, () => on.check()).title = edit.checkHint;
     for (const mode of MODES) add(mode, named[mode], () => on.mode(mode));
     this.size.addEventListener("input", () => on.brush(Number(this.size.value) / 100));
@@ -83,7 +83,7 @@ export class Bar {
     this.root.classList.toggle("busy", state.busy);
     this.root.setAttribute("aria-busy", String(state.busy));
     // Nothing to save: the button tells how it stands.
-    is("save").lastChild!.textContent = state.canSave ? edit.save : state.said || edit.save;
-    this.said.textContent = state.said;
+    is("save").lastChild!.textContent = state.canSave ? edit.save : state.status || edit.save;
+    this.status.textContent = state.status;
   }
 }

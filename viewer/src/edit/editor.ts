@@ -172,14 +172,14 @@ export class Editor {
     else this.session.undo();
   }
 
-  /** The server has told what the log makes of the scan. */
+  /** The server has answered what the log makes of the scan. */
   private shown(): void {
-    const { tables, leftOut, regions } = this.session.result;
+    const { tables, leftOut, labels } = this.session.result;
     for (const id of this.marked) if (!tables.holds.has(id)) this.marked.delete(id);
     if (this.absent !== null && !leftOut.has(this.absent)) this.cameBack(this.absent);
     const { stage } = this.host;
     stage.reserve(Math.max(0, ...tables.holds.keys(), ...leftOut.keys()));
-    stage.relabel(regions);
+    if (labels) stage.relabel(labels);
     this.brush.clear();
     this.host.show(tables);
     this.then?.();
@@ -293,9 +293,9 @@ export class Editor {
   }
 
   private showBar(): void {
-    const { canUndo, canRedo, canSave, busy, said, result } = this.session;
+    const { canUndo, canRedo, canSave, busy, status, result } = this.session;
     const counts = { doubtful: this.doubts.length, leftOut: result.leftOut.size };
-    this.bar.show({ mode: this.mode, canUndo, canRedo, canSave, busy, said, ...counts });
+    this.bar.show({ mode: this.mode, canUndo, canRedo, canSave, busy, status, ...counts });
   }
 }
 

@@ -11,14 +11,15 @@ function labelled(label: string, input: Input, act: (value: string) => void, wid
   return h("label", { class: wide ? "wide" : undefined }, label, input);
 }
 
-export function choice(label: string, options: [string, string][], value: string, act: (value: string) => void): HTMLElement {
+/** A list of which one is chosen; a value that is no option, of another program, stands first. */
+export function choice<K extends string>(label: string, options: [K, string][], value: K, act: (value: K) => void): HTMLElement {
   const select = h("select");
   const known = options.some(([key]) => key === value);
-  for (const [key, text] of known ? options : [[value, value || "–"] as [string, string], ...options]) {
+  for (const [key, text] of known ? options : [[value, value || "–"] as [K, string], ...options]) {
     select.append(h("option", { value: key }, capital(text)));
   }
   select.value = value;
-  return labelled(label, select, act);
+  return labelled(label, select, (chosen) => act(chosen as K));
 }
 
 export function line(label: string, value: string, act: (value: string) => void, more: { hint?: string; type?: string } = {}): HTMLElement {

@@ -1,40 +1,12 @@
 /** The log of edits, as `edits.json` holds it (`walltopo.scans.edits`), with undo and redo. */
 
-import type { Hold, Route, Tables, Vec3 } from "../types";
+import type { Hold, Route, Tables } from "../types";
+import type { EditLog, Ref, SetRole, SetRoute } from "../wire";
 
-/** A hold, or a route by the place of one of its holds; id 0: none, where an entry allows it. */
-export interface Ref {
-  id: number;
-  at?: Vec3;
-}
-
-export type Role = "start" | "top" | "zone" | "foot" | "hand";
-
+export type Edit = NonNullable<EditLog["edits"]>[number];
+export type Role = SetRole["role"];
 /** What a setter says of a route. */
-export interface RouteFacts {
-  name?: string;
-  colour?: string;
-  grade?: string;
-  setter?: string;
-  description?: string;
-  /** ISO. */
-  date?: string;
-  proposed?: boolean;
-}
-
-export type Edit =
-  | { do: "hold"; hold: Ref; colour?: string; type?: string; class?: "hold" | "volume" }
-  | { do: "remove" | "keep"; hold: Ref }
-  | { do: "role"; hold: Ref; route: Ref; role: Role }
-  | { do: "add"; hold: Ref; radius_m?: number }
-  | { do: "paint"; hold: Ref; at: Vec3; radius_m: number }
-  | { do: "cut"; hold: Ref; points: [Vec3, Vec3]; new: number }
-  | { do: "join"; holds: Ref[] }
-  | { do: "merge"; routes: Ref[] }
-  | { do: "split"; route: Ref; holds: Ref[]; new: number }
-  | { do: "assign" | "share" | "leave"; hold: Ref; route: Ref }
-  | { do: "problem"; hands: Ref[]; start: Ref[]; top: Ref[]; feet: Ref[]; new: number; proposed: boolean }
-  | ({ do: "route"; route: Ref } & RouteFacts);
+export type RouteFacts = Omit<SetRoute, "do" | "route">;
 
 export const NONE: Ref = { id: 0 };
 

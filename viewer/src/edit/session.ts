@@ -1,14 +1,15 @@
 /**
- * What is said to the server while somebody edits: the log, what it makes of the scan, whether it is
+ * The editor's talk with the server: the log, what it makes of the scan, whether it is
  * saved, and whether the files that follow from it are written.
  */
 
 import { filled, say } from "../languages";
 import type { Tables } from "../types";
+import type { Note } from "../wire";
 import { Log } from "./log";
 import type { Edit } from "./log";
 import { resultOf } from "./result";
-import type { Note, Result } from "./result";
+import type { Result } from "./result";
 import { problemWords } from "./server";
 import type { Server } from "./server";
 
@@ -20,7 +21,7 @@ function noteWords({ entry, reason, numbers, text }: Note): string {
 }
 
 export interface Listener {
-  /** The server has told what the log makes of the scan. */
+  /** The server has answered what the log makes of the scan. */
   shown(): void;
   /** What is saved or under way has changed. */
   stirred(): void;
@@ -40,7 +41,7 @@ export class Session {
     private readonly on: Listener,
     private readonly gone: AbortSignal,
   ) {
-    this.result = { tables: base, leftOut: new Map(), regions: [], notes: [] };
+    this.result = { tables: base, leftOut: new Map(), labels: null, notes: [] };
   }
 
   async start(): Promise<void> {
@@ -77,7 +78,7 @@ export class Session {
   }
 
   /** How it stands with saving, in words. */
-  get said(): string {
+  get status(): string {
     const { edit } = say();
     return this.canSave ? "" : this.written && edit[this.written];
   }

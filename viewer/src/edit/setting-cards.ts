@@ -1,24 +1,13 @@
-/** The parts of the panel that proposes problems: what is wished, and rows of what was found. */
+/** The parts of the panel that proposes problems: the requested properties, and rows of what was found. */
 
 import { h } from "../dom";
 import { decimal, say } from "../languages";
-import type { Climber } from "../moves";
 import type { Hold } from "../types";
+import type { ClimberRow, Proposal, Tweak, ProblemSpec as WireSpec } from "../wire";
 import { holdName } from "../words";
 import { choice } from "./form";
-import type { Proposal, Tweak } from "./server";
 
-/** `walltopo_climb.problems.wish.Wish`. */
-export interface Wish {
-  grade: string;
-  moves: number;
-  steepness: string;
-  reach: string;
-  holds: string;
-  height_m: number;
-  count: number;
-  seed: number;
-}
+export type ProblemSpec = Required<Omit<WireSpec, "span_m">>;
 
 const GRADES = "4 5 5+ 6A 6A+ 6B 6B+ 6C 6C+ 7A 7A+ 7B 7B+ 7C 7C+ 8A 8A+ 8B".split(" ");
 const KINDS = ["jugs", "crimps", "slopers", "pinches", "pockets", "small", "large"] as const;
@@ -26,14 +15,14 @@ const STEEPNESS = ["slab", "vertical", "overhang", "steep"] as const;
 /** Heights of `walltopo_climb.movement.body.BODIES`. */
 const BODIES = [["child", 1.3], ["short", 1.55], ["adult", 1.75], ["tall", 1.9]] as const;
 
-/** The fields; each change gives the whole wish anew. */
-export function wishFields(first: Wish, changed: (wish: Wish) => void): HTMLElement {
+/** The fields; each change passes the whole spec. */
+export function specFields(first: ProblemSpec, changed: (spec: ProblemSpec) => void): HTMLElement {
   const { setting, words, people } = say();
-  let wish = first;
-  const set = (part: Partial<Wish>): void => changed((wish = { ...wish, ...part }));
-  let [low, high] = wish.grade.split("-") as [string, string];
+  let spec = first;
+  const set = (part: Partial<ProblemSpec>): void => changed((spec = { ...spec, ...part }));
+  let [low, high] = spec.grade.split("-") as [string, string];
   const grades = GRADES.map((grade): [string, string] => [grade, grade]);
-  const any: [string, string] = ["any", setting.any];
+  const any: ["any", string] = ["any", setting.any];
   const order = (): void => {
     if (GRADES.indexOf(low) > GRADES.indexOf(high)) [low, high] = [high, low];
     set({ grade: `${low}-${high}` });
@@ -44,14 +33,14 @@ export function wishFields(first: Wish, changed: (wish: Wish) => void): HTMLElem
     { class: "fields" },
     choice(setting.from, grades, low, (grade) => ((low = grade), order())),
     choice(setting.to, grades, high, (grade) => ((high = grade), order())),
-    choice(setting.moves, counts, String(wish.moves), (moves) => set({ moves: Number(moves) })),
-    choice(words.steepness, [any, ...STEEPNESS.map((one): [string, string] => [one, words[one]])], wish.steepness, (steepness) => set({ steepness })),
-    choice(setting.reach, [any, ["static", setting.static], ["dynamic", setting.dynamic]], wish.reach, (reach) => set({ reach })),
-    choice(setting.kind, [any, ...KINDS.map((one): [string, string] => [one, setting.kinds[one]])], wish.holds, (holds) => set({ holds })),
+    choice(setting.moves, counts, String(spec.moves), (moves) => set({ moves: Number(moves) })),
+    choice(words.steepness, [any, ...STEEPNESS.map((one): [ProblemSpec["steepness"], string] => [one, words[one]])], spec.steepness, (steepness) => set({ steepness })),
+    choice(setting.reach, [any, ["static", setting.static], ["dynamic", setting.dynamic]], spec.reach, (reach) => set({ reach })),
+    choice(setting.kind, [any, ...KINDS.map((one): [ProblemSpec["holds"], string] => [one, setting.kinds[one]])], spec.holds, (holds) => set({ holds })),
     choice(
       setting.body,
       BODIES.map(([name, height]): [string, string] => [String(height), `${people[name]}, ${decimal(height, 2)} m`]),
-      String(wish.height_m),
+      String(spec.height_m),
       (height) => set({ height_m: Number(height) }),
     ),
   );
@@ -80,7 +69,7 @@ export function tweakRow(one: Tweak, hold: Hold, pressed: boolean, act: () => vo
 }
 
 /** Who does not get up, or has to leap. */
-export function peopleWords(climbers: readonly Climber[]): HTMLElement[] {
+export function peopleWords(climbers: readonly ClimberRow[]): HTMLElement[] {
   const { people, unreached, leap, setting } = say();
   return climbers.flatMap(({ climber, moves, reached }) => {
     const far = Math.max(0, ...moves.map(({ beyond_m }) => beyond_m ?? 0));

@@ -2,19 +2,21 @@
 
 import { h } from "../dom";
 import { say } from "../languages";
+import type { Miss } from "../languages/setting";
 import { Player } from "../player";
 import type { Hold, Route, Tables } from "../types";
+import type { Proposal, Tweak } from "../wire";
 import { routeName } from "../words";
 import { button } from "./form";
 import type { Host } from "./host";
 import { refOf, routeRef } from "./log";
 import type { Edit } from "./log";
-import type { Proposal, Server, Tweak, Way } from "./server";
-import { peopleWords, proposalRow, tweakRow, wishFields } from "./setting-cards";
-import type { Wish } from "./setting-cards";
+import type { Server, Way } from "./server";
+import { peopleWords, proposalRow, tweakRow, specFields } from "./setting-cards";
+import type { ProblemSpec } from "./setting-cards";
 
 /** What the panel needs of the editor. */
-export interface Desk {
+export interface EditorContext {
   readonly tables: Tables;
   readonly entries: readonly Edit[];
   fresh(): number;
@@ -32,12 +34,12 @@ interface Choice {
 export class Setting {
   /** What is shown in the stead of a chosen route. */
   preview: Route | null = null;
-  private wish: Wish = { grade: "6C-7A", moves: 6, steepness: "any", reach: "any", holds: "any", height_m: 1.75, count: 3, seed: 0 };
+  private spec: ProblemSpec = { grade: "6C-7A", moves: 6, steepness: "any", reach: "any", holds: "any", height_m: 1.75, count: 3, seed: 0 };
   private proposals: Proposal[] | null = null;
   private tweaks: Tweak[] | null = null;
   private eased: { route: number; way: Way } | null = null;
   private unit = 1;
-  private said = "";
+  private status = "";
   private asking = false;
   private chosen: Choice | null = null;
   private at = -1;
@@ -48,30 +50,30 @@ export class Setting {
   constructor(
     private readonly host: Host,
     private readonly server: Server,
-    private readonly desk: Desk,
+    private readonly session: EditorContext,
   ) {}
 
-  /** The card; null where nothing is asked. `close` ends it. */
+  /** The card; null without a search. `close` ends it. */
   card(close: HTMLElement): HTMLElement[] {
     const { setting } = say();
-    const route = this.desk.tables.routes.get(this.eased?.route ?? -1);
+    const route = this.session.tables.routes.get(this.eased?.route ?? -1);
     const heading = route ? `${this.eased!.way === "easier" ? setting.easier : setting.harder}: ${routeName(route)}` : setting.propose;
     const title = h("div", { class: "title" }, h("h3", {}, heading), h("p", { class: "sub" }, route ? "" : setting.hint));
     const top = h("div", { class: "top" }, title, close);
-    const said = h("p", { class: "told", role: "status" }, this.said);
+    const status = h("p", { class: "note", role: "status" }, this.status);
     const rows = (this.eased ? this.tweakRows() : this.proposalRows()) ?? [];
     const list = rows.length > 0 ? h("div", { class: "left-out" }, ...rows) : null;
-    const fields = this.eased ? [] : [this.wishes(), this.askButton()];
-    return [top, ...fields, said, ...(list ? [list] : []), ...(this.chosen?.parts ?? [])];
+    const fields = this.eased ? [] : [this.specDetails(), this.askButton()];
+    return [top, ...fields, status, ...(list ? [list] : []), ...(this.chosen?.parts ?? [])];
   }
 
-  /** Nothing is asked or shown any more. */
+  /** End the search and its results. */
   end(): void {
     this.turn++;
     this.asking = false;
     this.choose(null);
     this.proposals = this.tweaks = this.eased = null;
-    this.said = "";
+    this.status = "";
   }
 
   /** What makes a route one grade easier, or harder. */
@@ -79,20 +81,20 @@ export class Setting {
     this.end();
     this.eased = { route: route.id, way };
     void this.ask(async () => {
-      const { tweaks, unit, grade } = await this.server.ease(this.desk.entries, route.id, way);
+      const { tweaks, unit, grade } = await this.server.ease(this.session.entries, route.id, way);
       const { setting, gradeRange } = say();
       return () => {
         [this.tweaks, this.unit] = [tweaks, unit];
-        this.said = tweaks.length ? `${setting.now} ${gradeRange(grade.low, grade.high, grade.graded ?? 0)}.` : setting.none;
+        this.status = tweaks.length ? `${setting.now} ${gradeRange(grade.low, grade.high, grade.graded ?? 0)}.` : setting.none;
       };
     });
   }
 
   /** Folded away once there is something to look at. */
-  private wishes(): HTMLElement {
-    const fields = wishFields(this.wish, (wish) => (this.wish = wish));
+  private specDetails(): HTMLElement {
+    const fields = specFields(this.spec, (spec) => (this.spec = spec));
     if (!this.proposals?.length) return fields;
-    return h("details", { class: "photos wishes" }, h("summary", {}, `${say().setting.wish} ${this.wish.grade.replace("-", " – ")}`), fields);
+    return h("details", { class: "photos spec" }, h("summary", {}, `${say().setting.target} ${this.spec.grade.replace("-", " – ")}`), fields);
   }
 
   private askButton(): HTMLElement {
@@ -105,14 +107,14 @@ export class Setting {
 
   private propose(): void {
     // Once more is for others.
-    if (this.proposals) this.wish = { ...this.wish, seed: this.wish.seed + 1 };
+    if (this.proposals) this.spec = { ...this.spec, seed: this.spec.seed + 1 };
     this.choose(null);
     void this.ask(async () => {
-      const { proposals, unit } = await this.server.propose(this.desk.entries, this.wish);
+      const { proposals, unit } = await this.server.propose(this.session.entries, this.spec);
       const { setting } = say();
       return () => {
         [this.proposals, this.unit] = [proposals, unit];
-        this.said = proposals.length === 0 ? setting.nothing : proposals.length < this.wish.count ? setting.fewer : "";
+        this.status = proposals.length === 0 ? setting.nothing : proposals.length < this.spec.count ? setting.fewer : "";
         this.pick(0);
       };
     });
@@ -122,7 +124,7 @@ export class Setting {
   private async ask(question: () => Promise<() => void>): Promise<void> {
     const turn = ++this.turn;
     this.asking = true;
-    this.said = say().setting.searching;
+    this.status = say().setting.searching;
     this.host.refresh();
     try {
       const take = await question();
@@ -132,7 +134,7 @@ export class Setting {
     } catch (error) {
       if (turn !== this.turn) return;
       this.asking = false;
-      this.said = (error as Error).message;
+      this.status = (error as Error).message;
     }
     this.host.refresh();
   }
@@ -171,7 +173,7 @@ export class Setting {
       id: 0, colour: null, length_m: null, steepness_deg: null,
       holds: [...one.hands, ...one.feet], start: one.start, top: one.top, footholds: one.feet,
     };
-    const misses = one.misses.map((miss) => h("p", { class: "doubt" }, setting.misses[miss]));
+    const misses = one.misses.map((miss) => h("p", { class: "doubt" }, setting.misses[miss as Miss]));
     const make = button(setting.make, () => this.make(one));
     make.classList.add("main");
     this.host.dots([]);
@@ -180,7 +182,7 @@ export class Setting {
 
   private tweaked(one: Tweak): Choice {
     const { setting } = say();
-    const { tables } = this.desk;
+    const { tables } = this.session;
     const before = tables.routes.get(this.eased!.route)!;
     const away = one.do === "take away";
     const holds = away ? before.holds.filter((id) => id !== one.hold) : [...before.holds, one.hold];
@@ -197,32 +199,32 @@ export class Setting {
   private play(route: number, climbers: Proposal["climbers"]): HTMLElement {
     this.player?.dispose();
     this.player = null;
-    if (!climbers.some(({ moves }) => moves.length > 0)) return h("p", { class: "told" }, say().setting.noStart);
-    this.player = new Player(this.host.stage, this.desk.tables, { route, climbers }, this.unit);
+    if (!climbers.some(({ moves }) => moves.length > 0)) return h("p", { class: "note" }, say().setting.noStart);
+    this.player = new Player(this.host.stage, this.session.tables, { route, climbers }, this.unit);
     return this.player.root;
   }
 
   private make(one: Proposal): void {
     const refs = (ids: number[]) => ids.map((id) => refOf(this.hold(id)));
-    const id = this.desk.fresh();
-    this.desk.change(
+    const id = this.session.fresh();
+    this.session.change(
       () => this.host.select(id, null),
       { do: "problem", hands: refs(one.hands), start: refs(one.start), top: refs(one.top), feet: refs(one.feet), new: id, proposed: true },
     );
-    this.desk.leave();
+    this.session.leave();
   }
 
   private act(one: Tweak, route: Route): void {
-    const { tables } = this.desk;
+    const { tables } = this.session;
     const [hold, to] = [refOf(this.hold(one.hold)), routeRef(route, tables)];
     const role = one.do === "add a foothold" ? "foot" : "hand";
     const step: Edit[] =
       one.do === "take away" ? [{ do: "leave", hold, route: to }] : [{ do: "share", hold, route: to }, { do: "role", hold, route: to, role }];
-    this.desk.change(() => this.host.select(route.id, null), ...step);
-    this.desk.leave();
+    this.session.change(() => this.host.select(route.id, null), ...step);
+    this.session.leave();
   }
 
   private hold(id: number): Hold {
-    return this.desk.tables.holds.get(id)!;
+    return this.session.tables.holds.get(id)!;
   }
 }

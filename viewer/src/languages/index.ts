@@ -9,9 +9,9 @@ import { fr } from "./fr";
 const LANGUAGES: Record<string, Language> = { en, de, cs, fr };
 let spoken: Language = en;
 
-/** The first of the wished languages ("de-AT", "fr") that there is; English where there is none. */
-export function speak(wishes: readonly string[]): Language {
-  const codes = wishes.map((wish) => wish.toLowerCase().split("-")[0]!);
+/** The first available one of the preferred languages ("de-AT", "fr"), else English. */
+export function speak(preferred: readonly string[]): Language {
+  const codes = preferred.map((code) => code.toLowerCase().split("-")[0]!);
   const found = codes.find((code) => Object.hasOwn(LANGUAGES, code));
   spoken = LANGUAGES[found ?? "en"]!;
   return spoken;
@@ -48,7 +48,7 @@ export function filled(sentence: string, numbers: readonly number[]): string {
 
 /** "1 March 2026", as the reader's country writes it. */
 export function day(iso: string): string {
-  const own = navigator.languages.find((wish) => wish.toLowerCase().split("-")[0] === spoken.code);
+  const own = navigator.languages.find((code) => code.toLowerCase().split("-")[0] === spoken.code);
   // A day has no time zone: as midnight in one and written in another it may be the day before.
   return new Date(iso).toLocaleDateString(own ?? spoken.code, { dateStyle: "long", timeZone: "UTC" });
 }

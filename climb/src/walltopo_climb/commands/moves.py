@@ -1,4 +1,4 @@
-"""`walltopo moves` and `walltopo grade`: how routes may go, and about how hard they are."""
+"""`walltopo moves` and `walltopo grade`: likely moves and grade ranges of routes."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ def register_moves(commands: Commands[argparse.ArgumentParser]) -> None:
     moves = commands.add_parser(
         "moves",
         help="how each route may be climbed, by bodies of several heights",
-        description="Find likely moves up each route of a scan, and say which moves a short person "
+        description="Find likely moves up each route of a scan, and the moves that a short person "
         "cannot reach. Writes moves.json (and moves.js, for a page opened from disk) into the "
-        "scan; its page then shows them. Run it again when holds or routes have changed.",
+        "scan; its page then shows them. Run it again after holds or routes change.",
         epilog=_MOVES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     moves.add_argument("scan", type=Path, metavar="SCAN", help="the scan folder")
     moves.add_argument(
-        "--height", type=Number(float, 0.9, 2.3), metavar="M", help="also of a body so tall [m]"
+        "--height", type=Number(float, 0.9, 2.3), metavar="M", help="also for a body this tall [m]"
     )
     moves.add_argument(
-        "--reach", type=Number(float, 0.7, 2.8), metavar="M", help="its arm span [m]"
+        "--reach", type=Number(float, 0.7, 2.8), metavar="M", help="arm span of that body [m]"
     )
     moves.set_defaults(run=_moves)
 
@@ -52,8 +52,8 @@ def register_grade(commands: Commands[argparse.ArgumentParser]) -> None:
     grade = commands.add_parser(
         "grade",
         help="a range of grades for each route, from its geometry",
-        description="Say about how hard each route of a scan is: a range on the Font scale. "
-        "Grades that setters gave (in the editor) teach it the gym's own scale.",
+        description="Estimate how hard each route of a scan is, as a range on the Font scale. "
+        "Grades that setters gave (in the editor) calibrate the estimate to the gym's own scale.",
         epilog=_GRADE,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -66,7 +66,7 @@ def _moves(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.core import SettingsError
     from walltopo.pipeline.runner import refresh
-    from walltopo.pipeline.workplace import held
+    from walltopo.pipeline.workplace import locked
     from walltopo.scans.folder import ScanFolder, write_moves
     from walltopo.scans.moves import GradeRow, Moves, RouteMoves, moves_basis
     from walltopo.scans.routes import route_name
@@ -87,27 +87,28 @@ def _moves(args: argparse.Namespace) -> int:
     for route in routes:
         climbers = climber_rows(route, holds, unit, bodies)
         found = ranges.get(route.id)
-        grade = None if found is None else GradeRow(*_ends(found), found.coverage, found.graded)
+        grade = None if found is None else GradeRow(*_names(found), found.coverage, found.graded)
         rows.append(RouteMoves(route.id, climbers, grade))
-        console.print(f"{route_name(route)}: {who_gets_up(climbers)}", soft_wrap=True)
+        console.print(f"{route_name(route)}: {climbers_summary(climbers)}", soft_wrap=True)
     folder = ScanFolder(args.scan)
-    with held(folder):
+    with locked(folder):
         basis = moves_basis(holds, routes)
         write_moves(folder, Moves(unit=unit, made_for=basis, routes=tuple(rows)))
         if folder.page.exists():
-            refresh(folder, ["export"])  # the page asks for moves where there are some
+            refresh(folder, ["export"])  # the page loads moves.json only if it names the file
     return 0
 
 
-def _ends(found: Range) -> tuple[str, str]:
+def _names(found: Range) -> tuple[str, str]:
     from walltopo_climb.grades.font import FONT
 
     return FONT[found.low], FONT[found.high]
 
 
-def who_gets_up(climbers: tuple[ClimberRow, ...]) -> str:
-    """Who gets up, in one line."""
+def climbers_summary(climbers: tuple[ClimberRow, ...]) -> str:
+    """Return one line on how each body climbs a route."""
     if not climbers:
+        return "no moves: the route has no start or no top"
         return "no start or no top: no moves"
     words = []
     for row in climbers:
@@ -117,9 +118,9 @@ def who_gets_up(climbers: tuple[ClimberRow, ...]) -> str:
         elif not row.reached:
             words.append(f"{row.climber} does not reach the top")
         elif leap > 0:
-            words.append(f"{row.climber} has to leap ({leap:.2f} m beyond reach)")
+            words.append(f"{row.climber} must leap ({leap:.2f} m beyond reach)")
         else:
-            words.append(f"{row.climber} reaches all")
+            words.append(f"{row.climber} reaches every hold")
     return "; ".join(words)
 
 
@@ -137,7 +138,7 @@ def _grade(args: argparse.Namespace) -> int:
     rows: list[dict[str, Any]] = []
     for route in routes:
         found = ranges.get(route.id)
-        low, high = ("", "") if found is None else _ends(found)
+        low, high = ("", "") if found is None else _names(found)
         rows.append(
             {
                 "route": route.id,
@@ -161,10 +162,10 @@ def _table(rows: list[dict[str, Any]]) -> Any:
     from rich.table import Table
 
     table = Table()
-    for name in ("route", "name", "its grade", "range", "leans on"):
+    for name in ("route", "name", "its grade", "range", "based on"):
         table.add_column(name)
     for row in rows:
-        span = f"{row['low']} to {row['high']}" if row["low"] else "no way found"
-        leans = f"{row['graded']} grades of this wall" if row["graded"] else "a board alone"
-        table.add_row(str(row["route"]), row["name"], row["grade"], span, leans)
+        span = f"{row['low']} to {row['high']}" if row["low"] else "no sequence found"
+        basis = f"{row['graded']} grades of this wall" if row["graded"] else "board grades only"
+        table.add_row(str(row["route"]), row["name"], row["grade"], span, basis)
     return table

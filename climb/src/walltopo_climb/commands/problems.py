@@ -1,4 +1,4 @@
-"""`walltopo problem` and `walltopo ease`: new problems on holds that hang, and one grade easier."""
+"""`walltopo problem` and `walltopo ease`: propose new problems, and adjust a route's grade."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from walltopo.cli.options import Number
-from walltopo_climb.commands.moves import who_gets_up
+from walltopo_climb.commands.moves import climbers_summary
 from walltopo_climb.wall_files import read_wall
 
 if TYPE_CHECKING:
@@ -25,18 +25,18 @@ _PROBLEM = """examples:
 """
 _EASE = """examples:
   walltopo ease gym3 4               one grade easier: which hold to add to route 4
-  walltopo ease gym3 4 --harder      which one to take away
-  walltopo ease gym3 4 --put 1       do the first of them
+  walltopo ease gym3 4 --harder      which hold to remove
+  walltopo ease gym3 4 --put 1       apply the first change
 """
-# What a wish asked for and a proposal has not, as people read it.
-_MISSES = {
-    "grade": "the middle of the range is beside the wished grade",
-    "easy": "easier than what the model knows: the range is open below",
-    "moves": "another number of moves",
+# The ways in which a proposal may differ from its specification, as people read them.
+_VIOLATIONS = {
+    "grade": "the middle of the range is not within the requested grade",
+    "easy": "easier than all training data: the range is open below",
+    "moves": "a different number of moves",
     "steepness": "most of the holds are on walls of another steepness",
     "holds": "most of the holds are of another kind",
-    "reach": "the reach is not as wished",
-    "body": "the wished body has to leap or does not get up",
+    "reach": "the reach is not as requested",
+    "body": "the requested body must leap or does not reach the top",
 }
 
 Commands = argparse._SubParsersAction  # argparse has no public name for it
@@ -46,10 +46,10 @@ def register_problem(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add `walltopo problem`."""
     problem = commands.add_parser(
         "problem",
-        help="propose new problems on the holds that hang",
-        description="Search the holds of a scan for problems of a wished grade, length and style. "
-        "Their holds stay on the routes that they are on. --put makes one a route of the scan, "
-        "marked as proposed: climb it before you believe it.",
+        help="propose new problems on the current holds",
+        description="Search the holds of a scan for problems of a given grade, length and style. "
+        "The holds stay on their routes. --put adds one as a route of the scan, marked as "
+        "proposed: climb it before you trust it.",
         epilog=_PROBLEM,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -58,13 +58,13 @@ def register_problem(commands: Commands[argparse.ArgumentParser]) -> None:
         "--grade", required=True, metavar="GRADE", help="a grade or a range: 6B, 6B-6C, V4"
     )
     problem.add_argument(
-        "--moves", type=Number(int, 2, 16), default=6, help="of the hands (default: 6)"
+        "--moves", type=Number(int, 2, 16), default=6, help="number of hand moves (default: 6)"
     )
     problem.add_argument(
         "--steepness", choices=("any", "slab", "vertical", "overhang", "steep"), default="any"
     )
     problem.add_argument(
-        "--reach", choices=("any", "static", "dynamic"), default="any", help="leaps: none, or some"
+        "--reach", choices=("any", "static", "dynamic"), default="any", help="without or with leaps"
     )
     problem.add_argument(
         "--holds",
@@ -76,18 +76,16 @@ def register_problem(commands: Commands[argparse.ArgumentParser]) -> None:
         type=Number(float, 0.9, 2.3),
         default=1.75,
         metavar="M",
-        help="of a body that must get up it, too [m] (default: 1.75)",
+        help="of a body that must also be able to climb it [m] (default: 1.75)",
     )
     problem.add_argument(
         "--span", type=Number(float, 0.7, 2.8), default=0.0, metavar="M", help="its arm span [m]"
     )
     problem.add_argument(
-        "--count", type=Number(int, 1, 8), default=3, help="of proposals (default: 3)"
+        "--count", type=Number(int, 1, 8), default=3, help="number of proposals (default: 3)"
     )
-    problem.add_argument(
-        "--seed", type=Number(int, 0, 2**31 - 1), default=0, help="another one gives others"
-    )
-    _add_answer(problem, "the proposal with this number becomes a route of the scan")
+    problem.add_argument("--seed", type=Number(int, 0, 2**31 - 1), default=0, help="random seed")
+    _add_output_options(problem, "add the proposal with this number as a route of the scan")
     problem.set_defaults(run=_problem)
 
 
@@ -95,20 +93,20 @@ def register_ease(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add `walltopo ease`."""
     easier = commands.add_parser(
         "ease",
-        help="which hold makes a route one grade easier, or harder",
-        description="Of the holds that hang near a route, say which would make it about one grade "
-        "easier (or which to take away to make it harder), and what that does to its hardest move.",
+        help="find the hold that makes a route one grade easier, or harder",
+        description="Find the holds near a route that would make it about one grade easier (or "
+        "those to remove to make it harder), and the effect on its hardest move.",
         epilog=_EASE,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     easier.add_argument("scan", type=Path, metavar="SCAN", help="the scan folder")
     easier.add_argument("route", type=Number(int, 1), metavar="ROUTE", help="its number")
     easier.add_argument("--harder", action="store_true", help="one grade harder")
-    _add_answer(easier, "the change with this number is made")
+    _add_output_options(easier, "apply the change with this number")
     easier.set_defaults(run=_ease)
 
 
-def _add_answer(command: argparse.ArgumentParser, text: str) -> None:
+def _add_output_options(command: argparse.ArgumentParser, text: str) -> None:
     command.add_argument("--put", type=Number(int, 1), metavar="N", help=f"{text}, as an edit")
     command.add_argument("--format", choices=("table", "json"), default="table")
 
@@ -116,37 +114,37 @@ def _add_answer(command: argparse.ArgumentParser, text: str) -> None:
 def _problem(args: argparse.Namespace) -> int:
     import msgspec
 
-    from walltopo_climb.problems.put import as_problem
-    from walltopo_climb.problems.wish import Wish
+    from walltopo_climb.problems.edit_entries import problem_entry
+    from walltopo_climb.problems.spec import ProblemSpec
 
-    asked = {
+    given = {
         name: getattr(args, name)
         for name in ("grade", "moves", "steepness", "reach", "holds", "count", "seed")
     }
-    wish = msgspec.convert(asked | {"height_m": args.height, "span_m": args.span}, Wish)
+    spec = msgspec.convert(given | {"height_m": args.height, "span_m": args.span}, ProblemSpec)
     wall = _read(args.scan)
-    found = wall.propose(wish)
+    found = wall.propose(spec)
     if args.format == "table":
-        _tell_proposals(found, wish.count)
+        _print_proposals(found, spec.count)
     else:
-        _tell_json(found)
+        _print_json(found)
     if args.put is not None:
-        _put(args.scan, [as_problem(_chosen(found.proposals, args.put), wall.pool.by_id)])
+        _put(args.scan, [problem_entry(_chosen(found.proposals, args.put), wall.pool.by_id)])
     return 0
 
 
 def _ease(args: argparse.Namespace) -> int:
-    from walltopo_climb.problems.put import as_tweak
+    from walltopo_climb.problems.edit_entries import tweak_entries
 
     wall = _read(args.scan)
-    found = wall.ease(args.route, "harder" if args.harder else "easier")
+    found = wall.adjust_grade(args.route, "harder" if args.harder else "easier")
     if args.format == "table":
-        _tell_tweaks(found, args.harder)
+        _print_tweaks(found, args.harder)
     else:
-        _tell_json(found)
+        _print_json(found)
     if args.put is not None:
         route, tweak = wall.route(args.route), _chosen(found.tweaks, args.put)
-        _put(args.scan, as_tweak(tweak, route, wall.pool.by_id))
+        _put(args.scan, tweak_entries(tweak, route, wall.pool.by_id))
     return 0
 
 
@@ -162,12 +160,12 @@ def _chosen(rows: Sequence[Any], number: int) -> Any:
     from walltopo.core import SettingsError
 
     if number > len(rows):
-        raise SettingsError(f"--put {number}: there are {len(rows)}; nothing was changed")
+        raise SettingsError(f"--put {number}: expected at most {len(rows)}; nothing was changed")
     return rows[number - 1]
 
 
 def _put(path: Path, entries: Sequence[Edit]) -> None:
-    """Save entries after the log's others, and make what follows from them."""
+    """Append entries to the log of edits, save it and rebuild the files."""
     from walltopo.cli.console import console
     from walltopo.core import InputError
     from walltopo.pipeline.edit_session import open_session
@@ -179,11 +177,11 @@ def _put(path: Path, entries: Sequence[Edit]) -> None:
     session.save(EditLog(edits=(*log.edits, *entries)), version)
     session.close()
     if problem := session.status().problem:
-        raise InputError(f"{path}: saved in edits.json, but the files are not made: {problem}")
-    console.print(f"written to {path}; the editor can undo it", soft_wrap=True)
+        raise InputError(f"{path}: saved in edits.json, but the files were not rebuilt: {problem}")
+    console.print(f"written to {path}; undo it in the editor", soft_wrap=True)
 
 
-def _tell_json(found: object) -> None:
+def _print_json(found: object) -> None:
     import json
 
     import msgspec
@@ -194,7 +192,7 @@ def _tell_json(found: object) -> None:
     console.out(text, highlight=False)
 
 
-def _tell_proposals(found: Proposals, wished: int) -> None:
+def _print_proposals(found: Proposals, requested: int) -> None:
     from walltopo.cli.console import console
 
     for k, one in enumerate(found.proposals, start=1):
@@ -204,23 +202,23 @@ def _tell_proposals(found: Proposals, wished: int) -> None:
             f"feet {_numbers(one.feet)}",
             soft_wrap=True,
         )
-        console.print(f"   {who_gets_up(one.climbers)}", soft_wrap=True)
-        for miss in one.misses:
-            console.print(f"   not as wished: {_MISSES[miss]}", soft_wrap=True)
-    if len(found.proposals) < wished:
+        console.print(f"   {climbers_summary(one.climbers)}", soft_wrap=True)
+        for violation in one.violations:
+            console.print(f"   not as requested: {_VIOLATIONS[violation]}", soft_wrap=True)
+    if len(found.proposals) < requested:
         console.print(
-            f"{len(found.proposals)} of {wished}: no more were found that differ from each other",
+            f"{len(found.proposals)} of {requested}: found no more that differ from each other",
             soft_wrap=True,
         )
     console.print(f"{found.tried} problems were tried")
 
 
-def _tell_tweaks(found: Tweaks, harder: bool) -> None:
+def _print_tweaks(found: Tweaks, harder: bool) -> None:
     from walltopo.cli.console import console
 
     console.print(f"now {found.grade.low} to {found.grade.high}")
     for k, one in enumerate(found.tweaks, start=1):
-        on = f" (it is on route {one.on}, too)" if one.on else ""
+        on = f" (also on route {one.on})" if one.on else ""
         more = "less" if one.eases > 0 else "more"
         console.print(
             f"{k}: {one.do} {one.hold}{on}: about {abs(one.by):.1f} grades "
@@ -228,9 +226,9 @@ def _tell_tweaks(found: Tweaks, harder: bool) -> None:
             f"move (to hold {one.crux}) takes {abs(one.eases):.0%} {more} effort",
             soft_wrap=True,
         )
-        console.print(f"   {who_gets_up(one.climbers)}", soft_wrap=True)
+        console.print(f"   {climbers_summary(one.climbers)}", soft_wrap=True)
     if not found.tweaks:
-        console.print(f"none of {found.tried} changes does that")
+        console.print(f"none of {found.tried} changes has this effect")
 
 
 def _numbers(holds: Sequence[int]) -> str:

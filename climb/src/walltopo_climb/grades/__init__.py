@@ -1,1 +1,1 @@
-"""A grade range from the movement of a climb, and what a gym's own grades tell about it."""
+"""Estimate a grade range from the movement of a climb, calibrated by a gym's own grades."""

@@ -1,9 +1,9 @@
-"""A gym's own scale: what its setters' grades and its climbers' votes tell about the model.
+"""Calibrate the model to a gym's own scale, by its setters' grades and its climbers' votes.
 
-Each gym grades a little softer or harder than a board, and stretches the scale its own way. So the
-gym's grade is a straight line in the model's place, with a prior that says "as the board does"
-(normal, conjugate: Gelman et al., "Bayesian Data Analysis", 14.2 and 14.8). With no grade the prior
-stands; each grade pulls the line as far as it deserves, votes by their number.
+Each gym grades a little softer or harder than a board, and stretches the scale its own way. The
+gym's grade is therefore a linear function of the model's place, with a prior of "as on the board"
+(normal, conjugate: Gelman et al., "Bayesian Data Analysis", 14.2 and 14.8). Without any grade the
+prior remains. Each grade moves the line by its weight, votes by their number.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from walltopo_climb.grades.model import Errors, Range, range_of
 
 Floats = npt.NDArray[np.float64]
 
-# Prior standard deviations, in steps of the scale. One step is what the two set-ups of the board
-# differ by when one's model grades the other; gyms, which grade for customers, get the double.
+# Prior standard deviations, in steps of the scale. The two set-ups of the board differ by one step
+# when the model of one grades the other; gyms, which grade for customers, get twice that.
 _OFFSET, _SLOPE = 2.0, 0.3
-_SETTER = 0.7  # of a setter's grade around what climbers agree on; of one vote it is
-_VOTE = 1.2  # published: one step, for experienced climbers (Draper et al. 2015)
-OWN_ERRORS = 20  # graded climbs from which a gym's errors say how wide ranges are
-_MIDDLE = (FONT.index("6A") + FONT.index("7A")) / 2  # the centre where no climb is
+_SETTER = 0.7  # standard deviation of a setter's grade around the climbers' consensus
+_VOTE = 1.2  # of one vote; published: one step, for experienced climbers (Draper et al. 2015)
+OWN_ERRORS = 20  # minimum number of graded climbs for range widths from a gym's own errors
+_MIDDLE = (FONT.index("6A") + FONT.index("7A")) / 2  # the centre without graded climbs
 
 
 @dataclass(frozen=True)
@@ -35,9 +35,9 @@ class Known:
 
     Parameters
     ----------
-    place : the model's. grade : as a place in `FONT`.
-    votes : how many made the grade; 0: a setter's.
-    width : steps from the easiest to the hardest grade that it may mean, such as a circuit's.
+    place : the model's place. grade : as a place in `FONT`.
+    votes : number of votes behind the grade; 0 for a setter's.
+    width : steps from the easiest to the hardest grade that the label may mean, as for a circuit.
     """
 
     place: float
@@ -47,22 +47,22 @@ class Known:
 
     @property
     def variance(self) -> float:
-        """Of the grade around what a crowd would agree on."""
-        said = _SETTER**2 if self.votes == 0 else _VOTE**2 / self.votes
-        # Of grades that are equally likely, `width` + 1 of them.
-        return said + ((self.width + 1) ** 2 - 1) / 12
+        """Return the variance of the grade around the consensus of many climbers."""
+        vote_variance = _SETTER**2 if self.votes == 0 else _VOTE**2 / self.votes
+        # Variance of a uniform distribution over `width` + 1 grades.
+        return vote_variance + ((self.width + 1) ** 2 - 1) / 12
 
 
 @dataclass(frozen=True)
 class Gym:
-    """A gym's scale; `calibrate` makes it.
+    """A gym's scale, see `calibrate`.
 
     Parameters
     ----------
     centre : of the model's places. line : (2,) grade at the centre, and slope.
-    covariance : (2, 2) of the line. errors : of the model on climbs of this gym.
+    covariance : (2, 2) of the line. errors : the model's errors on climbs of this gym.
     widths : half width of a range over the predicted standard deviation.
-    graded : climbs that it leans on.
+    graded : number of climbs behind the calibration.
     """
 
     centre: float
@@ -73,48 +73,48 @@ class Gym:
     graded: int
 
     def place(self, place: float) -> tuple[float, float]:
-        """A grade as a place in `FONT`, and its standard deviation, of the model's place."""
+        """Return the gym's grade as a place in `FONT`, and its standard deviation."""
         at = np.array([1.0, place - self.centre])
         variance = self.errors.spread**2 + float(at @ self.covariance @ at)
         return float(at @ self.line), math.sqrt(variance)
 
     def range(self, place: float) -> Range:
-        """The range of a climb of this gym."""
+        """Return the grade range of a climb of this gym."""
         middle, deviation = self.place(place)
         low, high = range_of(middle, self.widths * deviation)
         return Range(low, high, self.errors.coverage, self.graded)
 
 
 def calibrate(known: Sequence[Known], errors: Errors) -> Gym:
-    """A gym's scale from its graded climbs, none to hundreds.
+    """Return a gym's scale from its graded climbs, of which there may be none.
 
     Parameters
     ----------
-    errors : of the model elsewhere.
+    errors : the model's errors on other climbs.
     """
-    told = _Told.of(known, errors)
-    line, covariance = told.line()
+    sums = _GradeSums.of(known, errors)
+    line, covariance = sums.line()
     widths = errors.bound / errors.spread
     if len(known) >= OWN_ERRORS:
         # The conformal quantile of the gym's own errors, each from a line without that climb.
-        middle, deviation = told.left_out()
-        off = np.sort(np.abs(told.grade - middle) / deviation)
+        middle, deviation = sums.leave_one_out()
+        off = np.sort(np.abs(sums.grade - middle) / deviation)
         rank = math.ceil(errors.coverage * (len(off) + 1))
         widths = float(off[min(rank, len(off)) - 1])
-    return Gym(told.centre, line, covariance, errors, widths, len(known))
+    return Gym(sums.centre, line, covariance, errors, widths, len(known))
 
 
-def left_out(known: Sequence[Known], errors: Errors) -> tuple[Range, ...]:
-    """The range of each of these climbs, as the others tell the gym's scale."""
+def leave_one_out(known: Sequence[Known], errors: Errors) -> tuple[Range, ...]:
+    """Return the range of each of these climbs, calibrated by all others."""
     widths = calibrate(known, errors).widths
-    middle, deviation = _Told.of(known, errors).left_out()
+    middle, deviation = _GradeSums.of(known, errors).leave_one_out()
     spans = (range_of(float(m), widths * float(d)) for m, d in zip(middle, deviation, strict=True))
     return tuple(Range(*span, errors.coverage, len(known) - 1) for span in spans)
 
 
 @dataclass(frozen=True)
-class _Told:
-    """(N,) graded climbs: places from their centre, grades, weights; and the model's spread."""
+class _GradeSums:
+    """(N,) graded climbs: places from the centre, grades, weights; and the model's spread."""
 
     centre: float
     place: Floats
@@ -123,7 +123,7 @@ class _Told:
     spread: float
 
     @classmethod
-    def of(cls, known: Sequence[Known], errors: Errors) -> _Told:
+    def of(cls, known: Sequence[Known], errors: Errors) -> _GradeSums:
         place = np.array([one.place for one in known], float)
         centre = float(place.mean()) if len(known) else _MIDDLE
         noise = errors.spread**2 + np.array([one.variance for one in known], float)
@@ -131,13 +131,13 @@ class _Told:
         return cls(centre, place - centre, grade, 1 / noise, errors.spread)
 
     def line(self) -> tuple[Floats, Floats]:
-        """Posterior mean and covariance of grade at the centre and slope."""
+        """Return posterior mean and covariance of the grade at the centre and the slope."""
         precision, pull = self._sums()
         covariance = np.asarray(np.linalg.inv(precision), float)
         return covariance @ pull, covariance
 
-    def left_out(self) -> tuple[Floats, Floats]:
-        """(N,) grade of each climb from the line without it, and the deviation to expect."""
+    def leave_one_out(self) -> tuple[Floats, Floats]:
+        """Return (N,) grade of each climb from the line without it, and its standard deviation."""
         at = np.stack([np.ones_like(self.place), self.place], axis=1)
         precision, pull = self._sums()
         own = self.weight[:, None] * at
@@ -147,7 +147,7 @@ class _Told:
         return (at * rest).sum(axis=1), np.asarray(np.sqrt(variance), float)
 
     def _sums(self) -> tuple[Floats, Floats]:
-        """Precision and precision times mean, of the prior and of all that is told."""
+        """Return precision and precision times mean, of the prior and all known grades."""
         at = np.stack([np.ones_like(self.place), self.place], axis=1)
         prior = np.diag([_OFFSET**-2, _SLOPE**-2])
         precision = prior + (self.weight[:, None] * at).T @ at

@@ -1,8 +1,7 @@
-"""What a climb is like, in numbers that know no wall: the input of the grade model.
+"""Describe a climb by numbers that are independent of its wall: the input of the grade model.
 
-Lengths are shares of the body's height, efforts those of
-`walltopo_climb.movement.statics`. Each feature
-comes with the sign of its effect on the grade where there can be no doubt (+1: never easier).
+Lengths are shares of the body's height; efforts are those of `walltopo_climb.movement.statics`.
+Each feature has the sign of its effect on the grade if that is beyond doubt (+1: never easier).
 """
 
 from __future__ import annotations
@@ -53,12 +52,12 @@ FEATURES: dict[str, int] = {
 
 
 def features(climb: Climb, sequence: Sequence, known: bool) -> npt.NDArray[np.float32]:
-    """The features of a climb in the order of `FEATURES`; NaN where not known.
+    """Return the features of a climb in the order of `FEATURES`; NaN if unknown.
 
     Parameters
     ----------
-    sequence : of `ADULT`, whom the grades are learnt with.
-    known : whether the quality of the holds is (from type and size); else only places are.
+    sequence : the moves of `ADULT`, with whom the model is trained.
+    known : whether the quality of the holds (type and size) is known, or only their positions.
     """
     values = {
         **_of_moves(climb, sequence),

@@ -1,4 +1,4 @@
-"""The Fontainebleau scale of boulders, as numbers and words."""
+"""The Fontainebleau scale of boulders: parse and format grades."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ FONT = (
     *("3", "4", "4+", "5", "5+", "6A", "6A+", "6B", "6B+", "6C", "6C+"),
     *("7A", "7A+", "7B", "7B+", "7C", "7C+", "8A", "8A+", "8B", "8B+", "8C", "8C+", "9A"),
 )
-# The usual table of conversion: V grade of each Font grade from 3 on.
+# The usual conversion table: V grade of each Font grade from 3 on.
 V_OF = (0, 0, 0, 1, 2, 3, 3, 4, 4, 5, 5, 6, 7, 8, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17)
 _V = re.compile(r"V\s*(B|\d{1,2})", re.IGNORECASE)
 _FONT = re.compile(r"(?:font|fb)?\s*([3-9])\s*([ABC])?\s*(\+)?", re.IGNORECASE)
 
 
 def parse_grade(text: str) -> float | None:
-    """Its place in `FONT` (halves between two); None where it says no grade of boulders.
+    """Return a grade's place in `FONT` (halves between two), or None if it is no boulder grade.
 
-    Font grades in any spelling (6a+, fb 6A+, 5), V grades, and ranges such as "6A-6B".
+    Accepts Font grades in any spelling (6a+, fb 6A+, 5), V grades, and ranges such as "6A-6B".
     """
     parts = [part for part in re.split(r"\s*(?:-|–|/|to)\s*", text.strip()) if part]
     places = [_one(part) for part in parts]
@@ -28,8 +28,10 @@ def parse_grade(text: str) -> float | None:
 
 
 def grade_ends(label: str) -> tuple[int, int] | None:
-    """First and last place in `FONT` that a grade of the Font or of the V scale means; None where
-    it is of neither. Written as the scales write it."""
+    """Return the first and last place in `FONT` of a Font or V grade in its usual spelling.
+
+    Return None if the label is neither.
+    """
     if label in FONT:
         return FONT.index(label), FONT.index(label)
     number = "0" if label.upper() == "VB" else label[1:]
@@ -51,14 +53,14 @@ def _one(text: str) -> float | None:
     name = f"{digit}{letter}{plus}"
     if name in FONT:
         return float(FONT.index(name))
-    # 5A, 5B, 5C of some gyms: 5 and 5+ of the scale.
+    # 5A, 5B, 5C of some gyms are 5 and 5+ on the scale.
     if digit in "345":
         low = FONT.index(digit)
         return min(low + "ABC".index(letter or "B") / 2, FONT.index("6A") - 0.5)
-    # "6" alone, "7+": the middle of the number's grades.
+    # "6" alone and "7+" mean the middle of the grades with that digit.
     return float(FONT.index(f"{digit}B")) if f"{digit}B" in FONT and not letter else None
 
 
 def span_words(low: int, high: int) -> str:
-    """A range as people read it: "6B", "6B to 7A"."""
+    """Return a range as people read it: "6B", "6B to 7A"."""
     return FONT[low] if low == high else f"{FONT[low]} to {FONT[high]}"

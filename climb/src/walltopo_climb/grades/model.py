@@ -1,8 +1,8 @@
-"""The grade model: features to a place on the Font scale, and how far that may be off.
+"""The grade model: from features to a place on the Font scale, with an error bound.
 
-The place comes from monotone gradient boosting (an ONNX tree ensemble, learnt by
-`walltopo_lab.train.grades`); the range around it is split conformal (Vovk et al. 2005; Lei et al.
-2018): as wide as it had to be for the stated share of problems that were not learnt from.
+The place comes from monotone gradient boosting (an ONNX tree ensemble, trained by
+`walltopo_lab.train.grades`). The range around it is split conformal (Vovk et al. 2005; Lei et al.
+2018): as wide as needed to cover the stated share of held-out problems.
 """
 
 from __future__ import annotations
@@ -28,9 +28,13 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Range:
-    """Places in `FONT`, both ends included; coverage: the share that such ranges hold.
+    """A grade range.
 
-    `graded`: how many grades of the gym it leans on.
+    Parameters
+    ----------
+    low, high : places in `FONT`, both included.
+    coverage : share of climbs whose grade such ranges contain.
+    graded : number of the gym's grades behind the calibration.
     """
 
     low: int
@@ -40,12 +44,12 @@ class Range:
 
 
 class Errors(msgspec.Struct, frozen=True):
-    """What is known of the model's errors, in steps of `FONT`, on problems not learnt from.
+    """The model's errors on held-out problems, in steps of `FONT`.
 
     Parameters
     ----------
-    spread : their standard deviation.
-    bound : by at most that much were `coverage` of them off.
+    spread : standard deviation.
+    bound : maximum error of the share `coverage` of the problems.
     """
 
     spread: float
@@ -54,12 +58,12 @@ class Errors(msgspec.Struct, frozen=True):
 
 
 class Learnt(msgspec.Struct, frozen=True):
-    """What a model was learnt from, and how far off it is: enough for a range around a place.
+    """The training range and errors of a model: enough for a range around a place.
 
     Parameters
     ----------
-    known, plain : errors where the holds' quality is known, and where their places alone are.
-    easiest, hardest : places in `FONT` of the easiest and hardest grade that it was learnt from.
+    known, plain : errors with known quality of the holds, and with their positions alone.
+    easiest, hardest : places in `FONT` of the easiest and hardest grade of the training data.
     """
 
     known: Errors
@@ -68,13 +72,13 @@ class Learnt(msgspec.Struct, frozen=True):
     hardest: int
 
     def errors(self, known: bool) -> Errors:
-        """Which errors to expect; `known`: whether the holds' quality was."""
+        """Return the expected errors; `known`: whether the holds' quality is known."""
         return self.known if known else self.plain
 
     def bounded(self, place: float, known: bool) -> Range:
-        """The range of a climb of which the gym knows nothing.
+        """Return the range of a climb without any grades of the gym.
 
-        Open where it reaches the end of what was learnt: a board has no easy problem.
+        The range is open at the ends of the training data: a board has no easy problems.
         """
         errors = self.errors(known)
         low, high = range_of(place, errors.bound)
@@ -87,32 +91,32 @@ class Learnt(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True, eq=False)
 class GradeModel:
-    """A loaded model."""
+    """A loaded grade model."""
 
     network: Network
     learnt: Learnt
 
     @classmethod
     def load(cls, path: Path) -> GradeModel:
-        """Read and check a model.
+        """Return the model of a file.
 
         Raises
         ------
-        InputError : no grade model, or one with other features.
+        InputError : the file is not a grade model, or has other features.
         """
         network = open_network(path)
         try:
             about = json.loads(network.metadata["grades"])
             if about["features"] != list(FEATURES):
-                raise InputError(f"{path}: a grade model with other features", "Train it anew.")
+                raise InputError(f"{path}: a grade model with other features", "Retrain it.")
             known, plain = (msgspec.convert(about[name], Errors) for name in ("known", "plain"))
             easiest, hardest = FONT.index(about["easiest"]), FONT.index(about["hardest"])
         except (KeyError, ValueError, msgspec.ValidationError) as error:
-            raise InputError(f"{path}: no grade model ({error})") from error
+            raise InputError(f"{path}: not a grade model ({error})") from error
         return cls(network, Learnt(known, plain, easiest, hardest))
 
     def places(self, features: npt.NDArray[np.float32]) -> Floats:
-        """(N,) place in `FONT`, a fraction, of (N, F) features."""
+        """Return the (N,) fractional place in `FONT` of (N, F) features."""
         if not len(features):
             return np.zeros(0)
         name = self.network.session.get_inputs()[0].name
@@ -121,7 +125,7 @@ class GradeModel:
 
 
 def range_of(place: float, bound: float) -> tuple[int, int]:
-    """The grades within `bound` of a place, at least one."""
+    """Return the grades within `bound` of a place, at least one."""
     low, high = int(np.ceil(place - bound)), int(np.floor(place + bound))
     if low > high:
         low = high = round(place)
@@ -131,13 +135,13 @@ def range_of(place: float, bound: float) -> tuple[int, int]:
 
 @cache
 def shipped_model() -> GradeModel:
-    """The model that comes with the package."""
+    """Return the model that comes with the package."""
     return GradeModel.load(_shipped())
 
 
 @cache
 def shipped_identity() -> str:
-    """Of its file: places of two models are not on one scale."""
+    """Return the hash of the model's file: estimates of two models are not comparable."""
     return hash_path(_shipped())[:16]
 
 

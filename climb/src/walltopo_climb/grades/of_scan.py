@@ -1,4 +1,4 @@
-"""Grade ranges for the routes of a scan."""
+"""Estimate grade ranges for the routes of a scan."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from walltopo.scans.attributes import UNKNOWN
-from walltopo.scans.holds import HoldRow
+from walltopo.scans.holds import UNKNOWN, Hold
 from walltopo.scans.routes import Route
 from walltopo_climb.grades.calibrate import Known
 from walltopo_climb.grades.features import FEATURES, features
@@ -22,7 +21,7 @@ from walltopo_climb.movement.on_wall import climb_of, on_route
 from walltopo_climb.movement.sequence import Climb, find_sequence
 from walltopo_climb.movement.sequence import Sequence as Moves
 
-_TYPED = 0.5  # of a route's holds have a type: their quality counts as known
+_MIN_TYPED = 0.5  # minimum share of holds with a type for the quality to count as known
 
 
 @dataclass(frozen=True)
@@ -31,7 +30,7 @@ class Graded:
 
     Parameters
     ----------
-    place : the model's; a fraction of a step of `FONT`. known : see `features`.
+    place : the model's place, a fractional index into `FONT`. known : see `features`.
     """
 
     route: Route
@@ -41,32 +40,33 @@ class Graded:
 
 @dataclass(frozen=True)
 class Climbed:
-    """A route as an adult climbs it.
+    """The moves of an adult on a route.
 
     Parameters
     ----------
-    holds : what one may use on it; `climb` and `moves` count them from 0.
+    holds : the holds that may be used; `climb` and `moves` index them.
     known : see `features`.
     """
 
-    holds: tuple[HoldRow, ...]
+    holds: tuple[Hold, ...]
     climb: Climb
     moves: Moves
     known: bool
 
     @property
     def features(self) -> npt.NDArray[np.float32]:
-        """(F,) the input of the grade model."""
+        """Return the (F,) input of the grade model."""
         return features(self.climb, self.moves, self.known)
 
 
-def climb_route(route: Route, holds: Sequence[HoldRow], unit: float) -> Climbed | None:
-    """How an adult may go up a route; None where it is no climb, or where not even the start is in
-    reach. Whether the top is reached the moves say.
+def climb_route(route: Route, holds: Sequence[Hold], unit: float) -> Climbed | None:
+    """Return the moves of an adult, or None if the route is no climb or its start is out of reach.
+
+    The moves include whether the top is reached.
 
     Parameters
     ----------
-    holds : at least those of the route, and the volumes. unit : of the scan, a metre.
+    holds : at least those of the route, and the volumes. unit : scan units per metre.
     """
     used = on_route(route, holds, unit)
     climb = climb_of(route, used, unit)
@@ -74,13 +74,13 @@ def climb_route(route: Route, holds: Sequence[HoldRow], unit: float) -> Climbed 
     if climb is None or moves is None:
         return None
     typed = [hold.type != UNKNOWN for hold in used if hold.role == "hold"]
-    return Climbed(used, climb, moves, sum(typed) >= _TYPED * len(typed))
+    return Climbed(used, climb, moves, sum(typed) >= _MIN_TYPED * len(typed))
 
 
 def place_routes(
-    routes: Sequence[Route], holds: Sequence[HoldRow], unit: float, model: GradeModel
+    routes: Sequence[Route], holds: Sequence[Hold], unit: float, model: GradeModel
 ) -> tuple[Graded, ...]:
-    """The routes that an adult climbs, where the model puts them; others are left out."""
+    """Return the routes that an adult can climb, with the model's place; others are omitted."""
     kept, table = [], []
     for route in routes:
         found = climb_route(route, holds, unit)
@@ -96,9 +96,9 @@ def place_routes(
 
 
 def grade_routes(graded: Sequence[Graded], model: GradeModel) -> dict[int, Range]:
-    """A range for each route, by its id, leaning on the grades that setters gave to the others.
+    """Return a range for each route by id, calibrated by the setters' grades of the others.
 
-    A route's own grade does not count for its range: else it would only be said back.
+    A route's own grade is excluded: the range would only repeat it.
     """
     return {
         one.route.id: Scale.of(graded, model, one.route.id).range(one.place, one.known)
@@ -108,29 +108,29 @@ def grade_routes(graded: Sequence[Graded], model: GradeModel) -> dict[int, Range
 
 @dataclass(frozen=True)
 class Scale:
-    """The scale of a wall as its graded routes tell it, and the model that it is of."""
+    """The grade scale of a wall, calibrated by its graded routes."""
 
     model: GradeModel
-    told: tuple[Known, ...]
+    gym_grades: tuple[Known, ...]
 
     @classmethod
     def of(cls, graded: Sequence[Graded], model: GradeModel, without: int = 0) -> Scale:
-        """Of the grades that setters gave; `without`: id of a route that does not count."""
-        told = (
+        """Return the scale from the setters' grades, excluding the route with id `without`."""
+        gym_grades = (
             Known(one.place, grade)
             for one in graded
             if one.route.id != without and (grade := parse_grade(one.route.grade)) is not None
         )
-        return cls(model, tuple(told))
+        return cls(model, tuple(gym_grades))
 
     @cached_property
     def _scale(self) -> GymScale:
-        return GymScale(self.model.learnt, self.told)
+        return GymScale(self.model.learnt, self.gym_grades)
 
     def grade(self, place: float, known: bool) -> float:
-        """A place in `FONT` of the model's place, and a fraction."""
+        """Return the grade at a model's place, as a fractional place in `FONT`."""
         return self._scale.grade(place, known)
 
     def range(self, place: float, known: bool) -> Range:
-        """The range of grades around it."""
+        """Return the range of grades around a model's place."""
         return self._scale.range(place, known)

@@ -1,42 +1,42 @@
-"""The scale of a gym, for whoever has places and no model at hand."""
+"""The grade scale of a gym, computed from places without the model itself."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
 
-from walltopo_climb.grades.calibrate import Gym, Known, calibrate, left_out
+from walltopo_climb.grades.calibrate import Gym, Known, calibrate, leave_one_out
 from walltopo_climb.grades.model import Learnt, Range
 
 
 @dataclass(frozen=True)
 class GymScale:
-    """The gym's scale as its graded climbs tell it, the board's without any.
+    """The gym's scale, calibrated by its graded climbs; the board's scale without any.
 
     Parameters
     ----------
-    learnt : of the model that all places are of.
+    learnt : of the model that gave all places.
     """
 
     learnt: Learnt
-    told: tuple[Known, ...]
+    graded: tuple[Known, ...]
 
     @cached_property
     def _gyms(self) -> dict[bool, Gym]:
-        return {known: calibrate(self.told, self.learnt.errors(known)) for known in (False, True)}
+        return {known: calibrate(self.graded, self.learnt.errors(known)) for known in (False, True)}
 
     @cached_property
     def _others(self) -> dict[bool, tuple[Range, ...]]:
-        return {known: left_out(self.told, self.learnt.errors(known)) for known in (False, True)}
+        return {k: leave_one_out(self.graded, self.learnt.errors(k)) for k in (False, True)}
 
     def grade(self, place: float, known: bool) -> float:
-        """A place in `FONT` of the model's place, and a fraction."""
-        return self._gyms[known].place(place)[0] if self.told else place
+        """Return the grade at a model's place, as a fractional place in `FONT`."""
+        return self._gyms[known].place(place)[0] if self.graded else place
 
     def range(self, place: float, known: bool) -> Range:
-        """The range of grades around it."""
-        return self._gyms[known].range(place) if self.told else self.learnt.bounded(place, known)
+        """Return the range of grades around a model's place."""
+        return self._gyms[known].range(place) if self.graded else self.learnt.bounded(place, known)
 
     def range_by_others(self, number: int, known: bool) -> Range:
-        """The range of a climb that is told, as the others say; `number`: its place in `told`."""
+        """Return the range of graded climb `number`, calibrated by all others."""
         return self._others[known][number]

@@ -1,1 +1,1 @@
-"""A climb as movement: what a body of given height and reach does with the holds of a route."""
+"""A climb as movement: the moves of a body of given height and reach on the holds of a route."""

@@ -1,4 +1,4 @@
-"""A climber's body as far as reach goes: segments by height and arm span."""
+"""A climber's body for reach: lengths of segments by height and arm span."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Body:
 
     Raises
     ------
-    InputError : no such person.
+    InputError : height or arm span is out of range.
     """
 
     height: float = 1.75
@@ -34,11 +34,11 @@ class Body:
 
     def __post_init__(self) -> None:
         if not 0.9 <= self.height <= 2.3:
-            raise InputError(f"a height of {self.height:g} m", "Give it in metres, 0.9 to 2.3.")
+            raise InputError(f"a height of {self.height:g} m", "Expected 0.9 to 2.3 metres.")
         if self.reach and not 0.8 <= self.reach / self.height <= 1.2:
             raise InputError(
                 f"an arm span of {self.reach:g} m at {self.height:g} m",
-                "It is within a fifth of the height.",
+                "Expected an arm span within a fifth of the height.",
             )
 
     @property
@@ -47,27 +47,27 @@ class Body:
 
     @property
     def leg(self) -> float:
-        """Hip to sole, straight, on the toes of one foot."""
+        """Return the length from hip to sole, straight, on the toes of one foot."""
         return _HIP * self.height
 
     @property
     def arm(self) -> float:
-        """Shoulder to what the fingers hold."""
+        """Return the length from shoulder to the contact of the fingers."""
         return (_ARM - _HOOKED) * self.height + (self.span - self.height) / 2
 
     @property
     def torso(self) -> float:
-        """Hip to shoulder."""
+        """Return the length from hip to shoulder."""
         return (_SHOULDER - _HIP) * self.height
 
     @property
     def shoulders(self) -> float:
-        """From one shoulder to the other."""
+        """Return the distance between the shoulders."""
         return _SHOULDERS * self.height
 
 
 CHILD = Body(1.30)  # a child of about eight years
 SHORT = Body(1.55)
-ADULT = Body(1.75)  # whom the grades are learnt with
+ADULT = Body(1.75)  # the body with which the grade model is trained
 TALL = Body(1.90)
 BODIES = {"child": CHILD, "short": SHORT, "adult": ADULT, "tall": TALL}

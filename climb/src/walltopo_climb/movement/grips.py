@@ -1,4 +1,4 @@
-"""What a climber can do with each hold: how much it bears, and in which direction."""
+"""Model the maximum force that each hold can bear, and its directions."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class TypeGrip:
-    """What a type of hold is to the hand.
+    """The properties of a hold type for the hand.
 
     Parameters
     ----------
-    quality : greatest force on it as a share of that on a jug. Crimp, pocket and sloper after the
-        forces measured on holds by Amca et al. (2012, depth of the hold) and Vigouroux et al.
-        (2006, 2019, grip technique); pinch after Schweizer (2012). They vary widely between
-        climbers: rounded to a tenth here.
-    outward : how much of it is lost when pulled straight off the wall; guessed from the shape (a
-        jug is behind the fingers, a sloper is friction alone).
+    quality : maximum force as a share of that on a jug. Crimp, pocket and sloper after the forces
+        measured on holds by Amca et al. (2012, depth of the hold) and Vigouroux et al. (2006,
+        2019, grip technique); pinch after Schweizer (2012). The forces vary widely between
+        climbers and are rounded to a tenth here.
+    outward : share of the force that is lost when pulled straight off the wall; estimated from the
+        shape (a jug is behind the fingers, a sloper is friction alone).
     """
 
     quality: float
@@ -41,10 +41,10 @@ TYPES = {
     "volume": TypeGrip(0.3, 0.9),
     "foothold": TypeGrip(0.2, 0.6),
 }
-NEUTRAL = TypeGrip(0.6, 0.4)  # a hold of which nothing but its place is known
-FOOT_ONLY = 0.0  # quality of what no hand may take
-_WHOLE_HAND = 0.12  # m: of a larger hold the hand has no more (breadth of a hand and a bit)
-_SMALLEST = 0.3  # of its type's quality has the smallest hold
+NEUTRAL = TypeGrip(0.6, 0.4)  # a hold of unknown type
+FOOT_ONLY = 0.0  # quality of a hold for feet only
+_WHOLE_HAND = 0.12  # m: a larger hold is no better (breadth of a hand and a bit)
+_SMALLEST = 0.3  # quality of the smallest hold as a share of its type's quality
 
 
 @dataclass(frozen=True)
@@ -54,8 +54,8 @@ class Grips:
     Parameters
     ----------
     position : (N, 3) metres, z up. wall : (N, 3) unit, out of the wall under each.
-    pull : (N, 3) unit, along the wall: the direction in which a pull is held best.
-    hand : (N,) force it bears as a share of a jug, in [0, 1]; 0: for feet alone.
+    pull : (N, 3) unit, along the wall: the direction of pull in which the hold bears most.
+    hand : (N,) force it bears as a share of a jug, in [0, 1]; 0: for feet only.
     outward : (N,) see `TypeGrip`.
     foot : (N,) share of the body's weight that a foot can put on it, in [0, 1].
 
@@ -80,32 +80,33 @@ class Grips:
             if getattr(self, name).shape != (n,):
                 raise InputError(f"{name}: {getattr(self, name).shape}, expected ({n},)")
         if not all(np.isfinite(value).all() for value in vars(self).values()):
-            raise InputError("a hold's place, direction or quality is not finite")
+            raise InputError("a hold's position, direction or quality is not finite")
 
     def __len__(self) -> int:
         return len(self.position)
 
 
 def hand_quality(kind: str, size: float) -> float:
-    """Force that a hold of this type and longest extent (m) bears, as a share of a large jug."""
+    """Return the force that a hold of a type and size (m) bears, as a share of a large jug."""
     grip = TYPES.get(kind, NEUTRAL)
     return grip.quality * (_SMALLEST + (1 - _SMALLEST) * min(size / _WHOLE_HAND, 1.0))
 
 
 def foot_share(steepness_deg: Floats) -> Floats:
-    """Share of the body's weight that feet put on a hold of a wall of this steepness.
+    """Return the share of the body's weight that feet put on a hold of a wall of this steepness.
 
-    Two thirds to four fifths on vertical walls and less the steeper they are, as measured by Noé,
-    Quaine and Martin (2001); straight lines between.
+    The share is two thirds to four fifths on vertical walls and less on steeper ones, as measured
+    by Noé, Quaine and Martin (2001); linear in between.
     """
     return np.interp(steepness_deg, [-20.0, 0.0, 40.0, 90.0], [0.95, 0.80, 0.60, 0.30])
 
 
 def best_pull(normal: Floats, wall: Floats) -> Floats:
-    """The direction along the wall in which each hold is pulled best; (N, 3) unit.
+    """Return the (N, 3) unit direction along the wall in which each hold bears most.
 
-    A hold leans where its mean normal leaves the wall's: one that leans up is pulled down, one that
-    leans left to the right. A hold that hardly leans is pulled down: setters turn holds so.
+    A hold leans by the difference of its mean normal from the wall's: a hold that leans up is
+    pulled down, one that leans left is pulled to the right. A hold that hardly leans is pulled
+    down, because setters turn holds so.
 
     Parameters
     ----------
@@ -114,7 +115,7 @@ def best_pull(normal: Floats, wall: Floats) -> Floats:
     lean = normal - (normal * wall).sum(axis=1, keepdims=True) * wall
     down = -np.array([0.0, 0.0, 1.0]) + wall[:, 2:] * wall
     length = np.linalg.norm(down, axis=1, keepdims=True)
-    # Under a roof there is no down along the wall: any direction is as good.
+    # Under a roof no direction along the wall points down: any direction is equally good.
     down = np.where(length > 0.1, down / np.maximum(length, 0.1), 0.0)
     pull = down - lean
     size = np.linalg.norm(pull, axis=1, keepdims=True)

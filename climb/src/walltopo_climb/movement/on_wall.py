@@ -1,4 +1,4 @@
-"""A route of a scan as a climb."""
+"""Convert a route of a scan to a climb."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from walltopo.scans.holds import HoldRow
+from walltopo.scans.holds import Hold
 from walltopo.scans.routes import Route
 from walltopo_climb.movement.grips import (
     FOOT_ONLY,
@@ -23,21 +23,21 @@ from walltopo_climb.movement.sequence import Climb
 
 Floats = npt.NDArray[np.float64]
 
-_BESIDE = 1.2  # m: a volume farther from every hold of a route is none that one steps on
-_NEAR = 4  # holds whose normals together say where the wall faces
+_BESIDE = 1.2  # m: a volume farther than this from every hold of a route is not used
+_NEAR = 4  # number of nearby holds whose normals give the heading of the wall
 
 
-def on_route(route: Route, holds: Sequence[HoldRow], unit: float) -> tuple[HoldRow, ...]:
-    """The holds that one may use on a route: its own, and volumes close by.
+def on_route(route: Route, holds: Sequence[Hold], unit: float) -> tuple[Hold, ...]:
+    """Return the holds that may be used on a route: its own, and volumes close by.
 
     Parameters
     ----------
-    unit : how many units of the scan a metre is.
+    unit : scan units per metre.
     """
     own = [hold for hold in holds if hold.id in set(route.holds)]
     places = np.array([hold.position for hold in own]).reshape(-1, 3)
 
-    def close(hold: HoldRow) -> bool:
+    def close(hold: Hold) -> bool:
         away = np.linalg.norm(places - np.array(hold.position), axis=1)
         return bool(len(away)) and float(away.min()) < _BESIDE * unit
 
@@ -45,12 +45,12 @@ def on_route(route: Route, holds: Sequence[HoldRow], unit: float) -> tuple[HoldR
     return (*own, *volumes)
 
 
-def climb_of(route: Route, holds: Sequence[HoldRow], unit: float) -> Climb | None:
-    """The climb of a route; None where it has no start, no top, or nothing between.
+def climb_of(route: Route, holds: Sequence[Hold], unit: float) -> Climb | None:
+    """Return the climb of a route, or None if it has no start, no top, or no hold between.
 
     Parameters
     ----------
-    holds : as of `on_route`, in that order: the climb's indices are those of them.
+    holds : the result of `on_route`; the climb indexes them.
     """
     index = {hold.id: k for k, hold in enumerate(holds)}
     start = tuple(index[i] for i in route.start if i in index)
@@ -61,12 +61,12 @@ def climb_of(route: Route, holds: Sequence[HoldRow], unit: float) -> Climb | Non
     return Climb(grips_of(holds, feet, unit), start, top)
 
 
-def grips_of(holds: Sequence[HoldRow], feet: set[int], unit: float) -> Grips:
-    """What hands and feet can do with holds of a scan.
+def grips_of(holds: Sequence[Hold], feet: set[int], unit: float) -> Grips:
+    """Return the forces that hands and feet can put on holds of a scan.
 
     Parameters
     ----------
-    feet : ids of holds for feet alone. unit : how many units of the scan a metre is.
+    feet : ids of holds for feet only. unit : scan units per metre.
     """
     position = np.array([hold.position for hold in holds]) / unit
     normal = np.array([hold.normal for hold in holds])
@@ -88,14 +88,16 @@ def grips_of(holds: Sequence[HoldRow], feet: set[int], unit: float) -> Grips:
 
 
 def _walls(position: Floats, normal: Floats, steepness_deg: Floats) -> Floats:
-    """(N, 3) unit normals of the wall under each hold: the heading of the holds near it, the
-    steepness that the scan measured."""
+    """Return (N, 3) unit normals of the wall under each hold.
+
+    The heading is that of the nearby holds, the steepness is the scan's measurement.
+    """
     walls = np.zeros_like(normal)
     for k, place in enumerate(position):
         near = np.argsort(np.linalg.norm(position - place, axis=1), kind="stable")[:_NEAR]
         heading = normal[near, :2].sum(axis=0)
         length = float(np.linalg.norm(heading))
-        # Under a roof no heading is left: any is right.
+        # Under a roof no heading remains: any is correct.
         heading = heading / length if length > 1e-6 else np.array([0.0, -1.0])
         lean = math.radians(float(steepness_deg[k]))
         walls[k] = (*(math.cos(lean) * heading), -math.sin(lean))

@@ -1,10 +1,10 @@
-"""How climbers of several heights may go up the routes of a scan: rows of `moves.json`."""
+"""Compute the moves of climbers of several heights: rows of `moves.json`."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from walltopo.scans.holds import HoldRow
+from walltopo.scans.holds import Hold
 from walltopo.scans.moves import ClimberRow, MoveRow
 from walltopo.scans.routes import Route
 from walltopo_climb.movement.body import Body
@@ -14,13 +14,13 @@ from walltopo_climb.movement.sequence import find_sequence
 
 
 def climber_rows(
-    route: Route, holds: Sequence[HoldRow], unit: float, bodies: Mapping[str, Body]
+    route: Route, holds: Sequence[Hold], unit: float, bodies: Mapping[str, Body]
 ) -> tuple[ClimberRow, ...]:
-    """A row for each body, by its name; none where the route is no climb.
+    """Return a row for each body, by its name; empty if the route is no climb.
 
     Parameters
     ----------
-    holds : all of the wall. unit : how many units of the scan a metre is.
+    holds : all holds of the wall. unit : scan units per metre.
     """
     used = on_route(route, holds, unit)
     climb = climb_of(route, used, unit)

@@ -1,8 +1,8 @@
-"""The cheapest way up: Dijkstra's search over stances (numba).
+"""Find the cheapest sequence of moves: Dijkstra's search over stances (numba).
 
-Stances are the nodes, moves of one limb the edges, as in Bretl et al. (2004) and in the stance
-graph of Naderi, Rajamäki and Hämäläinen (2017). A move is possible where one hip reaches the three
-limbs that stay and the hold that the fourth goes to.
+Stances are the nodes and moves of one limb the edges, as in Bretl et al. (2004) and in the stance
+graph of Naderi, Rajamäki and Hämäläinen (2017). A move is possible if one hip position reaches the
+holds of the three resting limbs and the target of the fourth.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from walltopo_climb.movement.statics import NONE, hold_on, place_hip
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
-# Costs of a move, in units of the effort of hanging with one's weight on one jug. They weigh what
-# the sources leave open; the fitted grades do not lean on their size, the look of the moves does.
+# Costs of a move, in units of the effort of hanging with one's weight on one jug. The sources do
+# not give these weights; they influence the appearance of the moves more than the fitted grades.
 _HAND = 0.30  # a hand moves
 _FOOT = 0.12  # a foot moves
 _WAY = 0.25  # per body height that the limb travels
-_LEAP = 150.0  # per body height squared that a move is beyond reach, and
-_LEAPS = 0.8  # for letting go at all
-_SWING = 3.0  # per unbalanced moment (weight times height), squared
+_LEAP = 150.0  # per squared body height that a move is beyond reach
+_LEAPS = 0.8  # per leap
+_SWING = 3.0  # per squared unbalanced moment (weight times height)
 _CUT = 0.6  # a foot leaves the wall
-_CROSS = 1.5  # per body height that hands, or feet, are crossed
+_CROSS = 1.5  # per body height by which hands, or feet, are crossed
 _MATCH = 0.25  # two limbs on one hold
-_APART = 0.95  # of the arm span: farther apart are no two hands
-_HIGH = 0.30  # of the height: nearer to the hands than that no foot is put
+_APART = 0.95  # of the arm span: maximum distance of the hands
+_HIGH = 0.30  # of the height: twice the minimum height of the upper hand over a foot
 
 
 @kernel
@@ -45,19 +45,19 @@ def move_cost(
     limbs: Ints,
     moving: int,
     body: Floats,
-    most_leap: float,
+    max_leap: float,
     hip: Floats,
 ) -> tuple[float, float]:
-    """What the last move into a stance costs; infinite where it cannot be.
+    """Return the cost of the last move into a stance, infinite if impossible.
 
-    `limbs`: after the move of limb `moving`. Returned: cost without the way, and how far beyond
-    reach it is (m).
+    `limbs` : the stance after the move of limb `moving`. Return the cost without the distance, and
+    the distance beyond reach (m).
     """
     height = body[0]
     lack = place_hip(position, wall, limbs, body, hip)
-    # Feet do not leap; a hand does, from where the hip can be.
-    most = most_leap if moving < 2 else 0.03 * height
-    if lack > most:
+    # Feet do not leap; a hand does, from a possible hip position.
+    max_lack = max_leap if moving < 2 else 0.03 * height
+    if lack > max_lack:
         return math.inf, lack
     effort, swing = hold_on(position, wall, pull, hand, outward, foot, limbs, moving, hip, body)
     cost = effort + _SWING * swing * swing
@@ -68,7 +68,7 @@ def move_cost(
 
 @kernel
 def _placed(position: Floats, side: Floats, limbs: Ints, height: float, span: float) -> float:
-    """Cost of how the limbs lie: crossed, matched; infinite where no one would stand so."""
+    """Return the cost of crossed and matched limbs, infinite if the stance is impossible."""
     a, b, c, d = limbs[0], limbs[1], limbs[2], limbs[3]
     cost = 0.0
     if a != NONE and b != NONE:
@@ -107,7 +107,7 @@ def _placed(position: Floats, side: Floats, limbs: Ints, height: float, span: fl
 
 
 @kernel
-def find_way(
+def find_stances(
     position: Floats,
     wall: Floats,
     pull: Floats,
@@ -118,27 +118,27 @@ def find_way(
     start: Ints,
     top: Ints,
     body: Floats,
-    most_leap: float,
-    most_seen: int,
+    max_leap: float,
+    max_seen: int,
 ) -> tuple[Ints, bool]:
-    """The cheapest sequence of stances from a start to the top with both hands.
+    """Return the cheapest sequence of stances from a start to the top with both hands.
 
     Parameters
     ----------
-    position .. foot : as of `Grips`. side : (3,) unit, to the climber's right.
-    start, top : (n,) holds that hands may start on, and that are the top.
-    body : see `place_hip`. most_leap : metres a hand may go beyond reach.
-    most_seen : stances after which the search gives up.
+    position .. foot : see `Grips`. side : (3,) unit, to the climber's right.
+    start, top : (n,) holds on which hands may start, and the top holds.
+    body : see `place_hip`. max_leap : metres that a hand may go beyond reach.
+    max_seen : number of stances after which the search gives up.
 
     Returns
     -------
-    (M, 4) stances from first to last; whether the last is the top, else it is where the lower hand
-    is highest. Empty where nobody of this body can begin.
+    (M, 4) stances from first to last; and whether the last one is the top. If not, it is the one
+    in which the lower hand is highest. Empty if this body cannot start.
     """
     n = len(hand)
     m = n + 1
     height = body[0]
-    # The arms and the shoulders' breadth: what hands can be apart.
+    # Both arms and the shoulders: the maximum distance of the hands.
     span = 2 * (body[2] + body[4])
     size = n * n * m * m
     best = np.full(size, np.inf, np.float32)
@@ -151,7 +151,7 @@ def find_way(
     is_top = np.zeros(n, np.bool_)
     for t in top:
         is_top[t] = True
-    # Starts: every pair of feet below every pair of start holds.
+    # Starts: every pair of footholds with every pair of start holds.
     for a in start:
         for b in start:
             for c in range(m):
@@ -181,7 +181,7 @@ def find_way(
             continue
         done[state] = True
         seen += 1
-        if seen > most_seen:
+        if seen > max_seen:
             break
         d = state % m
         c = state // m % m
@@ -235,7 +235,7 @@ def find_way(
                 if cost + step >= best[new]:
                     continue
                 held, lack = move_cost(
-                    position, wall, pull, hand, outward, foot, limbs, moving, body, most_leap, hip
+                    position, wall, pull, hand, outward, foot, limbs, moving, body, max_leap, hip
                 )
                 total = cost + step + held
                 if total < best[new]:

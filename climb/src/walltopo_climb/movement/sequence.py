@@ -1,4 +1,4 @@
-"""The likely sequence of moves up a climb, with the crux."""
+"""Find the likely sequence of moves up a climb, with the crux."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ import numpy.typing as npt
 from walltopo.core import InputError
 from walltopo_climb.movement.body import Body
 from walltopo_climb.movement.grips import Grips
-from walltopo_climb.movement.search import find_way, move_cost
+from walltopo_climb.movement.search import find_stances, move_cost
 from walltopo_climb.movement.statics import NONE
 
 Limb = Literal["left hand", "right hand", "left foot", "right foot"]
 LIMBS: tuple[Limb, ...] = ("left hand", "right hand", "left foot", "right foot")
 
-# Of the height: as far beyond reach may a hand leap. A climber's jump lifts the hip by about 0.4 m.
-MOST_LEAP = 0.25
-_STATIC = 0.02  # of the height: a lack of reach that leaning and toes make up
-_MOST_SEEN = 200_000  # stances
+# Share of the height that a hand may leap beyond reach; a climber's jump lifts the hip by 0.4 m.
+MAX_LEAP = 0.25
+_STATIC = 0.02  # of the height: lack of reach that leaning and standing on toes make up for
+_MAX_SEEN = 200_000  # stances
 
 
 @dataclass(frozen=True)
 class Climb:
-    """Holds, and where a climb begins and ends (indices into the holds)."""
+    """Holds, and the start and top of a climb (indices into the holds)."""
 
     grips: Grips
     start: tuple[int, ...]
@@ -34,22 +34,22 @@ class Climb:
     def __post_init__(self) -> None:
         n = len(self.grips)
         if not self.start or not self.top:
-            raise InputError("a climb without start or top")
+            raise InputError("the climb has no start or no top")
         if not all(0 <= i < n for i in (*self.start, *self.top)):
-            raise InputError(f"start or top is none of the {n} holds")
+            raise InputError(f"start or top is not among the {n} holds")
 
 
 @dataclass(frozen=True)
 class Move:
-    """One limb goes to a hold.
+    """The move of one limb to a hold.
 
     Parameters
     ----------
-    limb : which; None: how one starts.
+    limb : the moving limb; None for the start.
     limbs : hold of each limb afterwards (`LIMBS`), -1: on none.
     hip : (3,) m, when the limb arrives.
-    effort : of holding on meanwhile, in units of one's weight on one jug, squared.
-    beyond : m beyond what is in reach; a leap.
+    effort : of holding on during the move, in units of one's weight on one jug, squared.
+    beyond : m beyond reach; > 0 for a leap.
     """
 
     limb: Limb | None
@@ -60,7 +60,7 @@ class Move:
 
     @property
     def to(self) -> int:
-        """The hold that the limb goes to; -1: it leaves the wall."""
+        """Return the hold to which the limb goes; -1: the limb leaves the wall."""
         return NONE if self.limb is None else self.limbs[LIMBS.index(self.limb)]
 
 
@@ -70,9 +70,9 @@ class Sequence:
 
     Parameters
     ----------
-    body : whose. moves : the first is the start. crux : index of the hardest move of a hand.
-    reached : whether it ends with both hands on the top; else it ends where both hands are as high
-        as this body gets.
+    body : the climber. moves : the first is the start. crux : index of the hardest hand move.
+    reached : whether the sequence ends with both hands on the top; else it ends where both hands
+        are as high as this body gets.
     """
 
     body: Body
@@ -82,17 +82,17 @@ class Sequence:
 
 
 def find_sequence(climb: Climb, body: Body) -> Sequence | None:
-    """The likely moves; None where this body cannot even hold the start."""
+    """Return the likely moves, or None if this body cannot even hold the start."""
     grips = climb.grips
     arrays = (grips.position, grips.wall, grips.pull, grips.hand, grips.outward, grips.foot)
     shape = np.array([body.height, body.leg, body.arm, body.torso, body.shoulders / 2])
-    # To the climber's right, who looks at the wall.
+    # To the right of a climber who faces the wall.
     facing = -grips.wall.mean(axis=0)
     side = np.cross(facing, [0.0, 0.0, 1.0])
     side /= max(float(np.linalg.norm(side)), 1e-9)
-    leap = MOST_LEAP * body.height
-    stances, reached = find_way(
-        *arrays, side, np.array(climb.start), np.array(climb.top), shape, leap, _MOST_SEEN
+    leap = MAX_LEAP * body.height
+    stances, reached = find_stances(
+        *arrays, side, np.array(climb.start), np.array(climb.top), shape, leap, _MAX_SEEN
     )
     if not len(stances):
         return None

@@ -1,10 +1,10 @@
-"""Can a body hang like this, and what does it cost: one stance as statics (numba).
+"""The statics of one stance: can a body hold it, and at what effort (numba)?
 
-A stance is two hands and two feet on holds. Its hip is sought within reach of all four by cyclic
-projection (POCS); the force on the hands follows from the balance of moments about the feet. The
-cost of holding on is the sum of squared loads over what each hold bears, as Naderi, Rajamäki and
-Hämäläinen (2017, "Discovering and synthesizing humanoid climbing movements", section 5) square the
-torques. That steep walls and a far hip load the hands: Noé, Quaine and Martin (2001).
+A stance is two hands and two feet on holds. Cyclic projection (POCS) finds a hip position within
+reach of all four. The force on the hands follows from the balance of moments about the feet. The
+cost of holding on is the sum of squared loads over the strength of each hold, as Naderi, Rajamäki
+and Hämäläinen (2017, "Discovering and synthesizing humanoid climbing movements", section 5) square
+the torques. Steep walls and a distant hip load the hands: Noé, Quaine and Martin (2001).
 """
 
 from __future__ import annotations
@@ -19,24 +19,24 @@ from walltopo.geometry.kernels import kernel
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
-NONE = -1  # a limb that is on no hold
-_ROUNDS = 8  # of projections; what is feasible is found in three or four
-_CLEAR = 0.10  # of the height: hip from the wall, at least
-_LOCKED = 0.5  # of its force an arm loses when bent all the way (Kulig, Andrews and Hay 1984)
-_SMEAR = 0.3  # of the weight is carried by shoes on a bare vertical wall; a guess
-_LEAST = 0.08  # of a jug bears any hold in any direction: fingers find an edge
-_CROUCH = 0.16  # of the height: hip from a foot, at least
+NONE = -1  # a limb on no hold
+_ROUNDS = 8  # of projections; a feasible position is found in three or four
+_CLEAR = 0.10  # of the height: minimum distance of the hip from the wall
+_LOCKED = 0.5  # share of its force that a fully bent arm loses (Kulig, Andrews and Hay 1984)
+_SMEAR = 0.3  # share of the weight that shoes carry on a bare vertical wall; an estimate
+_MIN = 0.08  # of a jug: minimum strength of any hold in any direction, as fingers find an edge
+_CROUCH = 0.16  # of the height: minimum distance of the hip from a foot
 
 
 @kernel
 def place_hip(position: Floats, wall: Floats, limbs: Ints, body: Floats, hip: Floats) -> float:
-    """Put a hip to a stance; the greatest lack of reach (m), 0 where all is in reach.
+    """Place the hip for a stance; return the greatest lack of reach (m), 0 if all is in reach.
 
     Parameters
     ----------
     position, wall : (N, 3) of the holds. limbs : (4,) left hand, right hand, left foot, right
     foot: hold or `NONE`. body : (5,) height, leg, arm, torso, half the shoulders' breadth.
-    hip : (3,) is written.
+    hip : (3,) output.
     """
     height, leg, arm, torso, half = body[0], body[1], body[2], body[3], body[4]
     far = arm + torso
@@ -64,7 +64,7 @@ def place_hip(position: Floats, wall: Floats, limbs: Ints, body: Floats, hip: Fl
     length = math.sqrt(nx * nx + ny * ny + nz * nz) + 1e-9
     nx, ny, nz = nx / length, ny / length, nz / length
     px, py, pz = px / count, py / count, pz / count
-    # Level with the hands' middle, a straight arm below, at the wall: where a climber rests.
+    # Start at the wall, a straight arm below the middle of the hands, where a climber rests.
     drop = 0.85 * far
     x = hx / hands + nx * _CLEAR * height
     y = hy / hands + ny * _CLEAR * height
@@ -76,10 +76,10 @@ def place_hip(position: Floats, wall: Floats, limbs: Ints, body: Floats, hip: Fl
                 continue
             dx, dy, dz = x - position[i, 0], y - position[i, 1], z - position[i, 2]
             d = math.sqrt(dx * dx + dy * dy + dz * dz) + 1e-9
-            most = far + 0.5 * half if k < 2 else leg
-            least = 0.0 if k < 2 else _CROUCH * height
-            if d > most or d < least:
-                f = (most if d > most else least) / d
+            longest = far + 0.5 * half if k < 2 else leg
+            shortest = 0.0 if k < 2 else _CROUCH * height
+            if d > longest or d < shortest:
+                f = (longest if d > longest else shortest) / d
                 x, y, z = (
                     position[i, 0] + dx * f,
                     position[i, 1] + dy * f,
@@ -114,12 +114,13 @@ def hold_on(
     hip: Floats,
     body: Floats,
 ) -> tuple[float, float]:
-    """What it costs to hang on while `moving` (0..3; 4: none) bears nothing.
+    """Return the effort of holding on while limb `moving` (0..3; 4: none) bears nothing.
 
-    Forces are shares of the body's weight. Returned: the effort (sum of squared loads over what the
-    holds bear), and the unbalanced moment that swings the body (a barn door), as a share of weight
-    times height.
+    Forces are shares of the body's weight. Return the effort (sum of squared loads over the
+    strength of the holds), and the unbalanced moment that swings the body (a barn door), as a share
+    of weight times height.
     """
+    # The centre of the feet's push.
     # Where the feet push.
     bear = 0.0
     fx = fy = fz = 0.0
@@ -152,7 +153,7 @@ def hold_on(
         return 1e9, 0.0
     hx, hy, hz = hx / hands, hy / hands, hz / hands
     swing = 0.0
-    # Shoes on the bare wall carry some of the weight where it does not overhang.
+    # Shoes on the bare wall carry some of the weight unless it overhangs.
     load = 1.0 - min(max(_SMEAR + lean, 0.0), 2 * _SMEAR)
     if feet > 0:
         fx, fy, fz = fx / bear, fy / bear, fz / bear
@@ -163,7 +164,7 @@ def hold_on(
         along = (mx * rx + my * ry) / span
         across = math.sqrt(max(mx * mx + my * my - along * along, 0.0))
         load = min(max(across / span, 1.0 - bear), 1.5)
-        if feet + hands < 3:  # one foot and one hand: nothing holds the door
+        if feet + hands < 3:  # one foot and one hand: nothing stops the swing
             swing = abs(along) / body[0]
     effort = 0.0
     strength = 0.0
@@ -175,11 +176,11 @@ def hold_on(
         d = math.sqrt(dx * dx + dy * dy + dz * dz) + 1e-9
         off = max((dx * wall[i, 0] + dy * wall[i, 1] + dz * wall[i, 2]) / d, 0.0)
         agree = (dx * pull[i, 0] + dy * pull[i, 1] + dz * pull[i, 2]) / d
-        # A hold pulled across bears about half, one pulled the wrong way hardly anything.
+        # A hold pulled sideways bears about half, one pulled the wrong way hardly anything.
         turned = max(0.5 + 0.5 * agree, 0.15)
         bent = min(max((body[2] + body[3] - d) / body[2], 0.0), 1.0)
         bears = hand[i] * turned * (1.0 - outward[i] * off) * (1.0 - _LOCKED * bent)
-        strength += max(bears, _LEAST) ** 2
-    # Hands share the load so that the sum of squares is least.
+        strength += max(bears, _MIN) ** 2
+    # The load is distributed over the hands so that the sum of squares is minimal.
     effort = load * load / strength
     return effort, swing

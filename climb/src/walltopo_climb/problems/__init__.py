@@ -1,1 +1,1 @@
-"""Settings that teach: problems proposed on holds that hang, and what makes a route easier."""
+"""Propose problems on the present holds, and changes that make a route easier."""

@@ -1,4 +1,4 @@
-"""The holds that a problem may be set on."""
+"""The holds on which a problem may be set."""
 
 from __future__ import annotations
 
@@ -9,104 +9,104 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from walltopo.scans.holds import HoldRow
+from walltopo.scans.holds import Hold
 from walltopo_climb.movement.body import Body
-from walltopo_climb.problems.wish import HOLD_KINDS, STEEPNESS_DEG, Wish
+from walltopo_climb.problems.spec import HOLD_KINDS, STEEPNESS_DEG, ProblemSpec
 
 Floats = npt.NDArray[np.float64]
 
-_SMALL, _LARGE = 0.08, 0.16  # m: a hold up to, and from which on, it counts as small or large
+_SMALL, _LARGE = 0.08, 0.16  # m: maximum size of a small hold, and minimum size of a large one
 _FOOT = "foothold"
-_LOW, _HIGH = 0.25, 1.05  # of the height above the floor: there hands start
+_LOW, _HIGH = 0.25, 1.05  # of the height above the floor: range of hand starts
 
 
 @dataclass(frozen=True)
 class Pool:
-    """Holds of a wall.
+    """The holds of a wall that problems may use.
 
     Parameters
     ----------
-    rows : of the wall, all of them. unit : of the scan, a metre. floor : its height, in the scan's
+    rows : all holds of the wall. unit : scan units per metre. floor : height of the floor, in scan
         units.
     """
 
-    rows: tuple[HoldRow, ...]
+    rows: tuple[Hold, ...]
     unit: float
     floor: float
 
     @classmethod
-    def of(cls, holds: Sequence[HoldRow], unit: float, floor_known: bool) -> Pool:
-        """The pool of a scan; where the floor is not known it is a little below the lowest hold."""
+    def of(cls, holds: Sequence[Hold], unit: float, floor_known: bool) -> Pool:
+        """Return the pool of a scan; an unknown floor is set a little below the lowest hold."""
         lowest = min((hold.position[2] for hold in holds), default=0.0)
         return cls(tuple(holds), unit, 0.0 if floor_known else lowest - 0.3 * unit)
 
     @cached_property
-    def by_id(self) -> dict[int, HoldRow]:
+    def by_id(self) -> dict[int, Hold]:
         return {hold.id: hold for hold in self.rows}
 
     @cached_property
-    def volumes(self) -> tuple[HoldRow, ...]:
+    def volumes(self) -> tuple[Hold, ...]:
         return tuple(hold for hold in self.rows if hold.role == "volume")
 
     @cached_property
     def ids(self) -> npt.NDArray[np.int64]:
-        """(N,) of what a problem may be set on: no volumes, no holds for climbing down."""
+        """Return (N,) ids of the usable holds: no volumes, no downclimb holds."""
         return np.array([hold.id for hold in self.rows if hold.role == "hold"], np.int64)
 
     @cached_property
     def row_of(self) -> dict[int, int]:
-        """Hold id to its place in `ids`."""
+        """Return hold id to row in `ids`."""
         return {int(number): k for k, number in enumerate(self.ids)}
 
     @cached_property
     def place(self) -> Floats:
-        """(N, 3) metres, the floor at z = 0."""
+        """Return (N, 3) positions in metres, the floor at z = 0."""
         places = np.array([self.by_id[int(i)].position for i in self.ids]).reshape(-1, 3)
         places[:, 2] -= self.floor
         return places / self.unit
 
     @cached_property
     def apart(self) -> Floats:
-        """(N, N) metres from hold to hold."""
+        """Return (N, N) metres from hold to hold."""
         return np.asarray(np.linalg.norm(self.place[:, None] - self.place[None], axis=2))
 
     @cached_property
     def hands(self) -> npt.NDArray[np.bool_]:
-        """(N,) whether hands may take it."""
+        """Return (N,) whether hands may use the hold."""
         return np.array([self.by_id[int(i)].type != _FOOT for i in self.ids], bool)
 
-    def near(self, numbers: Sequence[int]) -> tuple[HoldRow, ...]:
-        """These holds and all volumes, in the order of the wall's table."""
+    def near(self, numbers: Sequence[int]) -> tuple[Hold, ...]:
+        """Return these holds and all volumes, in the order of ids."""
         wanted = {*numbers, *(hold.id for hold in self.volumes)}
         return tuple(self.by_id[number] for number in sorted(wanted))
 
     def starts(self, body: Body) -> npt.NDArray[np.bool_]:
-        """(N,) whether this body may begin there with a hand."""
+        """Return (N,) whether this body may start there with a hand."""
         z = self.place[:, 2]
         return self.hands & (z > _LOW * body.height) & (z < _HIGH * body.height)
 
-    def liked(self, wish: Wish) -> Floats:
-        """(N,) how much more often than others a hold is tried for the hands."""
+    def weights(self, spec: ProblemSpec) -> Floats:
+        """Return (N,) sampling weights of the holds for hands."""
         rows = [self.by_id[int(i)] for i in self.ids]
-        kind = np.array([fits_kind(hold, wish, self.unit) for hold in rows], bool)
-        wall = np.array([fits_steepness(hold, wish) for hold in rows], bool)
+        kind = np.array([fits_kind(hold, spec, self.unit) for hold in rows], bool)
+        wall = np.array([fits_steepness(hold, spec) for hold in rows], bool)
         return np.where(kind, 1.0, 0.2) * np.where(wall, 1.0, 0.1) * self.hands
 
 
-def fits_kind(hold: HoldRow, wish: Wish, unit: float) -> bool:
-    """Whether a hold is of the wished kind."""
-    if wish.holds == "any":
+def fits_kind(hold: Hold, spec: ProblemSpec, unit: float) -> bool:
+    """Return whether a hold is of the requested kind."""
+    if spec.holds == "any":
         return True
-    if wish.holds == "small":
+    if spec.holds == "small":
         return hold.size <= _SMALL * unit
-    if wish.holds == "large":
+    if spec.holds == "large":
         return hold.size >= _LARGE * unit
-    return hold.type in HOLD_KINDS[wish.holds]
+    return hold.type in HOLD_KINDS[spec.holds]
 
 
-def fits_steepness(hold: HoldRow, wish: Wish) -> bool:
-    """Whether the wall under a hold is as steep as wished."""
-    if wish.steepness == "any":
+def fits_steepness(hold: Hold, spec: ProblemSpec) -> bool:
+    """Return whether the wall under a hold has the requested steepness."""
+    if spec.steepness == "any":
         return True
-    low, high = STEEPNESS_DEG[wish.steepness]
+    low, high = STEEPNESS_DEG[spec.steepness]
     return low <= hold.steepness_deg <= high

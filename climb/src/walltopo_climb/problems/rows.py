@@ -1,4 +1,4 @@
-"""What is proposed, as programs and pages read it."""
+"""Messages with proposals, for programs and pages."""
 
 from __future__ import annotations
 
@@ -13,17 +13,18 @@ Do = Literal["add a foothold", "add a handhold", "take away"]
 
 
 class Proposal(msgspec.Struct, frozen=True):
-    """A problem.
+    """A proposed problem.
 
     Parameters
     ----------
-    hands : hold ids from the start to the top; start, top : those of them; feet : for feet alone.
+    hands : hold ids from the start to the top; start, top : among them; feet : for feet only.
     grade : the range.
-    moves : of hands, an adult's.
-    misses : what was wished for and it has not: grade, moves, steepness, holds, reach, body;
-        "easy": the model knows nothing so easy, and the range says so.
-    alike : share of the holds that it has in common with the proposal that is most like it.
-    climbers : how bodies of several heights may go.
+    moves : number of hand moves of an adult.
+    violations : parts of the specification that the problem does not meet: grade, moves,
+        steepness, holds, reach, body; "easy": the model knows no easier problem, and the range is
+        open below. `misses` in JSON.
+    alike : share of common holds with the most similar other proposal.
+    climbers : moves of bodies of several heights.
     """
 
     hands: tuple[Label, ...]
@@ -32,19 +33,19 @@ class Proposal(msgspec.Struct, frozen=True):
     feet: tuple[Label, ...]
     grade: GradeRow
     moves: Count
-    misses: tuple[str, ...]
+    violations: tuple[str, ...] = msgspec.field(name="misses")
     alike: Share
     climbers: tuple[ClimberRow, ...]
 
 
 class Proposals(msgspec.Struct, frozen=True):
-    """The answer to a wish.
+    """The response to a specification.
 
     Parameters
     ----------
-    unit : how many units of the scan a metre is.
-    tried : problems that were judged.
-    proposals : the best first; fewer than wished where no more were found that differ.
+    unit : scan units per metre.
+    tried : number of problems that were scored.
+    proposals : best first; fewer than requested if no more were found that differ.
     """
 
     unit: Coordinate
@@ -54,16 +55,16 @@ class Proposals(msgspec.Struct, frozen=True):
 
 
 class Tweak(msgspec.Struct, frozen=True):
-    """One hold that changes how hard a route is.
+    """The addition or removal of one hold, which changes the grade of a route.
 
     Parameters
     ----------
-    do : what with it. hold : its id; on : id of another route that it is on, 0: on none.
-    by : grades, below 0 easier; between what the model says before and after.
+    do : the change. hold : its id; on : id of another route of the hold, 0: none.
+    by : grades, below 0 easier: difference of the model's estimates before and after.
     grade : the range afterwards.
-    crux : hold id that the hardest move goes to, before; eases : how much less effort that move
-        takes, as a share; below 0 more. The hardest move afterwards may be another one.
-    climbers : how bodies of several heights may go afterwards.
+    crux : target hold id of the hardest move, before; eases : share of effort that the hardest
+        move saves, below 0 more. The hardest move afterwards may be another one.
+    climbers : moves of bodies of several heights afterwards.
     """
 
     do: Do
@@ -77,11 +78,11 @@ class Tweak(msgspec.Struct, frozen=True):
 
 
 class Tweaks(msgspec.Struct, frozen=True):
-    """What makes a route about one grade easier, or harder.
+    """The changes that make a route about one grade easier, or harder.
 
     Parameters
     ----------
-    route : its id. grade : its range now. tweaks : the nearest to one grade first.
+    route : its id. grade : its range now. tweaks : nearest to one grade first.
     """
 
     unit: Coordinate

@@ -1,5 +1,7 @@
-"""The search for problems: simulated annealing (Kirkpatrick, Gelatt and Vecchi 1983) from many
-beginnings; of all that was judged the best that differ from each other are proposed."""
+"""Search for problems by simulated annealing (Kirkpatrick, Gelatt and Vecchi 1983).
+
+Several chains run from random starts. The best scored candidates that share few holds are proposed.
+"""
 
 from __future__ import annotations
 
@@ -16,59 +18,59 @@ from walltopo_climb.grades.model import Range
 from walltopo_climb.grades.of_scan import Scale
 from walltopo_climb.movement.body import BODIES, Body
 from walltopo_climb.movement.rows import climber_rows
-from walltopo_climb.problems.draft import Chance, Draft
+from walltopo_climb.problems.candidate import Candidate, Sampler
 from walltopo_climb.problems.judge import Judge, Judged
 from walltopo_climb.problems.pool import Pool
 from walltopo_climb.problems.rows import Proposal, Proposals
-from walltopo_climb.problems.wish import Wish
+from walltopo_climb.problems.spec import ProblemSpec
 
-_BEGINNINGS, _MORE = 8, 2  # chains, and more of them for each proposal
-_STEPS = 80  # of each
-_HOT, _COLD = 1.0, 0.1  # grades: a step that is so much worse is often, is seldom taken
-_ALIKE = 0.5  # share of common holds: no two proposals are more alike
+_CHAINS, _MORE = 8, 2  # number of chains, and of additional ones per proposal
+_STEPS = 80  # per chain
+_HOT, _COLD = 1.0, 0.1  # first and last temperature, in grades
+_MAX_ALIKE = 0.5  # maximum share of common holds of two proposals
 
 
 def propose(
-    pool: Pool, wish: Wish, scale: Scale, stirred: Callable[[int, int], None] | None = None
+    pool: Pool, spec: ProblemSpec, scale: Scale, advance: Callable[[int, int], None] | None = None
 ) -> Proposals:
-    """Problems on the holds of a wall, as near to a wish as the search comes.
+    """Return problems on the holds of a wall, as near to a specification as the search gets.
 
-    The same wall, wish and scale give the same proposals.
+    The result is deterministic for a wall, specification and scale.
 
     Parameters
     ----------
-    stirred : called with how many of how many beginnings are done.
+    advance : called with the number of finished chains and the total.
 
     Raises
     ------
-    InputError : the wish is none (`Wish`), or the wall has no hold to begin on.
+    InputError : the specification is invalid (`ProblemSpec`), or the wall has no start hold.
     """
-    body = wish.body
+    body = spec.body
     if int(pool.hands.sum()) < 3 or not pool.starts(body).any():
         raise InputError(
-            "this wall has no holds that a problem could be set on",
-            "It wants at least three for hands, one of them between knee and head.",
+            "this wall does not have the holds for a problem",
+            "A problem needs at least three hand holds, one of them between knee and head.",
         )
-    judge = Judge(pool, wish, scale)
-    count = _BEGINNINGS + _MORE * wish.count
-    for k, random in enumerate(np.random.default_rng(wish.seed).spawn(count)):
-        _anneal(Chance(pool, wish, body, random), judge, random)
-        if stirred is not None:
-            stirred(k + 1, count)
-    chosen = _different(judge.seen, wish.count)
-    rows = [_row(pool, wish, scale, one, chosen) for one in chosen]
+    judge = Judge(pool, spec, scale)
+    count = _CHAINS + _MORE * spec.count
+    for k, random in enumerate(np.random.default_rng(spec.seed).spawn(count)):
+        _anneal(Sampler(pool, spec, body, random), judge, random)
+        if advance is not None:
+            advance(k + 1, count)
+    chosen = _diverse(judge.seen, spec.count)
+    rows = [_row(pool, spec, scale, one, chosen) for one in chosen]
     return Proposals(unit=pool.unit, tried=len(judge), proposals=tuple(rows))
 
 
-def _anneal(chance: Chance, judge: Judge, random: np.random.Generator) -> None:
-    """One chain; what it finds is in `judge.seen`."""
-    first = next((draft for _ in range(5) if (draft := chance.first()) is not None), None)
+def _anneal(sampler: Sampler, judge: Judge, random: np.random.Generator) -> None:
+    """Run one chain; `judge.seen` collects its candidates."""
+    first = next((found for _ in range(5) if (found := sampler.first()) is not None), None)
     if first is None:
         return
     now = judge.of(first)
     for step in range(_STEPS):
         heat = _HOT * (_COLD / _HOT) ** (step / _STEPS)
-        other = judge.of(_tidy(now) or chance.varied(now.draft))
+        other = judge.of(_tidy(now) or sampler.varied(now.candidate))
         worse = other.off - now.off
         if worse <= 0 or random.random() < math.exp(-worse / heat):
             now = other
@@ -76,59 +78,61 @@ def _anneal(chance: Chance, judge: Judge, random: np.random.Generator) -> None:
         now = judge.of(tidy)
 
 
-def _tidy(judged: Judged) -> Draft | None:
-    """Without the holds that nobody uses; None where all are used."""
-    draft = judged.draft
-    if not judged.reached or draft.holds <= judged.used:
+def _tidy(judged: Judged) -> Candidate | None:
+    """Return the candidate without its unused holds, or None if all are used."""
+    candidate = judged.candidate
+    if not judged.reached or candidate.holds <= judged.used:
         return None
     return replace(
-        draft,
-        hands=tuple(number for number in draft.hands if number in judged.used),
-        feet=tuple(number for number in draft.feet if number in judged.used),
+        candidate,
+        hands=tuple(number for number in candidate.hands if number in judged.used),
+        feet=tuple(number for number in candidate.feet if number in judged.used),
     )
 
 
-def _different(seen: Sequence[Judged], count: int) -> list[Judged]:
-    """The best, each with holds of its own."""
-    able = [one for one in seen if one.reached and one.draft.holds <= one.used]
+def _diverse(seen: Sequence[Judged], count: int) -> list[Judged]:
+    """Return the best candidates that share few holds."""
+    able = [one for one in seen if one.reached and one.candidate.holds <= one.used]
     chosen: list[Judged] = []
     for one in sorted(able, key=lambda one: one.off):
         if len(chosen) == count:
             break
-        if all(alike(one.draft, other.draft) <= _ALIKE for other in chosen):
+        if all(alike(one.candidate, other.candidate) <= _MAX_ALIKE for other in chosen):
             chosen.append(one)
     return chosen
 
 
-def alike(one: Draft, other: Draft) -> float:
-    """The share of common holds (Jaccard)."""
+def alike(one: Candidate, other: Candidate) -> float:
+    """Return the share of common holds (Jaccard index)."""
     return len(one.holds & other.holds) / len(one.holds | other.holds)
 
 
 def _row(
-    pool: Pool, wish: Wish, scale: Scale, judged: Judged, chosen: Sequence[Judged]
+    pool: Pool, spec: ProblemSpec, scale: Scale, judged: Judged, chosen: Sequence[Judged]
 ) -> Proposal:
-    draft = judged.draft
+    candidate = judged.candidate
     bodies: dict[str, Body] = dict(BODIES)
-    if wish.body not in bodies.values():
-        bodies["you"] = wish.body
-    others = [alike(draft, other.draft) for other in chosen if other is not judged]
+    if spec.body not in bodies.values():
+        bodies["you"] = spec.body
+    others = [alike(candidate, other.candidate) for other in chosen if other is not judged]
     upwards = sorted(
-        draft.hands[draft.starts : -1], key=lambda number: pool.by_id[number].position[2]
+        candidate.hands[candidate.starts : -1], key=lambda number: pool.by_id[number].position[2]
     )
     return Proposal(
-        hands=(*draft.route.start, *upwards, *draft.route.top),
-        start=draft.route.start,
-        top=draft.route.top,
-        feet=draft.feet,
+        hands=(*candidate.route.start, *upwards, *candidate.route.top),
+        start=candidate.route.start,
+        top=candidate.route.top,
+        feet=candidate.feet,
         grade=grade_row(scale.range(judged.place, judged.known)),
         moves=judged.moves,
-        misses=judged.misses,
+        violations=judged.violations,
         alike=round(max(others, default=0.0), 3),
-        climbers=climber_rows(draft.route, pool.near(tuple(draft.holds)), pool.unit, bodies),
+        climbers=climber_rows(
+            candidate.route, pool.near(tuple(candidate.holds)), pool.unit, bodies
+        ),
     )
 
 
 def grade_row(found: Range) -> GradeRow:
-    """A range with its grades by name."""
+    """Return a range with its grades by name."""
     return GradeRow(FONT[found.low], FONT[found.high], found.coverage, found.graded)

@@ -1,4 +1,4 @@
-"""A wall that problems are set on."""
+"""A wall on which problems are set."""
 
 from __future__ import annotations
 
@@ -6,45 +6,47 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from walltopo.core import InputError
-from walltopo.scans.holds import HoldRow
+from walltopo.scans.holds import Hold
 from walltopo.scans.routes import Route
 from walltopo_climb.grades.model import shipped_model
 from walltopo_climb.grades.of_scan import Scale, place_routes
-from walltopo_climb.problems.ease import Way, ease
+from walltopo_climb.problems.adjust_grade import Direction, adjust_grade
 from walltopo_climb.problems.pool import Pool
 from walltopo_climb.problems.rows import Proposals, Tweaks
 from walltopo_climb.problems.search import propose
-from walltopo_climb.problems.wish import Wish
+from walltopo_climb.problems.spec import ProblemSpec
 
 
 @dataclass(frozen=True)
 class SetWall:
-    """Holds and routes of a scan."""
+    """The holds and routes of a scan, on which problems are set."""
 
     pool: Pool
     routes: tuple[Route, ...]
 
     @classmethod
     def of(
-        cls, holds: Sequence[HoldRow], routes: Sequence[Route], unit: float, floor_known: bool
+        cls, holds: Sequence[Hold], routes: Sequence[Route], unit: float, floor_known: bool
     ) -> SetWall:
-        """`unit`: of the scan, a metre. `floor_known`: whether z = 0 is the floor."""
+        """Build the wall; `unit`: scan units per metre; `floor_known`: z = 0 is the floor."""
         return cls(Pool.of(holds, unit, floor_known), tuple(routes))
 
-    def propose(self, wish: Wish) -> Proposals:
-        """Problems, see `propose`; on the scale that the wall's graded routes tell."""
-        return propose(self.pool, wish, self._scale())
+    def propose(self, spec: ProblemSpec) -> Proposals:
+        """Return problems by `propose`, on the scale of the wall's graded routes."""
+        return propose(self.pool, spec, self._scale())
 
-    def ease(self, route: int, way: Way) -> Tweaks:
-        """One grade easier or harder, see `ease`. InputError where there is no such route."""
-        return ease(self.pool, self.route(route), self.routes, self._scale(route), way)
+    def adjust_grade(self, route: int, direction: Direction) -> Tweaks:
+        """Return changes by `adjust_grade`; raise InputError if the route does not exist."""
+        return adjust_grade(
+            self.pool, self.route(route), self.routes, self._scale(route), direction
+        )
 
     def route(self, number: int) -> Route:
-        """The route with this number."""
+        """Return the route with this number; raise InputError if it does not exist."""
         found = next((one for one in self.routes if one.id == number), None)
         if found is None:
             known = ", ".join(str(one.id) for one in self.routes) or "none"
-            raise InputError(f"there is no route {number}", f"There are: {known}.")
+            raise InputError(f"route {number} does not exist", f"The routes are: {known}.")
         return found
 
     def _scale(self, without: int = 0) -> Scale:

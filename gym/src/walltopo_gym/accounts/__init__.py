@@ -1,1 +1,1 @@
-"""Who somebody is: accounts, sign-in, tokens, the log of who changed what."""
+"""Accounts, sign-in, tokens, audit log."""

@@ -1,16 +1,17 @@
-"""Who asks: a browser with a cookie, a program with a token, or nobody that is known."""
+"""The actor of a request: a browser with a cookie, a program with a token, or anonymous."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import timedelta
 from enum import StrEnum
+from typing import Final
 from uuid import UUID
 
-from sqlalchemy import select
+from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.accounts.models import ApiToken, Person, SignIn
+from walltopo_gym.accounts.models import ApiToken, KnownBrowser, Person, SignIn
 from walltopo_gym.accounts.secrets import hash_of, new_secret
 from walltopo_gym.clock import now
 from walltopo_gym.errors import SignInNeededError
@@ -19,7 +20,7 @@ TOKEN_PREFIX = "wtg_"  # lets scanners of leaked secrets know it
 
 
 class Scope(StrEnum):
-    """What a token may be used for; a browser may do all that its person may."""
+    """Scopes of a token. A browser may do everything that its person may."""
 
     READ = "read"
     UPLOAD = "upload"
@@ -29,14 +30,14 @@ class Scope(StrEnum):
 
 @dataclass(frozen=True)
 class Actor:
-    """Who asks.
+    """The actor of a request.
 
     Parameters
     ----------
-    person : None for nobody that is known.
-    operator : whether they may do what concerns the whole server.
+    person : None if anonymous.
+    operator : whether the actor may administer the whole server.
     sign_in : the browser's sign-in; None for a token.
-    scopes : of the token; None for a browser, which has no limits.
+    scopes : scopes of the token; None for a browser, which has no limits.
     """
 
     person: UUID | None = None
@@ -46,14 +47,14 @@ class Actor:
 
     @property
     def known(self) -> UUID:
-        """The person.
+        """Return the person.
 
         Raises
         ------
         SignInNeededError : nobody is signed in.
         """
         if self.person is None:
-            raise SignInNeededError("nobody is signed in", "Sign in first.")
+            raise SignInNeededError("sign-in-needed", "sign-in-first")
         return self.person
 
 
@@ -61,7 +62,7 @@ NOBODY = Actor()
 
 
 def by_cookie(session: Session, secret: str) -> Actor:
-    """Whoever signed in in this browser; nobody where that has ended."""
+    """Return the actor of a browser's session; anonymous after the session has ended."""
     row = session.execute(
         select(SignIn.id, Person.id, Person.operator)
         .join(Person, Person.id == SignIn.person_id)
@@ -71,11 +72,11 @@ def by_cookie(session: Session, secret: str) -> Actor:
 
 
 def by_token(session: Session, secret: str) -> Actor:
-    """Whoever made this token.
+    """Return the actor of a token.
 
     Raises
     ------
-    SignInNeededError : there is no such token, or it has expired.
+    SignInNeededError : the token does not exist or has expired.
     """
     row = session.execute(
         select(ApiToken.scopes, Person.id, Person.operator)
@@ -83,15 +84,37 @@ def by_token(session: Session, secret: str) -> Actor:
         .where(ApiToken.token_hash == hash_of(secret), ApiToken.expires_at > now())
     ).one_or_none()
     if row is None:
-        raise SignInNeededError("this token is not known, or it has expired", "Make a new one.")
+        raise SignInNeededError("token-unknown", "make-new-one")
     return Actor(row[1], row[2], scopes=frozenset(row[0]))
 
 
 def sign_in(session: Session, person: UUID, browser: str, days: int) -> str:
-    """Begin a sign-in; the secret for the cookie."""
+    """Begin a sign-in and return the secret for its cookie."""
     secret, kept = new_secret()
     expires = now() + timedelta(days=days)
     session.add(
         SignIn(person_id=person, token_hash=kept, expires_at=expires, browser=browser[:200])
     )
     return secret
+
+
+KNOWN_DAYS: Final = 400  # the longest that browsers keep a cookie (RFC 6265bis, 5.5)
+
+
+def remember(session: Session, person: UUID) -> str:
+    """Return a new secret by which the server recognises this browser."""
+    secret, kept = new_secret()
+    session.execute(delete(KnownBrowser).where(KnownBrowser.expires_at < now()))
+    expires = now() + timedelta(days=KNOWN_DAYS)
+    session.add(KnownBrowser(person_id=person, token_hash=kept, expires_at=expires))
+    return secret
+
+
+def is_known(session: Session, person: UUID, secret: str) -> bool:
+    """Return whether this person has signed in before in the browser with this secret."""
+    found = select(KnownBrowser.id).where(
+        KnownBrowser.person_id == person,
+        KnownBrowser.token_hash == hash_of(secret),
+        KnownBrowser.expires_at > now(),
+    )
+    return session.scalar(found) is not None

@@ -1,4 +1,4 @@
-"""The log of who changed what; written in the transaction of the change itself."""
+"""The audit log: who changed what. Entries are written in the transaction of the change."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ def log_change(
     subject: str = "",
     **details: str | int | bool | None,
 ) -> None:
-    """Note a change.
+    """Log a change.
 
     Parameters
     ----------
-    action : what was done, such as "wall.create".
-    subject : of what, in words or by its id; details : anything that is no secret.
+    action : the kind of change, such as "wall.create".
+    subject : the changed thing, by name or id; details : any facts that are not secret.
     """
     entry = AuditEntry(
         person_id=person, gym_id=gym, action=action, subject=subject[:200], details=details

@@ -1,4 +1,4 @@
-"""How often something may be tried: counted in the database, so over all servers."""
+"""Limits on attempts, counted in the database and so across all servers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from uuid import UUID
 from sqlalchemy import delete, func, select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.accounts.mailed_links import Kind
+from walltopo_gym.accounts.mails import Kind
 from walltopo_gym.accounts.models import Try
 from walltopo_gym.clock import now
 from walltopo_gym.errors import TooManyError
@@ -21,7 +21,7 @@ _KEPT: Final = timedelta(days=1)
 
 @dataclass(frozen=True)
 class Limit:
-    """At most `most` tries within `seconds`."""
+    """At most `most` attempts within `seconds`."""
 
     name: str
     most: int
@@ -37,6 +37,9 @@ _ELSEWHERE: Final = Limit("sign-in-account", 100, 900)
 _CLIENT: Final = Limit("sign-in-client", 100, 900)
 _OLD_PASSWORD: Final = Limit("old-password", 10, 900)
 _REPORTS: Final = Limit("report", 30, 86400)
+_HOLD_REPORTS: Final = Limit("hold-report", 30, 86400)
+_PROBLEMS: Final = Limit("problem", 60, 86400)
+_ESTIMATES: Final = Limit("problem-estimate", 300, 3600)
 _DOCUMENTS: Final = Limit("document", 120, 3600)
 _CODE: Final = Limit("second-factor", 10, 900)
 # Of mails, each kind by itself: mails of one kind that others ask for block no mail of another.
@@ -52,11 +55,11 @@ _MAILS_KNOWN: Final = 5  # in a browser that the account's owner signed in with 
 
 
 def count_sign_in(session: Session, email: str, network: str, known: str | None) -> None:
-    """Count a try to sign in; in a transaction of its own.
+    """Count an attempt to sign in, in a transaction of its own.
 
     Parameters
     ----------
-    known : what a browser is known by in which this account's owner signed in before.
+    known : the mark of a browser in which the account's owner has signed in before.
 
     Raises
     ------
@@ -71,31 +74,46 @@ def count_sign_in(session: Session, email: str, network: str, known: str | None)
 
 
 def count_old_password(session: Session, person: UUID) -> None:
-    """Count a try at the old password of somebody who is signed in, likewise."""
+    """Count an attempt at the old password of a signed-in person."""
     _count_try(session, _OLD_PASSWORD, str(person))
 
 
 def count_report(session: Session, person: UUID) -> None:
-    """Count a comment that somebody reports, likewise."""
+    """Count a report of a comment."""
     _count_try(session, _REPORTS, str(person))
 
 
+def count_hold_report(session: Session, person: UUID) -> None:
+    """Count a report of a hold."""
+    _count_try(session, _HOLD_REPORTS, str(person))
+
+
+def count_problem(session: Session, person: UUID) -> None:
+    """Count a new problem."""
+    _count_try(session, _PROBLEMS, str(person))
+
+
+def count_estimate(session: Session, person: UUID) -> None:
+    """Count an estimate of a problem."""
+    _count_try(session, _ESTIMATES, str(person))
+
+
 def count_document(session: Session, person: UUID) -> None:
-    """Count a document that somebody has made, likewise."""
+    """Count a generated document."""
     _count_try(session, _DOCUMENTS, str(person))
 
 
 def count_code(session: Session, person: UUID) -> None:
-    """Count a try at the second factor of somebody whose password was right, likewise."""
+    """Count an attempt at the second factor after the right password."""
     _count_try(session, _CODE, str(person))
 
 
 def count_mail(session: Session, kind: Kind, email: str, network: str, known: str | None) -> None:
-    """Count a mail that somebody asked for, likewise.
+    """Count a requested mail.
 
     Parameters
     ----------
-    known : as in `count_sign_in`; such a browser is not blocked by what others ask for.
+    known : as in `count_sign_in`; requests of others do not block such a browser.
     """
     if known is not None:
         _count_try(session, Limit(f"mail-{kind}-known", _MAILS_KNOWN, 3600), known)
@@ -106,16 +124,16 @@ def count_mail(session: Session, kind: Kind, email: str, network: str, known: st
 
 
 def _count_try(session: Session, limit: Limit, subject: str) -> None:
-    """Count one try of `subject` (an account, a network).
+    """Count one attempt of `subject` (an account, a network).
 
     Raises
     ------
-    TooManyError : the limit is reached; the try is not counted, so that waiting helps.
+    TooManyError : the limit is reached; the attempt is not counted, so that waiting helps.
     """
     key = hashlib.sha256(f"{limit.name} {subject}".encode()).hexdigest()
     start = now() - timedelta(seconds=limit.seconds)
     session.execute(delete(Try).where(Try.at < now() - _KEPT))
     seen = select(func.count()).select_from(Try).where(Try.key == key, Try.at > start)
     if (session.scalar(seen) or 0) >= limit.most:
-        raise TooManyError("tried too often", limit.seconds)
+        raise TooManyError("tried-too-often", limit.seconds)
     session.add(Try(key=key, at=now()))

@@ -1,4 +1,4 @@
-"""Tables of people and of what proves who they are. No secret stands in them, only its hash."""
+"""Tables of people and credentials. They hold hashes of secrets, never the secrets."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _PERSON = "people.id"
 
 
 class Person(Keyed, Base):
-    """Somebody with an account; `operator` may do what concerns the whole server."""
+    """A person with an account; `operator` may administer the whole server."""
 
     __tablename__ = "people"
 
@@ -27,7 +27,7 @@ class Person(Keyed, Base):
 
 
 class SignIn(Keyed, Base):
-    """One browser in which somebody is signed in."""
+    """A browser in which a person is signed in."""
 
     __tablename__ = "sign_ins"
 
@@ -38,7 +38,7 @@ class SignIn(Keyed, Base):
 
 
 class KnownBrowser(Keyed, Base):
-    """A browser in which somebody signed in before; it is no sign-in."""
+    """A browser in which a person signed in before; it is not a sign-in."""
 
     __tablename__ = "known_browsers"
 
@@ -48,7 +48,7 @@ class KnownBrowser(Keyed, Base):
 
 
 class ApiToken(Keyed, Base):
-    """A key for programs: acts as its person, within its scopes."""
+    """An API token. It acts as its person, within its scopes."""
 
     __tablename__ = "api_tokens"
 
@@ -60,7 +60,7 @@ class ApiToken(Keyed, Base):
 
 
 class Passkey(Keyed, Base):
-    """A key of somebody's device that signs in instead of a password; only its public half."""
+    """The public key of a passkey."""
 
     __tablename__ = "passkeys"
 
@@ -73,8 +73,8 @@ class Passkey(Keyed, Base):
 
 
 class Challenge(Keyed, Base):
-    """What a device is asked to sign; good once. `person_id`: who adds a passkey; None: who signs
-    in."""
+    """A challenge that a device signs once. `person_id` is the person who adds a passkey; None for
+    a sign-in."""
 
     __tablename__ = "challenges"
 
@@ -84,8 +84,10 @@ class Challenge(Keyed, Base):
 
 
 class SecondFactor(Keyed, Base):
-    """What a phone makes six digits of. The secret stands as it is, for the server makes them, too;
-    asked for once `confirmed_at`. `last_step`: the half minute of the last code that was used."""
+    """The secret of a TOTP second factor, in plain text because the server computes the digits too.
+
+    It is on once `confirmed_at` is set. `last_step` is the half minute of the last used code.
+    """
 
     __tablename__ = "second_factors"
 
@@ -96,7 +98,7 @@ class SecondFactor(Keyed, Base):
 
 
 class RecoveryCode(Keyed, Base):
-    """Signs in once where the phone is lost."""
+    """A code that replaces the phone's digits once."""
 
     __tablename__ = "recovery_codes"
 
@@ -105,7 +107,7 @@ class RecoveryCode(Keyed, Base):
 
 
 class Identity(Keyed, Base):
-    """Who somebody is to another server (OpenID Connect)."""
+    """A person's identity at another server (OpenID Connect)."""
 
     __tablename__ = "identities"
     __table_args__ = (UniqueConstraint("issuer", "subject"),)
@@ -116,7 +118,7 @@ class Identity(Keyed, Base):
 
 
 class OidcAttempt(Keyed, Base):
-    """A browser that was sent to another server and has not come back yet."""
+    """A sign-in at another server that has not come back yet."""
 
     __tablename__ = "oidc_attempts"
 
@@ -126,14 +128,14 @@ class OidcAttempt(Keyed, Base):
     expires_at: Mapped[datetime]
 
 
-class Handover(Keyed, Base):
-    """A sign-in on its way from one browser to another (accounts/handovers.py); good once.
+class DeviceSignIn(Keyed, Base):
+    """A sign-in on its way from one browser to another (accounts/device_sign_in.py).
 
-    `offer_hash`: of what the QR code shows; `claim_hash`: of what the browser that scanned it was
-    given for it, which calls itself `browser` and shows `code`; `allowed`: both showed the same.
+    `offer_hash` hashes the QR code's secret, `claim_hash` the secret of the browser that scanned
+    it. `browser` names that browser and `code` is what it shows; `allowed`: the owner accepted.
     """
 
-    __tablename__ = "handovers"
+    __tablename__ = "device_sign_ins"
 
     person_id: Mapped[UUID] = mapped_column(ForeignKey(_PERSON, ondelete="CASCADE"), index=True)
     sign_in_id: Mapped[UUID] = mapped_column(ForeignKey("sign_ins.id", ondelete="CASCADE"))
@@ -146,7 +148,7 @@ class Handover(Keyed, Base):
 
 
 class MailedLink(Keyed, Base):
-    """A link that proves that somebody reads the mail of an address; good once.
+    """A single-use link that proves access to the mail of an address.
 
     `kind` is "sign-up" or "reset".
     """
@@ -160,7 +162,7 @@ class MailedLink(Keyed, Base):
 
 
 class Try(Base):
-    """One try at something that is limited; `key` is a hash, so that no address is kept."""
+    """An attempt at something limited; `key` is a hash, so that no address is stored."""
 
     __tablename__ = "tries"
     __table_args__ = (Index("ix_tries_key_at", "key", "at"),)
@@ -171,7 +173,7 @@ class Try(Base):
 
 
 class AuditEntry(Keyed, Base):
-    """Who changed what. It outlives both: names no row by foreign key."""
+    """An entry of the audit log. It has no foreign keys, so it outlives person and subject."""
 
     __tablename__ = "audit"
 
@@ -183,13 +185,13 @@ class AuditEntry(Keyed, Base):
 
 
 class Profile(Base):
-    """What somebody lets others know of them; who has no row has said nothing: nobody sees more
-    than their name, and they are on no board.
+    """The visibility settings of a person. Without a row others see the name only, and no board
+    lists the person.
 
-    `show_*` is one of `profiles.Audience`; `category` is "" or what boards of a gym may be
-    divided by; `birth_year` and `category` are shown to nobody, lengths are centimetres. `feed`:
-    they like to see what those climb whom they follow. `on_screens`: boards may show them to
-    everybody, in the hall and on the gym's website.
+    `show_*` is one of `profiles.Audience`; `category` is "" or a division of a gym's boards.
+    `birth_year` and `category` are shown to nobody; lengths are in centimetres. `feed`: the person
+    wants the feed of followed people. `on_screens`: boards may list the person in public, in the
+    hall and on the gym's website.
     """
 
     __tablename__ = "profiles"

@@ -1,7 +1,7 @@
 """Signing in by another server (OpenID Connect, authorization code flow with PKCE), by Authlib.
 
-The provider is the operator's choice and is believed: an account with an address that it has
-verified is that person's. Needs the extra `walltopo-gym[oidc]`.
+The operator chooses the provider and trusts it: an account with an address that the provider has
+verified belongs to that person. Needs the extra `walltopo-gym[oidc]`.
 """
 
 from __future__ import annotations
@@ -15,14 +15,12 @@ from uuid import UUID
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
-from walltopo.core import EnvironmentLacksError
-from walltopo_gym.accounts.addresses import one_spelling
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.models import Identity, OidcAttempt
-from walltopo_gym.accounts.people import NO_PASSWORD, add_person, find_person
+from walltopo_gym.accounts.people import NO_PASSWORD, add_person, find_person, one_spelling
 from walltopo_gym.accounts.secrets import hash_of, new_secret
 from walltopo_gym.clock import now
-from walltopo_gym.errors import ForbiddenError, SignInNeededError
+from walltopo_gym.errors import ForbiddenError, SignInNeededError, UnavailableError
 
 _GOOD_FOR: Final = timedelta(minutes=10)
 _PATIENCE_S: Final = 10
@@ -31,7 +29,7 @@ _SIGNED_BY: Final = ["RS256", "PS256", "ES256", "EdDSA"]
 
 @dataclass(frozen=True)
 class Claims:
-    """What the provider says of somebody."""
+    """The provider's verified claims about a person."""
 
     issuer: str
     subject: str
@@ -41,7 +39,7 @@ class Claims:
 
 @dataclass(frozen=True)
 class Provider:
-    """A provider and what we are to it.
+    """A provider and our registration with it.
 
     Parameters
     ----------
@@ -56,16 +54,16 @@ class Provider:
 
     @cached_property
     def places(self) -> dict[str, Any]:
-        """Its own description.
+        """Return the provider's discovery document.
 
         Raises
         ------
-        EnvironmentLacksError : it does not answer, or is another one.
+        EnvironmentLacksError : the provider does not respond or names another issuer.
         """
         base = self.issuer.rstrip("/")
         found = self._get(f"{base}/.well-known/openid-configuration")
         if str(found.get("issuer", "")).rstrip("/") != base:
-            raise EnvironmentLacksError(f"{self.issuer}: another provider answers there")
+            raise UnavailableError("provider-other", issuer=self.issuer)
         return found
 
     def _get(self, url: str) -> dict[str, Any]:
@@ -74,15 +72,15 @@ class Provider:
         try:
             answer = requests.get(url, timeout=_PATIENCE_S)
             answer.raise_for_status()
-            told: dict[str, Any] = answer.json()
+            body: dict[str, Any] = answer.json()
         except (requests.RequestException, ValueError) as error:
-            raise EnvironmentLacksError(
-                f"{self.issuer} does not answer", "Sign in otherwise, or try again later."
+            raise UnavailableError(
+                "provider-silent", "sign-in-otherwise", name=self.issuer
             ) from error
-        return told
+        return body
 
     def client(self) -> Any:
-        """Authlib's session with it."""
+        """Return Authlib's session with the provider."""
         from authlib.integrations.requests_client import OAuth2Session
 
         return OAuth2Session(
@@ -91,14 +89,14 @@ class Provider:
         )  # fmt: skip
 
     def keys(self) -> Any:
-        """Its public keys, as they are now."""
+        """Return the provider's current public keys."""
         from joserfc.jwk import KeySet
 
         return KeySet.import_key_set(self._get(self.places["jwks_uri"]))  # type: ignore[arg-type]
 
 
 def begin(session: Session, provider: Provider) -> tuple[str, str]:
-    """Where a browser goes, and the secret by which it is known when it comes back."""
+    """Return the provider's address for a browser, and the secret that marks the browser."""
     state, kept = new_secret()
     nonce, verifier = new_secret()[0], new_secret()[0]
     session.execute(delete(OidcAttempt).where(OidcAttempt.expires_at < now()))
@@ -111,18 +109,18 @@ def begin(session: Session, provider: Provider) -> tuple[str, str]:
 
 
 def finish(session: Session, provider: Provider, state: str, code: str) -> Claims:
-    """What the provider says of whoever came back with `code`; a state is good once.
+    """Return the provider's claims for `code`. Each state is valid once.
 
     Raises
     ------
-    SignInNeededError : not begun here, too old, or not what the provider signed for us.
+    SignInNeededError : the state is unknown or too old, or the signature is invalid.
     """
     gone = delete(OidcAttempt).where(
         OidcAttempt.state_hash == hash_of(state), OidcAttempt.expires_at > now()
     )
     attempt = session.execute(gone.returning(OidcAttempt.nonce, OidcAttempt.verifier)).one_or_none()
     if attempt is None:
-        raise SignInNeededError("this took too long", "Sign in again.")
+        raise SignInNeededError("took-too-long", "sign-in-again")
     nonce, verifier = attempt
     return _claims(provider, _fetched(provider, code, verifier), nonce)
 
@@ -138,11 +136,11 @@ def _fetched(provider: Provider, code: str, verifier: str) -> str:
         )  # fmt: skip
         return str(token["id_token"])
     except (requests.RequestException, AuthlibBaseError, KeyError, ValueError) as error:
-        raise SignInNeededError("the provider did not confirm this", "Sign in again.") from error
+        raise SignInNeededError("provider-not-confirmed", "sign-in-again") from error
 
 
 def _claims(provider: Provider, token: str, nonce: str) -> Claims:
-    """OpenID Connect Core 1.0, 3.1.3.7."""
+    """Verify an ID token (OpenID Connect Core 1.0, 3.1.3.7)."""
     from joserfc import jwt
     from joserfc.errors import JoseError
 
@@ -158,20 +156,20 @@ def _claims(provider: Provider, token: str, nonce: str) -> Claims:
         claims = jwt.decode(token, provider.keys(), algorithms=_SIGNED_BY).claims
         wanted.validate(claims)
     except (JoseError, ValueError) as error:
-        raise SignInNeededError("the provider's answer is not for us", "Sign in again.") from error
+        raise SignInNeededError("provider-not-for-us", "sign-in-again") from error
     if claims.get("email_verified") is not True or not claims.get("email"):
-        raise ForbiddenError("the provider has not verified your address", "Do so there first.")
+        raise ForbiddenError("provider-not-verified", "provider-verify")
     email = one_spelling(str(claims["email"]))
     name = str(claims.get("name") or email.partition("@")[0])
     return Claims(str(claims["iss"]), str(claims["sub"]), email, name[:80])
 
 
 def person_of(session: Session, claims: Claims, *, may_sign_up: bool) -> UUID:
-    """Whose account it is; a new one where there is none.
+    """Return the account of an identity; create it at the first sign-in.
 
     Raises
     ------
-    ForbiddenError : there is none, and one signs up by invitation here.
+    ForbiddenError : there is no account, and this server needs an invitation.
     """
     known = select(Identity.person_id).where(
         Identity.issuer == claims.issuer, Identity.subject == claims.subject
@@ -182,7 +180,7 @@ def person_of(session: Session, claims: Claims, *, may_sign_up: bool) -> UUID:
     person = find_person(session, claims.email)
     if person is None:
         if not may_sign_up:
-            raise ForbiddenError("one signs up here by invitation", "Ask your gym for one.")
+            raise ForbiddenError("sign-up-by-invitation", "ask-your-gym")
         person = add_person(session, claims.email, claims.name, NO_PASSWORD)
     session.add(Identity(person_id=person.id, issuer=claims.issuer, subject=claims.subject))
     log_change(session, "identity.create", person=person.id, subject=claims.issuer)

@@ -1,7 +1,7 @@
 """Passkeys (W3C Web Authentication, level 3) by py_webauthn: added to an account, used to sign in.
 
-Discoverable credentials only: who signs in names no address, so that none can be tried out. The
-device has to know its owner (PIN, finger, face), so that it stands for two factors.
+Only discoverable credentials are used: signing in names no address, so addresses cannot be probed.
+The device must verify its owner (PIN, finger, face), so a passkey counts as two factors.
 """
 
 from __future__ import annotations
@@ -17,12 +17,11 @@ from uuid import UUID
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
-from walltopo.core import InputError
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.models import Challenge, Passkey, Person
 from walltopo_gym.accounts.secrets import hash_of
 from walltopo_gym.clock import now
-from walltopo_gym.errors import SignInNeededError
+from walltopo_gym.errors import RequestError, SignInNeededError
 
 _GOOD_FOR: Final = timedelta(minutes=5)
 _NAME: Final = "walltopo"
@@ -30,18 +29,18 @@ _NAME: Final = "walltopo"
 
 @dataclass(frozen=True)
 class Site:
-    """What a passkey belongs to: the server's address as browsers see it."""
+    """The server's address as browsers see it; passkeys belong to it."""
 
     origin: str
 
     @property
     def host(self) -> str:
-        """The relying party's id."""
+        """Return the relying party's id."""
         return urlsplit(self.origin).hostname or ""
 
 
 def ask_for_new(session: Session, site: Site, person: Person) -> dict[str, Any]:
-    """What `navigator.credentials.create` wants."""
+    """Return the options for `navigator.credentials.create`."""
     from webauthn import generate_registration_options, options_to_json
     from webauthn.helpers.structs import (
         AuthenticatorSelectionCriteria,
@@ -64,18 +63,18 @@ def ask_for_new(session: Session, site: Site, person: Person) -> dict[str, Any]:
         ),
         exclude_credentials=[PublicKeyCredentialDescriptor(id=k) for k in session.scalars(known)],
     )
-    told: dict[str, Any] = json.loads(options_to_json(options))
-    return told
+    payload: dict[str, Any] = json.loads(options_to_json(options))
+    return payload
 
 
 def add_passkey(
     session: Session, site: Site, person: UUID, name: str, credential: dict[str, Any]
 ) -> Passkey:
-    """Keep what a device made.
+    """Store a passkey that a device made.
 
     Raises
     ------
-    InputError : it is not the answer to a challenge of this person and site.
+    RequestError : it does not answer a challenge of this person and site.
     """
     from webauthn import verify_registration_response
     from webauthn.helpers.exceptions import WebAuthnException
@@ -87,7 +86,7 @@ def add_passkey(
             expected_origin=site.origin, require_user_verification=True,
         )  # fmt: skip
     except (WebAuthnException, ValueError, KeyError, TypeError) as error:
-        raise InputError(f"this passkey cannot be added ({error})") from error
+        raise RequestError("passkey-not-added", why=error) from error
     row = Passkey(
         person_id=person, name=name, credential_id=found.credential_id,
         public_key=found.credential_public_key, sign_count=found.sign_count,
@@ -99,7 +98,7 @@ def add_passkey(
 
 
 def ask_for_sign_in(session: Session, site: Site) -> dict[str, Any]:
-    """What `navigator.credentials.get` wants."""
+    """Return the options for `navigator.credentials.get`."""
     from webauthn import generate_authentication_options, options_to_json
     from webauthn.helpers.structs import UserVerificationRequirement
 
@@ -108,16 +107,16 @@ def ask_for_sign_in(session: Session, site: Site) -> dict[str, Any]:
         challenge=_challenge(session, None),
         user_verification=UserVerificationRequirement.REQUIRED,
     )
-    told: dict[str, Any] = json.loads(options_to_json(options))
-    return told
+    payload: dict[str, Any] = json.loads(options_to_json(options))
+    return payload
 
 
 def person_of(session: Session, site: Site, credential: dict[str, Any]) -> UUID:
-    """Whose device has signed.
+    """Return the person whose device signed the challenge.
 
     Raises
     ------
-    SignInNeededError : nobody's, or not what it was asked to sign.
+    SignInNeededError : the passkey is unknown, or the signature is invalid.
     """
     from webauthn import verify_authentication_response
     from webauthn.helpers import base64url_to_bytes
@@ -128,14 +127,16 @@ def person_of(session: Session, site: Site, credential: dict[str, Any]) -> UUID:
         key = base64url_to_bytes(str(credential["rawId"]))
         row = session.scalar(select(Passkey).where(Passkey.credential_id == key))
         if row is None:
-            raise SignInNeededError("this passkey is not known")
+            raise SignInNeededError("passkey-unknown")
         found = verify_authentication_response(
             credential=credential, expected_challenge=challenge, expected_rp_id=site.host,
             expected_origin=site.origin, credential_public_key=row.public_key,
             credential_current_sign_count=row.sign_count, require_user_verification=True,
         )  # fmt: skip
-    except (WebAuthnException, InputError, ValueError, KeyError, TypeError) as error:
-        raise SignInNeededError("this passkey is not right") from error
+    except SignInNeededError:
+        raise
+    except (WebAuthnException, RequestError, ValueError, KeyError, TypeError) as error:
+        raise SignInNeededError("passkey-wrong") from error
     row.sign_count, row.used_at = found.new_sign_count, now()
     return row.person_id
 
@@ -151,11 +152,11 @@ def _challenge(session: Session, person: UUID | None) -> bytes:
 
 
 def _used(session: Session, credential: dict[str, Any], person: UUID | None) -> bytes:
-    """The challenge that a device says it has signed, if it is one of ours; it is good no more.
+    """Return the signed challenge and use it up.
 
     Raises
     ------
-    InputError : it is none, or too old, or somebody else's.
+    RequestError : the challenge is unknown, too old, or another person's.
     """
     from webauthn.helpers import base64url_to_bytes
 
@@ -163,10 +164,10 @@ def _used(session: Session, credential: dict[str, Any], person: UUID | None) -> 
         client = json.loads(base64url_to_bytes(credential["response"]["clientDataJSON"]))
         challenge = base64url_to_bytes(client["challenge"])
     except (KeyError, TypeError, ValueError) as error:
-        raise InputError("this is no answer of a passkey") from error
+        raise RequestError("passkey-no-answer") from error
     is_ours = Challenge.challenge_hash == hash_of(challenge.hex()), Challenge.expires_at > now()
     whose = Challenge.person_id.is_(None) if person is None else Challenge.person_id == person
     gone = delete(Challenge).where(*is_ours, whose).returning(Challenge.id)
     if session.execute(gone).one_or_none() is None:
-        raise InputError("this took too long", "Try again.")
+        raise RequestError("took-too-long", "try-again")
     return challenge

@@ -1,17 +1,21 @@
-"""Passwords: argon2id (argon2-cffi's defaults, RFC 9106); none that leaked or is soon guessed."""
+"""Passwords: hashed by argon2id (argon2-cffi's defaults, RFC 9106); leaked or weak ones are
+refused."""
 
 from __future__ import annotations
 
+from typing import Annotated
+
 from argon2 import PasswordHasher
 from argon2.exceptions import InvalidHashError, VerificationError
+from pydantic import Field, SecretStr
 
-from walltopo.core import InputError
-from walltopo_gym.accounts.leaked import is_leaked
+from walltopo_gym.accounts.leaked import SHORTEST, is_leaked
+from walltopo_gym.errors import RequestError
 
-SHORTEST, LONGEST = 10, 200
-_LEAST_SCORE = 2  # of 0 to 4: more than a million guesses
+LONGEST = 200
+Password = Annotated[SecretStr, Field(max_length=LONGEST)]
+_MIN_SCORE = 2  # of 0 to 4: more than a million guesses
 _LOOKED_AT = 72  # zxcvbn's time grows with the square of the length
-_BETTER = "Four random words are good."
 
 
 class Passwords:
@@ -27,11 +31,11 @@ class Passwords:
         self._nobody = self._hasher.hash("nobody has this")
 
     def hash(self, password: str) -> str:
-        """What is kept of a password."""
+        """Return a password's hash."""
         return self._hasher.hash(password)
 
     def matches(self, kept: str | None, password: str) -> bool:
-        """Whether it is the one; takes as long where there is no such account (`kept` None)."""
+        """Return whether the password matches. Takes as long without an account (`kept` None)."""
         try:
             self._hasher.verify(self._nobody if kept is None else kept, password)
         except (VerificationError, InvalidHashError):
@@ -39,30 +43,28 @@ class Passwords:
         return kept is not None
 
     def is_dated(self, kept: str) -> bool:
-        """Whether it was made with other costs than are asked for today."""
+        """Return whether a hash was made with other costs than today's."""
         return self._hasher.check_needs_rehash(kept)
 
 
 def check_password(password: str, *known: str) -> None:
-    """Refuse what is short, leaked, common, or made of what everybody knows of this person.
+    """Refuse passwords that are short, leaked, common, or derived from facts about the person.
 
     Source: D. Wheeler, "zxcvbn: low-budget password strength estimation", USENIX Security 2016;
     with its lists of common passwords.
 
     Raises
     ------
-    InputError : says why, and what to choose.
+    RequestError : says why, and what to choose.
     """
     if not SHORTEST <= len(password) <= LONGEST:
-        raise InputError(
-            f"the password has {len(password)} characters, expected {SHORTEST} to {LONGEST}"
-        )
+        raise RequestError("password-length", count=len(password), least=SHORTEST, most=LONGEST)
     if is_leaked(password):
-        raise InputError("this password stands in lists of leaked ones", _BETTER)
+        raise RequestError("password-leaked", "password-four-words")
     from zxcvbn import zxcvbn
 
     parts = [part for text in known for part in (text, *text.replace("@", " ").split())]
     judged = zxcvbn(password[:_LOOKED_AT], user_inputs=["walltopo", *parts])
-    if judged["score"] < _LEAST_SCORE:
+    if judged["score"] < _MIN_SCORE:
         reason = judged["feedback"]["warning"] or "It would be guessed soon."
-        raise InputError(f"this password is not safe: {reason}", _BETTER)
+        raise RequestError("password-not-safe", "password-four-words", why=reason)

@@ -1,38 +1,55 @@
-"""Accounts: made from a mailed link, found by address, given another password."""
+"""Accounts and profiles: lookup, creation, change of password, visibility."""
 
 from __future__ import annotations
 
+from enum import StrEnum
 from typing import Final
 from uuid import UUID
 
+from email_validator import EmailNotValidError, validate_email
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
-from walltopo.core import InputError
 from walltopo_gym.accounts.audit import log_change
-from walltopo_gym.accounts.models import ApiToken, Person, SignIn
+from walltopo_gym.accounts.models import ApiToken, Person, Profile, SignIn
 from walltopo_gym.accounts.passwords import Passwords, check_password
+from walltopo_gym.errors import RequestError
+
+
+def one_spelling(text: str) -> str:
+    """Return the stored spelling of an address, so that accounts never differ in case only.
+
+    Raises
+    ------
+    RequestError : the text is not an address.
+    """
+    try:
+        checked = validate_email(text, check_deliverability=False)
+    except EmailNotValidError as error:
+        raise RequestError("email-invalid", why=error) from error
+    return checked.normalized.lower()
+
 
 # No hash of any password: who has it signs in otherwise, or resets it.
 NO_PASSWORD: Final = "!"
 
 
 def find_person(session: Session, email: str) -> Person | None:
-    """By address, in the one spelling."""
+    """Return the person with an address, or None."""
     return session.scalar(select(Person).where(Person.email == email))
 
 
 def add_person(
     session: Session, email: str, name: str, password_hash: str, *, operator: bool = False
 ) -> Person:
-    """A new account; its password has been checked.
+    """Create an account. The caller has checked the password.
 
     Raises
     ------
-    InputError : the address has an account.
+    RequestError : the address has an account.
     """
     if find_person(session, email) is not None:
-        raise InputError(f"{email} has an account already", "Sign in, or reset its password.")
+        raise RequestError("account-there", "account-there-hint", email=email)
     person = Person(email=email, name=name, password_hash=password_hash, operator=operator)
     session.add(person)
     session.flush()
@@ -41,11 +58,11 @@ def add_person(
 
 
 def set_password(session: Session, person: Person, password: str, passwords: Passwords) -> None:
-    """Another password; every sign-in and token ends with the old one.
+    """Set a new password and end all sign-ins and tokens.
 
     Raises
     ------
-    InputError : it is short or easily guessed.
+    RequestError : it is short or easily guessed.
     """
     check_password(password, person.email, person.name)
     person.password_hash = passwords.hash(password)
@@ -58,3 +75,32 @@ def sign_out_everywhere(session: Session, person: UUID, *, but: UUID | None = No
     """End all sign-ins of a person, except one."""
     ended = delete(SignIn).where(SignIn.person_id == person)
     session.execute(ended if but is None else ended.where(SignIn.id != but))
+
+
+class Audience(StrEnum):
+    """Audiences of an item, in rising order; `GYM`: members of a common gym."""
+
+    NOBODY = "nobody"
+    FOLLOWERS = "followers"
+    GYM = "gym"
+
+
+class Category(StrEnum):
+    """Divisions of boards, beside the year of birth."""
+
+    UNSAID = ""
+    WOMEN = "women"
+    MEN = "men"
+    OTHER = "other"
+
+
+def profile_of(session: Session, person: UUID) -> Profile:
+    """Return a person's profile; a default one outside of the session if there is none."""
+    kept = session.get(Profile, person)
+    if kept is not None:
+        return kept
+    return Profile(
+        person_id=person, on_boards=False, category=Category.UNSAID, show_ascents=Audience.NOBODY,
+        show_pins=Audience.NOBODY, show_body=Audience.NOBODY, feed=True,
+        on_screens=False,
+    )  # fmt: skip

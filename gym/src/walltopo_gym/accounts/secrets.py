@@ -1,6 +1,6 @@
-"""Secrets that a server gives out: 256 random bits, of which only the hash is kept.
+"""Secrets of the server: 256 random bits each, of which only the hash is stored.
 
-A plain SHA-256 is enough: nothing that long is guessed (OWASP, session management).
+Plain SHA-256 suffices, because nobody can guess so long a secret (OWASP, session management).
 """
 
 from __future__ import annotations
@@ -10,11 +10,11 @@ import secrets
 
 
 def new_secret(prefix: str = "") -> tuple[str, str]:
-    """A new secret and its hash."""
+    """Return a new secret and its hash."""
     text = prefix + secrets.token_urlsafe(32)
     return text, hash_of(text)
 
 
 def hash_of(text: str) -> str:
-    """What is kept of a secret."""
+    """Return the stored hash of a secret."""
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()

@@ -1,2 +1,1 @@
-"""HTTP: `/api/v1`, whose OpenAPI document is the contract. Nothing is decided here that is not
-about HTTP or about who may ask."""
+"""Shared parts of all endpoints: services, fields, pages of lists, errors, middleware."""

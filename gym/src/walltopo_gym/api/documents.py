@@ -1,4 +1,4 @@
-"""Answers that are documents: few are made at a time, and none is sent twice."""
+"""Responses that are documents: few are made at a time, and unchanged ones are not sent again."""
 
 from __future__ import annotations
 
@@ -15,35 +15,35 @@ from walltopo_gym.errors import TooManyError
 
 _AT_ONCE: Final = 2
 _PATIENCE_S: Final = 20
-_desks = threading.BoundedSemaphore(_AT_ONCE)
+_slots = threading.BoundedSemaphore(_AT_ONCE)
 
 
 @contextmanager
 def at_work_on_paper() -> Iterator[None]:
-    """Make a document, when at most one other is being made in this process.
+    """Make a document while at most one other is being made in this process.
 
     Raises
     ------
-    TooManyError : they take too long.
+    TooManyError : waiting took too long.
     """
-    if not _desks.acquire(timeout=_PATIENCE_S):
-        raise TooManyError("other documents are being made", 60)
+    if not _slots.acquire(timeout=_PATIENCE_S):
+        raise TooManyError("documents-busy", 60)
     try:
         yield
     finally:
-        _desks.release()
+        _slots.release()
 
 
 def document(
     request: Request, content: bytes, kind: str, name: str, *, shown: bool = False,
     missing: set[str] | None = None,
 ) -> Response:  # fmt: skip
-    """A document as an answer; 304 where the asker has it already.
+    """Return a document as a response; 304 if the client has it already.
 
     Parameters
     ----------
-    kind : its media type; name : of the file; shown : in the browser, rather than saved.
-    missing : characters that its font lacks, told in `X-Not-Printed` (per cent, as in a URL).
+    kind : media type; name : file name; shown : whether the browser shows or saves it.
+    missing : characters that its font lacks, for `X-Not-Printed` (percent-encoded).
     """
     tag = f'"{hashlib.sha256(content).hexdigest()[:32]}"'
     how = "inline" if shown else "attachment"

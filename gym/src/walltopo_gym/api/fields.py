@@ -1,8 +1,8 @@
-"""Fields that several bodies share, with their bounds."""
+"""Fields of request bodies with their bounds."""
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime
 from typing import Annotated, Final
 
 from pydantic import (
@@ -11,11 +11,8 @@ from pydantic import (
     BaseModel,
     ConfigDict,
     Field,
-    SecretStr,
     StringConstraints,
 )
-
-from walltopo_gym.accounts.passwords import LONGEST
 
 # Printable, of one line: no control or bidirectional override characters, no lone surrogates.
 _LINE = r"^[^\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]+$"
@@ -29,8 +26,9 @@ Text = Annotated[
         strip_whitespace=True, max_length=120, pattern=_LINE.replace("]+$", "]*$")
     ),
 ]  # fmt: skip
+# Words of several lines: no control characters but tabs and line breaks.
+LongText = r"^[^\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]*$"
 Slug = Annotated[str, Field(pattern=r"^[a-z0-9]+(-[a-z0-9]+)*$", max_length=60)]
-Password = Annotated[SecretStr, Field(max_length=LONGEST)]
 Secret = Annotated[str, Field(min_length=20, max_length=100)]
 Revision = Annotated[int, Field(ge=0, le=2_000_000_000)]
 
@@ -43,7 +41,7 @@ def _in_calendar(moment: datetime) -> datetime:
 
     Raises
     ------
-    ValueError : says which moments will do.
+    ValueError : names the accepted moments.
     """
     if not _FIRST <= moment < _END:
         raise ValueError("expected a moment from 1900 to 2199")
@@ -53,7 +51,22 @@ def _in_calendar(moment: datetime) -> datetime:
 Moment = Annotated[AwareDatetime, AfterValidator(_in_calendar)]
 
 
+def _day_in_calendar(day: date) -> date:
+    """Refuse a day outside of the years of `Moment`.
+
+    Raises
+    ------
+    ValueError : names the accepted days.
+    """
+    if not _FIRST.date() <= day < _END.date():
+        raise ValueError("expected a day from 1900 to 2199")
+    return day
+
+
+Day = Annotated[date, AfterValidator(_day_in_calendar)]
+
+
 class Body(BaseModel):
-    """Base of all that comes in: what is not known is refused."""
+    """Base of all request bodies. Unknown fields are refused."""
 
     model_config = ConfigDict(extra="forbid")

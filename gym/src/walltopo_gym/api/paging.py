@@ -13,8 +13,8 @@ from pydantic import BaseModel
 from sqlalchemy import Select, tuple_
 from sqlalchemy.orm import Session
 
-from walltopo.core import InputError
 from walltopo_gym.database.base import Keyed
+from walltopo_gym.errors import RequestError
 
 Item = TypeVar("Item")
 Row = TypeVar("Row", bound=Keyed)
@@ -33,15 +33,15 @@ class Page(BaseModel, Generic[Item]):
 def page_of(
     session: Session, rows: Select[Row], kind: type[Row], cursor: str | None, size: int
 ) -> tuple[list[Row], str | None]:
-    """One page of `rows`, and the cursor of the next.
+    """Return one page of `rows` and the cursor of the next.
 
     Parameters
     ----------
-    kind : the table's class, whose moment of making and key give the order.
+    kind : the table's class; its creation time and key give the order.
 
     Raises
     ------
-    InputError : the cursor is none of ours.
+    RequestError : the cursor is invalid.
     """
     of = rows.add_columns(kind.created_at, kind.id)
     found, following = page_by(session, of, (kind.created_at, kind.id), cursor, size)
@@ -52,7 +52,7 @@ def page_by(
     session: Session, rows: Select[*tuple[Any, ...]], order: tuple[Any, Any], cursor: str | None,
     size: int,
 ) -> tuple[list[Any], str | None]:  # fmt: skip
-    """One page of rows, the latest first, and the cursor of the next.
+    """Return one page of rows, the latest first, and the cursor of the next.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def page_by(
 
     Raises
     ------
-    InputError : the cursor is none of ours.
+    RequestError : the cursor is invalid.
     """
     moment, key = order
     if cursor is not None:
@@ -83,4 +83,4 @@ def _read(cursor: str) -> tuple[Any, Any]:
             raise ValueError("no zone")
         return read, UUID(key)
     except (ValueError, binascii.Error) as error:
-        raise InputError("cursor: not one that was given out here") from error
+        raise RequestError("cursor-unknown") from error

@@ -1,4 +1,4 @@
-"""Errors as `application/problem+json` (RFC 9457), in words for people."""
+"""Errors as `application/problem+json` (RFC 9457), in plain sentences."""
 
 from __future__ import annotations
 
@@ -8,31 +8,19 @@ from typing import Any, Final
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
+from pydantic import BaseModel
 from sqlalchemy.exc import IntegrityError, InterfaceError, OperationalError
 from starlette.exceptions import HTTPException
 from starlette.responses import JSONResponse
 
 from walltopo.core import EnvironmentLacksError, InputError, WalltopoError
-from walltopo_gym.api.messages import codes_of
-from walltopo_gym.errors import (
-    ConflictError,
-    ForbiddenError,
-    NotFoundError,
-    SignInNeededError,
-    TooManyError,
-)
+from walltopo_gym.errors import RequestError, SignInNeededError, TooManyError, without_folders
+from walltopo_gym.spreadsheets import Fault
 
 _LOG = logging.getLogger("walltopo_gym.api")
 
-_STATUS: Final[Mapping[type[WalltopoError], int]] = {
-    SignInNeededError: 401,
-    ForbiddenError: 403,
-    NotFoundError: 404,
-    ConflictError: 409,
-    InputError: 422,
-    TooManyError: 429,
-    EnvironmentLacksError: 507,
-}
+# Status codes of the product's errors, which have no keys.
+_STATUS: Final[Mapping[type[WalltopoError], int]] = {InputError: 422, EnvironmentLacksError: 507}
 
 # What every endpoint may answer, for the OpenAPI document.
 PROBLEMS: Final[dict[int | str, dict[str, Any]]] = {
@@ -58,58 +46,108 @@ PROBLEMS: Final[dict[int | str, dict[str, Any]]] = {
 }
 
 
-def problem(
-    status: int, title: str, hint: str = "", headers: Mapping[str, str] | None = None
+def codes_of(problem: RequestError) -> dict[str, object]:
+    """Return `code`, `hint_code` and `values` of a problem, as far as it has them."""
+    found: dict[str, object] = {"code": problem.key}
+    if problem.hint_key:
+        found["hint_code"] = problem.hint_key
+    if problem.values:
+        found["values"] = {name: str(value) for name, value in problem.values.items()}
+    return found
+
+
+class FaultFacts(BaseModel):
+    """An error in a line of a table, with a hint; the heading is line 1. Codes as in any error."""
+
+    line: int
+    column: str
+    why: str
+    hint: str
+    code: str = ""
+    hint_code: str = ""
+    values: dict[str, str] = {}
+
+    @classmethod
+    def of(cls, fault: Fault) -> FaultFacts:
+        """Return it as the API has it."""
+        problem = fault.problem
+        facts = {"line": fault.line, "column": fault.column, "why": problem.message,
+                 "hint": problem.hint, **codes_of(problem)}  # fmt: skip
+        return cls.model_validate(facts)
+
+
+def problem_answer(
+    problem: RequestError, status: int | None = None, headers: Mapping[str, str] | None = None
 ) -> JSONResponse:
-    """An answer that says what happened, and what can be done; with codes of both where they have
-    one, so that the app can say it in the reader's language."""
+    """Return a response that says what happened and what to do, in English and by key. The app
+    translates the key.
+
+    Parameters
+    ----------
+    status : overrides the problem's own status.
+    """
+    return _answer(status or problem.status, problem.message, problem.hint, headers, problem)
+
+
+def _answer(
+    status: int, title: str, hint: str = "", headers: Mapping[str, str] | None = None,
+    problem: RequestError | None = None,
+) -> JSONResponse:  # fmt: skip
     body: dict[str, object] = {"title": title, "status": status}
     if hint:
         body["hint"] = hint
-    body |= codes_of(title, hint)
+    if problem is not None:
+        body |= codes_of(problem)
     return JSONResponse(body, status, headers, media_type="application/problem+json")
 
 
 def handle_problems(app: FastAPI) -> None:
-    """Let the application answer so."""
-    app.add_exception_handler(WalltopoError, _told)
-    app.add_exception_handler(RequestValidationError, _not_valid)
-    app.add_exception_handler(HTTPException, _http)
-    app.add_exception_handler(IntegrityError, _raced)
-    app.add_exception_handler(OperationalError, _away)
-    app.add_exception_handler(InterfaceError, _away)
+    """Register the handlers of errors in the application."""
+    app.add_exception_handler(RequestError, _handle_problem)
+    app.add_exception_handler(WalltopoError, _handle_product)
+    app.add_exception_handler(RequestValidationError, _handle_invalid)
+    app.add_exception_handler(HTTPException, _handle_http)
+    app.add_exception_handler(IntegrityError, _handle_race)
+    app.add_exception_handler(OperationalError, _handle_away)
+    app.add_exception_handler(InterfaceError, _handle_away)
 
 
-def _told(request: Request, error: Exception) -> JSONResponse:
-    assert isinstance(error, WalltopoError)
-    status = next((code for kind, code in _STATUS.items() if isinstance(error, kind)), 500)
+def _handle_problem(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, RequestError)
     headers = {}
     if isinstance(error, TooManyError):
         headers["retry-after"] = str(error.seconds)
     if isinstance(error, SignInNeededError):
         headers["www-authenticate"] = "Bearer"
-    return problem(status, error.message, error.hint, headers)
+    return problem_answer(error, headers=headers)
 
 
-def _not_valid(request: Request, error: Exception) -> JSONResponse:
+def _handle_product(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, WalltopoError)
+    status = next((code for kind, code in _STATUS.items() if isinstance(error, kind)), 500)
+    return _answer(status, without_folders(error.message), without_folders(error.hint))
+
+
+def _handle_invalid(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, RequestValidationError)
     first = error.errors()[0]
     where = " ".join(str(part) for part in first["loc"])
-    return problem(422, f"{where}: {first['msg']}")
+    return _answer(422, f"{where}: {first['msg']}")
 
 
-def _http(request: Request, error: Exception) -> JSONResponse:
+def _handle_http(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
-    return problem(error.status_code, str(error.detail), headers=error.headers)
+    return _answer(error.status_code, str(error.detail), headers=error.headers)
 
 
-def _raced(request: Request, error: Exception) -> JSONResponse:
-    """Two that did the same at the same moment: the database let one of them in."""
+def _handle_race(request: Request, error: Exception) -> JSONResponse:
+    """Answer the loser of two simultaneous requests; the database accepted the other."""
     _LOG.info("conflict: %s", error)
-    return problem(409, "somebody else did this at the same moment", "Look again.")
+    return problem_answer(RequestError("same-moment", "look-again"), 409)
 
 
-def _away(request: Request, error: Exception) -> JSONResponse:
-    """The database went away, or is starting: of the request all was kept, or nothing."""
+def _handle_away(request: Request, error: Exception) -> JSONResponse:
+    """Answer that the database is away or starting. It keeps all of a request or nothing."""
     _LOG.error("the database does not answer: %s", error)
-    return problem(503, "the database does not answer", "Try again soon.", {"retry-after": "2"})
+    away = RequestError("database-away", "try-again-soon")
+    return problem_answer(away, 503, {"retry-after": "2"})

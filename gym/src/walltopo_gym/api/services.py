@@ -1,59 +1,57 @@
-"""What the endpoints share: made once when the server starts."""
+"""Shared objects of the endpoints, created once when the server starts."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from ipaddress import IPv6Address, ip_address, ip_network
-from typing import Annotated
+from typing import Annotated, Any, Protocol, TypeVar, runtime_checkable
+from uuid import UUID
 
 from fastapi import Depends, Request
 from sqlalchemy.orm import Session
 
-from walltopo_gym.accounts.passwords import Passwords
-from walltopo_gym.competitions.live import LiveBoards
 from walltopo_gym.database.engine import Database
-from walltopo_gym.editing.desks import Desks
-from walltopo_gym.mail import Mailer, make_mailer
+from walltopo_gym.mail import Mailer
 from walltopo_gym.settings import GymSettings
-from walltopo_gym.storage.files import FileStore, open_store, private_folder
-from walltopo_gym.uploads.incoming import Incoming
+from walltopo_gym.storage.files import FileStore
 
 _READING = {"GET", "HEAD", "OPTIONS"}
+Part = TypeVar("Part")
+
+
+@runtime_checkable
+class _Closable(Protocol):
+    def close(self) -> None: ...
 
 
 @dataclass(frozen=True)
 class Services:
-    """The settings, the database, and what speaks to the world outside."""
+    """Settings, database, outgoing connections, and one object of each class that a feature needs
+    for the life of the server.
+
+    Parameters
+    ----------
+    parts : those objects by class.
+    """
 
     settings: GymSettings
     database: Database
-    passwords: Passwords
     mailer: Mailer
     store: FileStore
-    incoming: Incoming
-    desks: Desks
+    parts: Mapping[type, Any] = field(default_factory=dict)
 
-    @classmethod
-    def open(cls, settings: GymSettings) -> Services:
-        """All of them, as the settings say."""
-        private_folder(settings.data)
-        database, store = Database(settings.database_url), open_store(settings)
-        return cls(
-            settings,
-            database,
-            Passwords(),
-            make_mailer(settings),
-            store,
-            Incoming(
-                settings.data / "incoming", settings.keep_free_mb, copied=not settings.objects
-            ),
-            Desks(settings.data / "editing", settings.most_edited, database, store),
-        )
+    def get(self, kind: type[Part]) -> Part:
+        """Return the server's one object of a class."""
+        part: Part = self.parts[kind]
+        return part
 
     def close(self) -> None:
-        """Wait for what was begun, and close the connections."""
-        self.desks.close()
+        """Wait for work in progress, and close the connections."""
+        for part in self.parts.values():
+            if isinstance(part, _Closable):
+                part.close()
         self.database.close()
 
 
@@ -66,37 +64,82 @@ async def _services(request: Request) -> Services:
 ServicesOf = Annotated[Services, Depends(_services)]
 
 
-async def _boards(request: Request) -> LiveBoards:
-    boards: LiveBoards = request.app.state.boards
-    return boards
+@dataclass(frozen=True)
+class Hooks:
+    """Callbacks of features for the gyms below them.
+
+    Parameters
+    ----------
+    admits : whether a request may see a private gym though its sender is not a member.
+    took_part : whether a person left data in a gym.
+    days_changed : called when the days of a gym begin at another time.
+    """
+
+    admits: Callable[[Session, UUID, Request], bool]
+    took_part: Callable[[Session, UUID, UUID], bool]
+    days_changed: Callable[[Session, UUID], None]
 
 
-BoardsOf = Annotated[LiveBoards, Depends(_boards)]
+async def _hooks(request: Request) -> Hooks:
+    hooks: Hooks = request.app.state.hooks
+    return hooks
+
+
+HooksOf = Annotated[Hooks, Depends(_hooks)]
 
 
 def is_reading(request: Request) -> bool:
-    """Whether the request changes nothing, by its method."""
+    """Return whether the request's method changes nothing."""
     return request.method in _READING
 
 
-def _session(request: Request, services: ServicesOf) -> Iterator[Session]:
+async def _place(request: Request) -> AsyncIterator[None]:
+    """Wait until few enough requests are in a transaction.
+
+    A transaction is kept while its request waits for a thread: first for its rule, then for its
+    endpoint. If as many as the pool has connections could begin one, others would wait for a
+    connection in all of the threads, and none would get on.
+    """
+    async with request.app.state.places:
+        yield
+
+
+def endpoint_session(
+    request: Request,
+    services: ServicesOf,
+    _: Annotated[None, Depends(_place, scope="function")],
+) -> Iterator[Session]:
+    """Yield the one transaction of an endpoint and of its rule."""
     database = services.database
     with database.reading() if is_reading(request) else database.writing() as session:
+        request.state.session = session
         yield session
 
 
 # Ended when the endpoint returns: what was answered has been committed.
-Db = Annotated[Session, Depends(_session, scope="function")]
+Db = Annotated[Session, Depends(endpoint_session, scope="function")]
+
+
+@contextmanager
+def rule_session(request: Request, services: Services) -> Iterator[Session]:
+    """Yield the endpoint's transaction. A rule gets a short one of its own if its endpoint has no
+    `Db`, because that endpoint opens transactions later, or several."""
+    session: Session | None = getattr(request.state, "session", None)
+    if session is not None:
+        yield session
+        return
+    with services.database.reading() as session:
+        yield session
 
 
 def network_of(request: Request) -> str:
-    """The asker's address, as the nearest proxy that is believed says it; of IPv6 the network of
-    64 bits, for one household has all of that."""
-    told = request.client.host if request.client else ""
+    """Return the sender's address as the nearest trusted proxy reports it; for IPv6 the network of
+    64 bits, because one household has all of them."""
+    sender = request.client.host if request.client else ""
     try:
-        address = ip_address(told)
+        address = ip_address(sender)
     except ValueError:
-        return told
+        return sender
     if isinstance(address, IPv6Address):
         return str(address.ipv4_mapped or ip_network((int(address) >> 64 << 64, 64)))
-    return told
+    return sender

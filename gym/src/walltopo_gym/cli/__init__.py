@@ -1,1 +1,1 @@
-"""`walltopo gym ...`: one thin function a command."""
+"""`walltopo gym ...`: one thin function per command."""

@@ -1,9 +1,12 @@
-"""`walltopo gym demo`: a gym to look at, served."""
+"""`walltopo gym demo`: create and serve a demo gym."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Final
+
+PHOTOS: Final = ("examples/demo-photos", "examples/demo-photos-harbour")
 
 
 def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -13,8 +16,8 @@ def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
         "--data", type=Path, metavar="DIR", required=True, help="kept for the next start"
     )
     demo.add_argument(
-        "--photos", type=Path, metavar="DIR", default=Path("examples/demo-photos"),
-        help="of its wall (default: examples/demo-photos)",
+        "--photos", type=Path, metavar="DIR", nargs="+", default=[Path(name) for name in PHOTOS],
+        help=f"of a wall each (default: {' '.join(PHOTOS)})",
     )  # fmt: skip
     demo.add_argument("--port", help="port to listen on; 0: any free one (default 8080)")
     demo.add_argument("--no-serve", action="store_true", help="make it, and end")
@@ -25,10 +28,10 @@ def _demo(args: argparse.Namespace) -> int:
     import logging.config
 
     from walltopo.cli.console import console
-    from walltopo_gym.api.logs import log_config
-    from walltopo_gym.api.run import serve
     from walltopo_gym.cli.place import database_of
     from walltopo_gym.demo.hall import SLUG, Hall
+    from walltopo_gym.server.observed import log_config
+    from walltopo_gym.server.run import serve
     from walltopo_gym.settings import load_settings
     from walltopo_gym.storage.files import open_store
 

@@ -1,4 +1,4 @@
-"""`walltopo gym`: serve the platform, and look after it."""
+"""`walltopo gym`: run and administer the platform."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def _help(parser: argparse.ArgumentParser) -> int:
 
 def _serve(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo_gym.api.run import serve
+    from walltopo_gym.server.run import serve
     from walltopo_gym.settings import load_settings
 
     names = ("data", "database", "objects", "host", "port", "address")
@@ -85,8 +85,8 @@ def _worker(args: argparse.Namespace) -> int:
     import threading
 
     from walltopo.cli.console import console
-    from walltopo_gym.api.logs import log_config
     from walltopo_gym.cli.place import opened, settings_of
+    from walltopo_gym.server.observed import log_config
     from walltopo_gym.storage.files import open_store
     from walltopo_gym.work import work
 
@@ -110,18 +110,17 @@ def _migrate(args: argparse.Namespace) -> int:
 def _user(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo_gym.accounts import second_factor
-    from walltopo_gym.accounts.addresses import one_spelling
     from walltopo_gym.accounts.passwords import Passwords, check_password
-    from walltopo_gym.accounts.people import add_person, find_person, set_password
-    from walltopo_gym.cli.place import asked_password, opened
-    from walltopo_gym.climbing.own_data import forget
+    from walltopo_gym.accounts.people import add_person, find_person, one_spelling, set_password
+    from walltopo_gym.cli.place import opened, read_password
+    from walltopo_gym.operating.own_data import forget
 
     email = one_spelling(args.email)
     passwords = Passwords()
     with opened(args) as database, database.writing() as session:
         if args.what == "add":
             name = args.name or email.partition("@")[0]
-            password = asked_password()
+            password = read_password()
             check_password(password, email, name)
             add_person(session, email, name, passwords.hash(password), operator=args.operator)
         else:
@@ -133,7 +132,7 @@ def _user(args: argparse.Namespace) -> int:
             elif args.what == "no-second-factor":
                 second_factor.end(session, person.id)
             else:
-                set_password(session, person, asked_password(), passwords)
+                set_password(session, person, read_password(), passwords)
     console.print(f"{email}: done", soft_wrap=True)
     return 0
 

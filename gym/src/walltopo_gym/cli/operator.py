@@ -1,4 +1,4 @@
-"""`walltopo gym doctor|backup|restore|gym|jobs|purge|recount`: what an operator does."""
+"""`walltopo gym doctor|backup|restore|gym|jobs|purge|recount`: commands for operators."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from uuid import UUID
 
-from walltopo.cli.outputs import add_overwrite
+from walltopo.cli.options import add_overwrite
 from walltopo.core import InputError
 from walltopo_gym.cli.options import add_place
 
@@ -50,18 +50,19 @@ def _doctor(args: argparse.Namespace) -> int:
     is_bad = False
     for found in examine(settings_of(args)):
         is_bad |= found.state == "bad"
-        line = f"{sign[found.state]} {found.what:<9} {found.said}"
+        line = f"{sign[found.state]} {found.what:<9} {found.message}"
         console.print(line, soft_wrap=True, markup=False, highlight=False)
     return 1 if is_bad else 0
 
 
 def _backup(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo_gym.cli.place import opened, settings_of
+    from walltopo_gym.cli.place import check_there, opened, settings_of
     from walltopo_gym.operating.backup import back_up
     from walltopo_gym.storage.files import open_store
 
     settings = settings_of(args)
+    check_there(settings)
     with opened(args) as database:
         number = back_up(
             settings, database, open_store(settings), args.file, overwrite=args.overwrite
@@ -123,11 +124,10 @@ def _gym(args: argparse.Namespace) -> int:
     from sqlalchemy import select
 
     from walltopo.cli.console import console
-    from walltopo_gym.accounts.addresses import one_spelling
-    from walltopo_gym.accounts.people import find_person
+    from walltopo_gym.accounts.people import find_person, one_spelling
     from walltopo_gym.cli.place import opened
     from walltopo_gym.gyms.models import Gym
-    from walltopo_gym.gyms.opening import open_gym
+    from walltopo_gym.gyms.service import open_gym
 
     with opened(args) as database, database.writing() as session:
         if args.what == "add":

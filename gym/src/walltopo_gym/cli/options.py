@@ -1,4 +1,4 @@
-"""Options that several commands share. Imported by every `walltopo`: nothing heavy here."""
+"""Options that several commands share. Every `walltopo` imports this module: keep it light."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def add_place(parser: argparse.ArgumentParser) -> None:
-    """Let a command be told where the gym is."""
+    """Add the options that locate the gym."""
     parser.add_argument("--data", type=Path, metavar="DIR", help="the folder of everything")
     parser.add_argument("--database", metavar="URL", help="PostgreSQL instead of SQLite in DIR")
     parser.add_argument("--objects", metavar="URL", help="an S3 bucket instead of files in DIR")

@@ -1,4 +1,4 @@
-"""What the operator's commands share: the database, and a password from the keyboard or a pipe."""
+"""Shared parts of the operator's commands: the database, and a password from keyboard or pipe."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ import getpass
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
+
+from sqlalchemy import make_url
 
 from walltopo.core import InputError
 from walltopo_gym.database.engine import Database
@@ -16,20 +19,32 @@ from walltopo_gym.storage.files import private_folder
 
 
 def settings_of(args: argparse.Namespace) -> GymSettings:
-    """The settings of `--data`, `--database` and `--objects`."""
+    """Return the settings of `--data`, `--database` and `--objects`."""
     return load_settings({name: getattr(args, name) for name in ("data", "database", "objects")})
+
+
+def check_there(settings: GymSettings) -> None:
+    """Refuse a data folder without a gym, because a misspelt name would create a new one.
+
+    Raises
+    ------
+    InputError : the settings' database file does not exist.
+    """
+    url = make_url(settings.database_url)
+    if url.get_backend_name() == "sqlite" and url.database and not Path(url.database).is_file():
+        raise InputError(f"{settings.data}: no gym there", "Give the folder of one by --data.")
 
 
 @contextmanager
 def opened(args: argparse.Namespace) -> Iterator[Database]:
-    """The database of `--data` and `--database`, with the tables of this version."""
+    """Return the database of `--data` and `--database`, with the tables of this version."""
     with database_of(settings_of(args)) as database:
         yield database
 
 
 @contextmanager
 def database_of(settings: GymSettings) -> Iterator[Database]:
-    """The database of the settings, with the tables of this version."""
+    """Return the database of the settings, with the tables of this version."""
     private_folder(settings.data)
     database = Database(settings.database_url)
     try:
@@ -39,9 +54,9 @@ def database_of(settings: GymSettings) -> Iterator[Database]:
         database.close()
 
 
-def asked_password() -> str:
-    """A password, twice from a keyboard, once from a pipe; never from the command line, which
-    other people of the machine can read.
+def read_password() -> str:
+    """Read a password, twice from a keyboard or once from a pipe. The command line is visible to
+    other users of the machine.
 
     Raises
     ------

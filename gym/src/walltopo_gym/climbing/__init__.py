@@ -1,1 +1,1 @@
-"""What climbers do on the walls, and what they think of the routes."""
+"""Ascents, opinions, sessions, follows and leaderboards of climbers."""

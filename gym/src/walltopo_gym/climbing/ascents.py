@@ -1,28 +1,28 @@
-"""Ascents as they arrive: once, however often they are sent."""
+"""Ascents as they arrive. Each is stored once, however often it is sent."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from datetime import datetime
 from enum import StrEnum
+from typing import Annotated
 from uuid import UUID
 
+from pydantic import Field
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from walltopo.core import InputError
 from walltopo_gym.accounts.models import Person
+from walltopo_gym.api.fields import Body, Moment
 from walltopo_gym.climbing.counting import count_again, value
 from walltopo_gym.climbing.edits import Edit, takes
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.clock import now
-from walltopo_gym.errors import ConflictError, NotFoundError
+from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.publishing.models import Route
 
 
 class Kind(StrEnum):
-    """What came of it."""
+    """Results of an ascent."""
 
     FLASH = "flash"
     TOP = "top"
@@ -31,37 +31,47 @@ class Kind(StrEnum):
     PROJECT = "project"
 
 
-@dataclass(frozen=True)
-class Climb:
-    """What a climber says of it.
+Words = Annotated[str, Field(max_length=500, pattern=r"^[^\x00-\x08\x0b-\x1f\x7f]*$")]
 
-    Parameters
-    ----------
-    tries : of that day, the successful one among them; climbed_at : by the climber's clock;
-    note : for nobody but the climber.
-    """
 
+class EditWords(Body):
+    """The origin of an edit, by which late copies of older edits are ignored. `number` grows with
+    each edit of the device; `age_s` is the edit's age when it is sent, by the device's clock."""
+
+    device: UUID
+    number: int = Field(ge=1, le=2**53)
+    age_s: float = Field(0, ge=0, le=1e9)
+
+    def read(self) -> Edit:
+        """Return the edit as the services use it."""
+        return Edit(self.device, self.number, self.age_s)
+
+
+class NewAscent(Body):
+    """An ascent of a route: `tries` of that day, `climbed_at` by the climber's clock."""
+
+    route_id: UUID
     kind: Kind
-    tries: int
-    climbed_at: datetime
-    note: str = ""
+    tries: int = Field(1, ge=1, le=999)
+    climbed_at: Moment
+    note: Words = ""
+    edit: EditWords | None = None
 
 
 def keep_ascent(
-    session: Session, ascent: UUID, person: UUID, gym: Gym, route: Route, climb: Climb,
+    session: Session, ascent: UUID, person: UUID, gym: Gym, route: Route, climb: NewAscent,
     edit: Edit | None = None,
 ) -> tuple[Ascent, bool]:  # fmt: skip
-    """Keep an ascent, and whether it is new; one that is there already is made to say this.
+    """Store or correct an ascent; return it and whether it is new.
 
-    A clock that is ahead counts as now. One that was taken back stays so, and one that says
-    something newer does.
+    A time in the future counts as now. A withdrawn ascent stays withdrawn, and a newer edit stays.
 
     Raises
     ------
-    InputError : a flash in several tries; ConflictError : somebody else has this id.
+    RequestError : a flash in several tries; ConflictError : the id belongs to another person.
     """
     if climb.kind == Kind.FLASH and climb.tries != 1:
-        raise InputError(f"a flash is one try, not {climb.tries}")
+        raise RequestError("flash-one-try", tries=climb.tries)
     # One person's ascents come one after the other, so that two copies at once are one.
     session.execute(select(Person.id).where(Person.id == person).with_for_update())
     row = session.get(Ascent, ascent)
@@ -74,11 +84,11 @@ def keep_ascent(
         value(session, row, route)
         session.add(row)
     elif row.person_id != person:
-        raise ConflictError("this id is taken", "Make another one.")
+        raise ConflictError("id-taken", "id-another")
     elif row.taken_back_at is not None:
         return row, False
     elif row.route_id != route.id:
-        raise ConflictError("this ascent is of another route", "Take it back, and make a new one.")
+        raise ConflictError("ascent-other-route", "ascent-make-new")
     if not takes(row, edit):
         return row, False
     before = set() if is_new else {row.climbed_at}
@@ -89,17 +99,17 @@ def keep_ascent(
 
 
 def take_back(session: Session, ascent: UUID, person: UUID) -> None:
-    """Let an ascent count no more; again, too.
+    """Withdraw an ascent; repeating it is fine.
 
     Raises
     ------
-    NotFoundError : this person has none of that id.
+    NotFoundError : this person has no ascent with that id.
     """
     session.execute(select(Person.id).where(Person.id == person).with_for_update())
     mine = select(Ascent).where(Ascent.id == ascent, Ascent.person_id == person)
     row = session.scalar(mine)
     if row is None:
-        raise NotFoundError("no such ascent")
+        raise NotFoundError("not-there-ascent")
     if row.taken_back_at is None:
         row.taken_back_at = now()
         if row.gym_id is not None:

@@ -1,4 +1,4 @@
-"""Leaderboards: the standings of those who want to be seen there."""
+"""Leaderboards of the people who agreed to be listed."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from sqlalchemy import ColumnElement, Select, func, or_, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Person, Profile
-from walltopo_gym.climbing.counted_models import Standing
 from walltopo_gym.climbing.counting import zone_of
 from walltopo_gym.climbing.follows import followed_by
+from walltopo_gym.climbing.models import Standing
 from walltopo_gym.climbing.visits import gym_day
 from walltopo_gym.gyms.models import GradeSystem, Gym, Membership
 
@@ -25,14 +25,14 @@ _OVER: Final = 40
 
 
 @dataclass(frozen=True)
-class Asked:
-    """Which board.
+class BoardQuery:
+    """The filters of a board.
 
     Parameters
     ----------
     period : "2026-03", "2026" or "all"; circuit : a label, or empty for all routes.
     category : of the profile, or empty; age : "u18": turns at most 17 this year, "40": at least 40.
-    friends_of : only those whom this person was let follow, and this person.
+    friends_of : restricts the board to this person and the people they follow.
     """
 
     period: str
@@ -44,7 +44,7 @@ class Asked:
 
 @dataclass(frozen=True)
 class Line:
-    """Somebody's place; equal points are an equal rank, and the next one is as much later."""
+    """A person's place. Equal points share a rank, and the next rank skips as many."""
 
     rank: int
     person_id: UUID
@@ -56,8 +56,8 @@ class Line:
 
 @dataclass(frozen=True)
 class Board:
-    """Some lines of a board, of how many, and one's own place; `own` is None where one has no
-    points, or is not of those whom the board is about."""
+    """Some lines of a board, their total number, and the viewer's own place. `own` is None without
+    points, or if the filters exclude the viewer."""
 
     lines: list[Line]
     of: int
@@ -65,18 +65,18 @@ class Board:
 
 
 def board(
-    session: Session, gym: Gym, asked: Asked, viewer: UUID, at: datetime, size: int, skip: int
+    session: Session, gym: Gym, query: BoardQuery, viewer: UUID, at: datetime, size: int, skip: int
 ) -> Board:
-    """A part of a board. One's own place is told to oneself also when others do not see it.
+    """Return a part of a board. It includes the viewer's own place even if others do not see it.
 
     Parameters
     ----------
-    at : now; size, skip : how many lines, after how many.
+    at : now; size, skip : page size and offset.
     """
     year = gym_day(at, zone_of(gym)).year
     these = [
-        Standing.gym_id == gym.id, Standing.period == asked.period,
-        Standing.circuit == asked.circuit, *_about(asked, year),
+        Standing.gym_id == gym.id, Standing.period == query.period,
+        Standing.circuit == query.circuit, *_about(query, year),
     ]  # fmt: skip
     seen = [*these, Profile.on_boards.is_(True)]
     columns = Standing.person_id, Person.name, Standing.points, Standing.tops, Standing.flashes
@@ -102,7 +102,7 @@ def board(
 
 
 def circuits(session: Session, gym: Gym) -> list[dict[str, str]]:
-    """The gym's circuits, {"label", "colour"}, from the easiest; of equal names the first."""
+    """Return the gym's circuits, {"label", "colour"}, from the easiest; duplicate names once."""
     systems = select(GradeSystem).where(
         GradeSystem.gym_id == gym.id, GradeSystem.kind == "circuits"
     )
@@ -114,28 +114,28 @@ def circuits(session: Session, gym: Gym) -> list[dict[str, str]]:
 
 
 def month_of(gym: Gym, at: datetime) -> str:
-    """The period of a moment's month, by the gym's days."""
+    """Return the period of a moment's month, by the gym's days."""
     return f"{gym_day(at, zone_of(gym)):%Y-%m}"
 
 
 def _joined(rows: Rows, gym: Gym) -> Rows:
-    """With profiles, of members only: who has left the gym is on its boards no more."""
+    """Join profiles of current members; former members are on no board."""
     return rows.outerjoin(Profile, Profile.person_id == Standing.person_id).join(
         Membership,
         (Membership.person_id == Standing.person_id) & (Membership.gym_id == gym.id),
     )
 
 
-def _about(asked: Asked, year: int) -> list[ColumnElement[bool]]:
-    """Conditions of those whom a board is about."""
+def _about(query: BoardQuery, year: int) -> list[ColumnElement[bool]]:
+    """Return the conditions of a board's filters."""
     found: list[ColumnElement[bool]] = []
-    if asked.category:
-        found.append(Profile.category == asked.category)
-    if asked.age == "u18":
+    if query.category:
+        found.append(Profile.category == query.category)
+    if query.age == "u18":
         found.append(Profile.birth_year > year - _UNDER)
-    elif asked.age == "40":
+    elif query.age == "40":
         found.append(Profile.birth_year <= year - _OVER)
-    if asked.friends_of is not None:
-        mine = Standing.person_id == asked.friends_of
-        found.append(or_(mine, Standing.person_id.in_(followed_by(asked.friends_of))))
+    if query.friends_of is not None:
+        mine = Standing.person_id == query.friends_of
+        found.append(or_(mine, Standing.person_id.in_(followed_by(query.friends_of))))
     return found

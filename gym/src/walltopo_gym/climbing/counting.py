@@ -1,8 +1,8 @@
-"""Sessions and standings, counted from ascents: after each change, in its transaction.
+"""Sessions and standings, recounted from ascents in the transaction of each change.
 
-A change of an ascent touches the sessions of its day and the standings of its month, its year and
-of all time, of one person in one gym; these are counted anew from the rows themselves, so that the
-order in which a phone's ascents arrive does not matter. `recount` does it for a whole gym.
+A change of an ascent affects the sessions of its day and the standings of its month, its year and
+of all time, for one person in one gym. These are recounted from the rows, so the order in which a
+phone's ascents arrive does not matter. `recount` does it for a whole gym.
 """
 
 from __future__ import annotations
@@ -18,8 +18,7 @@ from sqlalchemy import delete, insert, select, update
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Person
-from walltopo_gym.climbing.counted_models import ClimbingSession, SessionMark, Standing
-from walltopo_gym.climbing.models import Ascent
+from walltopo_gym.climbing.models import Ascent, ClimbingSession, SessionMark, Standing
 from walltopo_gym.climbing.points import FLASH, best_of, worth_of
 from walltopo_gym.climbing.visits import Event, Sort, Visit, day_begins, gym_day, visits
 from walltopo_gym.gyms.models import GradeSystem, Gym
@@ -30,7 +29,7 @@ _TOPS: Final = ("flash", "top")
 
 
 class _Climbed(NamedTuple):
-    """What is counted of an ascent."""
+    """The counted fields of an ascent."""
 
     id: UUID
     route: UUID
@@ -48,7 +47,7 @@ class _Climbed(NamedTuple):
 
 @dataclass
 class _Sum:
-    """Of some ascents, each route once."""
+    """Sums over some ascents; each route counts once."""
 
     points: int
     tops: int
@@ -56,12 +55,12 @@ class _Sum:
 
 
 def zone_of(gym: Gym) -> ZoneInfo:
-    """The gym's time zone."""
+    """Return the gym's time zone."""
     return ZoneInfo(gym.time_zone)
 
 
 def value(session: Session, ascent: Ascent, route: Route) -> None:
-    """Write into a new ascent what a top of the route is worth on this day."""
+    """Set the points that a top of the route is worth on the day of a new ascent."""
     system = (
         None if route.grade_system_id is None else session.get(GradeSystem, route.grade_system_id)
     )
@@ -72,7 +71,7 @@ def value(session: Session, ascent: Ascent, route: Route) -> None:
 def count_again(
     session: Session, gym: Gym, person: UUID, moments: Iterable[datetime] | None
 ) -> None:
-    """Count what these moments touch of one person in one gym.
+    """Recount the sessions and standings of these moments, for one person in one gym.
 
     Parameters
     ----------
@@ -89,7 +88,7 @@ def count_again(
 
 
 def recount(session: Session, gym: Gym) -> int:
-    """Count all of a gym anew; the number of people. Sessions keep their addresses."""
+    """Recount a whole gym and return the number of people. Sessions keep their addresses."""
     _value_bare(session, gym, None)
     people: set[UUID] = set()
     for kind in (Ascent, SessionMark, Standing, ClimbingSession):
@@ -106,7 +105,7 @@ def _valued(system: GradeSystem | None, label: str) -> tuple[int, str]:
 
 
 def _value_bare(session: Session, gym: Gym, person: UUID | None) -> None:
-    """Value ascents that came in past `keep_ascent`: of before there were points, or in bulk."""
+    """Set the points of ascents that did not pass through `keep_ascent`, such as bulk imports."""
     bare = [Ascent.gym_id == gym.id, Ascent.worth.is_(None)]
     if person is not None:
         bare.append(Ascent.person_id == person)
@@ -120,7 +119,7 @@ def _value_bare(session: Session, gym: Gym, person: UUID | None) -> None:
         system = None if system_id is None else session.get(GradeSystem, system_id)
         worth, circuit = _valued(system, grade)
         is_it = Ascent.route_id.is_(None) if route is None else Ascent.route_id == route
-        # Of a route that is gone nothing tells which one it was: each ascent is its own.
+        # A deleted route has no identity: each of its ascents counts for itself.
         key = Ascent.id if route is None else Ascent.route_id
         session.execute(
             update(Ascent)
@@ -186,8 +185,8 @@ def _stand(session: Session, gym: Gym, person: UUID, days: set[date] | None) -> 
 
 
 def _regroup(session: Session, gym: Gym, person: UUID, days: set[date] | None) -> None:
-    """The sessions of these days. A row that is there is taken for the visit of its place in the
-    day, so that a session's address stays while ascents come in."""
+    """Recount the sessions of these days. An existing row is reused for the visit in the same place
+    of its day, so that session addresses stay while ascents arrive."""
     zone = zone_of(gym)
     mine = ClimbingSession.person_id == person, ClimbingSession.gym_id == gym.id
     spans: list[tuple[datetime, datetime] | tuple[None, None]] = [(None, None)]

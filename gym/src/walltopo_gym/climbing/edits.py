@@ -1,9 +1,9 @@
-"""Which edit of a row is the newer one, though copies arrive late and clocks are wrong.
+"""Which edit of a row is newer, though copies arrive late and clocks are wrong.
 
-A copy of an edit may wait in the network for days, and arrive after the next edit did. Each device
-numbers its edits, so a copy is known by its number, whatever the clocks say. Edits of two devices
-are ordered by how long ago each was made when it was sent: by one and the same clock, which may be
-wrong as long as it goes on. Who sends neither (a program) has the last word when it arrives.
+A copy of an edit may wait in the network for days and arrive after the next edit. Each device
+numbers its edits, so copies are recognised by number, whatever the clocks say. Edits of two devices
+are ordered by their age when sent, measured by one clock each, which may be wrong if it runs
+evenly. An edit without either (of a program) wins when it arrives.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ _DEVICES: Final = 8  # so many are remembered of a row
 
 @dataclass(frozen=True)
 class Edit:
-    """An edit as its device tells of it.
+    """An edit's origin, as its device sends it.
 
     Parameters
     ----------
-    device : made by the browser, kept there; number : grows with each edit of this device;
-    age_s : how long ago it was made when it was sent, seconds.
+    device : an id that the browser keeps; number : grows with each edit of this device.
+    age_s : age of the edit when it was sent, in seconds.
     """
 
     device: UUID
@@ -37,8 +37,8 @@ class Edit:
 
 
 class Edited:
-    """What a row remembers of its edits: when the last one that counts was made and by which
-    device, and the last number of each device."""
+    """The stored edit state of a row: time and device of the winning edit, and the last number of
+    each device."""
 
     edited_at: Mapped[datetime | None]
     edited_by: Mapped[UUID | None]
@@ -46,7 +46,7 @@ class Edited:
 
 
 def takes(row: Edited, edit: Edit | None) -> bool:
-    """Whether an edit is newer than what the row says; it is noted in any case."""
+    """Return whether an edit is newer than the row; its number is stored in any case."""
     at = now()
     if edit is None:
         row.edited_at, row.edited_by = at, None

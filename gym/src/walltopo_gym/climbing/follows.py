@@ -1,4 +1,4 @@
-"""Following: whose sessions one likes to see, with their leave."""
+"""Following people who allow it."""
 
 from __future__ import annotations
 
@@ -10,22 +10,20 @@ from uuid import UUID
 from sqlalchemy import Select, delete, select
 from sqlalchemy.orm import Session
 
-from walltopo.core import InputError
 from walltopo_gym.accounts.models import Person, Profile
-from walltopo_gym.accounts.profiles import Audience, profile_of
-from walltopo_gym.climbing.counted_models import ClimbingSession
-from walltopo_gym.climbing.models import Ascent, Follow
-from walltopo_gym.errors import NotFoundError
+from walltopo_gym.accounts.people import Audience, profile_of
+from walltopo_gym.climbing.models import Ascent, ClimbingSession, Follow
+from walltopo_gym.errors import NotFoundError, RequestError
 from walltopo_gym.gyms.models import Gym, Membership
 from walltopo_gym.publishing.models import Route
 
-_MOST = 500
+_MAX = 500
 _SHOWN = (Audience.FOLLOWERS, Audience.GYM)
 
 
 @dataclass(frozen=True)
 class Known:
-    """Somebody at the other end of a follow."""
+    """A follower or a followed person."""
 
     person_id: UUID
     name: str
@@ -34,7 +32,7 @@ class Known:
 
 @dataclass(frozen=True)
 class Friend:
-    """What somebody whom one follows did on a route, their best."""
+    """A followed person's best ascent of a route."""
 
     person_id: UUID
     name: str
@@ -44,20 +42,20 @@ class Friend:
 
 
 def follow(session: Session, follower: UUID, followed: UUID) -> Follow:
-    """Follow somebody; at once where they show their ascents to their gyms, else they are asked.
+    """Follow a person: at once if they show their ascents to their gyms, else by a request.
 
     Raises
     ------
-    NotFoundError : no gym in common; InputError : oneself, or too many.
+    NotFoundError : no gym in common; RequestError : oneself, or too many.
     """
     if follower == followed:
-        raise InputError("nobody follows themselves")
+        raise RequestError("follow-oneself")
     if not gyms_in_common(session, follower, followed):
-        raise NotFoundError("no such person")
+        raise NotFoundError("not-there-person")
     row = session.get(Follow, (follower, followed))
     if row is None:
-        if len(following(session, follower)) >= _MOST:
-            raise InputError(f"nobody follows more than {_MOST}", "Let somebody go first.")
+        if len(following(session, follower)) >= _MAX:
+            raise RequestError("follow-most", "follow-drop-one", most=_MAX)
         is_open = profile_of(session, followed).show_ascents == Audience.GYM
         row = Follow(follower_id=follower, followed_id=followed, accepted=is_open)
         session.add(row)
@@ -66,26 +64,26 @@ def follow(session: Session, follower: UUID, followed: UUID) -> Follow:
 
 
 def accept(session: Session, followed: UUID, follower: UUID) -> None:
-    """Let somebody follow who asked.
+    """Accept a request to follow.
 
     Raises
     ------
-    NotFoundError : they did not ask.
+    NotFoundError : there is no such request.
     """
     row = session.get(Follow, (follower, followed))
     if row is None:
-        raise NotFoundError("they did not ask")
+        raise NotFoundError("follow-not-requested")
     row.accepted = True
 
 
 def drop(session: Session, follower: UUID, followed: UUID) -> None:
-    """Follow no more, or be followed no more; again, too."""
+    """Unfollow a person or remove a follower; repeating it is fine."""
     gone = delete(Follow).where(Follow.follower_id == follower, Follow.followed_id == followed)
     session.execute(gone)
 
 
 def following(session: Session, person: UUID) -> list[Known]:
-    """Whom one follows or asked to."""
+    """Return the followed people, and the requests that wait."""
     rows = select(Person.id, Person.name, Follow.accepted).join(
         Follow, Follow.followed_id == Person.id
     )
@@ -94,7 +92,7 @@ def following(session: Session, person: UUID) -> list[Known]:
 
 
 def followers(session: Session, person: UUID) -> list[Known]:
-    """Who follows one or asks to; who asks first."""
+    """Return followers and requests to follow, requests first."""
     rows = select(Person.id, Person.name, Follow.accepted).join(
         Follow, Follow.follower_id == Person.id
     )
@@ -104,20 +102,20 @@ def followers(session: Session, person: UUID) -> list[Known]:
 
 
 def is_let(session: Session, follower: UUID, followed: UUID) -> bool:
-    """Whether somebody was let follow."""
+    """Return whether a follow is accepted."""
     row = session.get(Follow, (follower, followed))
     return row is not None and row.accepted
 
 
 def followed_by(person: UUID) -> Select[UUID]:
-    """Ids of those whom a person was let follow."""
+    """Return the ids of the people whom a person follows."""
     return select(Follow.followed_id).where(Follow.follower_id == person, Follow.accepted.is_(True))
 
 
 def feed(
     session: Session, gym: Gym, person: UUID, before: datetime | None, size: int
 ) -> Sequence[tuple[ClimbingSession, str]]:
-    """Sessions in a gym of those whom one follows and who show theirs, the last first."""
+    """Return sessions of followed people in a gym who show theirs, the latest first."""
     theirs = (
         select(ClimbingSession, Person.name)
         .join(Person, Person.id == ClimbingSession.person_id)
@@ -134,7 +132,7 @@ def feed(
 
 
 def friends_on(session: Session, gym: Gym, route: Route, person: UUID) -> list[Friend]:
-    """Who of those whom one follows did a route, and how; who flashed it first."""
+    """Return the followed people who climbed a route, flashes first."""
     rows = session.execute(
         select(Person.id, Person.name, Ascent.kind, Ascent.tries, Ascent.climbed_at)
         .join(Ascent, Ascent.person_id == Person.id)
@@ -153,7 +151,7 @@ def friends_on(session: Session, gym: Gym, route: Route, person: UUID) -> list[F
 
 
 def gyms_in_common(session: Session, one: UUID, other: UUID) -> Sequence[Gym]:
-    """The gyms that both belong to, by name."""
+    """Return the gyms of both people, by name."""
     mine, theirs = (
         select(Membership.gym_id).where(Membership.person_id == who) for who in (one, other)
     )
@@ -162,7 +160,7 @@ def gyms_in_common(session: Session, one: UUID, other: UUID) -> Sequence[Gym]:
 
 
 def _shown_to(person: UUID, gym: Gym) -> Select[UUID]:
-    """Members of a gym whom one was let follow, and who show their ascents."""
+    """Return the followed members of a gym who show their ascents."""
     return (
         followed_by(person)
         .join(Profile, Profile.person_id == Follow.followed_id)

@@ -1,8 +1,8 @@
-"""Tables of ascents and opinions."""
+"""Tables of ascents, opinions and follows; sessions and standings counted from them."""
 
 from __future__ import annotations
 
-from datetime import datetime
+from datetime import date, datetime
 from uuid import UUID
 
 from sqlalchemy import ForeignKey, Index, String, UniqueConstraint
@@ -14,15 +14,14 @@ from walltopo_gym.database.base import Base, Keyed
 
 
 class Ascent(Edited, Keyed, Base):
-    """What somebody did on a route; `id` is made by their phone, so that it arrives once.
+    """An ascent of a route. The phone makes `id`, so that it is stored once.
 
-    `kind`: "flash", "top", "zone", "try" or "project"; `tries` of that day. It outlives the route
-    and the gym: `gym_name`, `route_name` and `grade` are those of the day on which it arrived.
-    `note`: for the climber alone.
-    `taken_back_at`: it counts no more; the row stays, so that a late copy does not bring it back.
-    `worth`: points of a top by that grade, and `circuit` its label where it is one (`points.py`);
-    None until it was valued. `climbed_route`: the route's id, kept when the route is gone.
-    `pinned_at`: one that its climber wants to be remembered by.
+    `kind`: "flash", "top", "zone", "try" or "project"; `tries` of that day. The row outlives route
+    and gym: `gym_name`, `route_name` and `grade` are those of the day on which it arrived. `note`
+    is private. `taken_back_at`: withdrawn; the row stays, so that a late copy does not revive it.
+    `worth`: points of a top by that grade, None until computed; `circuit`: the grade's label if it
+    is a circuit (`points.py`). `climbed_route`: the route's id, kept after the route is deleted.
+    `pinned_at`: pinned to the profile.
     """
 
     __tablename__ = "ascents"
@@ -53,7 +52,7 @@ class Ascent(Edited, Keyed, Base):
 
 
 class Opinion(Edited, Base):
-    """What somebody thinks of a route; one a person and route.
+    """A person's opinion of a route.
 
     `grade` is a label of the route's grade system or empty; `stars` 1 to 5; `wish`: "", "keep" or
     "renew".
@@ -76,7 +75,7 @@ class Opinion(Edited, Base):
 
 
 class Follow(Base):
-    """`follower_id` would like to see what `followed_id` climbs; does so once it is `accepted`."""
+    """`follower_id` follows `followed_id`; a request until it is `accepted`."""
 
     __tablename__ = "follows"
 
@@ -91,7 +90,7 @@ class Follow(Base):
 
 
 class HiddenComment(Base):
-    """The gym shows a person's comment on a route to nobody else, whatever becomes of its words."""
+    """A comment hidden by the gym; later edits of it stay hidden."""
 
     __tablename__ = "hidden_comments"
 
@@ -105,9 +104,9 @@ class HiddenComment(Base):
 
 
 class Report(Keyed, Base):
-    """Somebody (`person_id`) finds that a comment should not be there; gone when the gym decided.
+    """A person (`person_id`) reports a comment; deleted when the gym decides.
 
-    `comment` is as it read then: its author may have changed it since.
+    `comment` is the reported text: its author may have changed it since.
     """
 
     __tablename__ = "reports"
@@ -118,3 +117,68 @@ class Report(Keyed, Base):
     person_id: Mapped[UUID] = mapped_column(ForeignKey("people.id", ondelete="CASCADE"), index=True)
     comment: Mapped[str] = mapped_column(String(500))
     reason: Mapped[str] = mapped_column(String(200), default="")
+
+
+_PERSON, _GYM = "people.id", "gyms.id"
+
+
+class SessionMark(Keyed, Base):
+    """A manual start (`kind` "start") or end ("end") of a session."""
+
+    __tablename__ = "session_marks"
+    __table_args__ = (Index("ix_session_marks_of", "person_id", "gym_id", "at"),)
+
+    person_id: Mapped[UUID] = mapped_column(ForeignKey(_PERSON, ondelete="CASCADE"))
+    gym_id: Mapped[UUID] = mapped_column(ForeignKey(_GYM, ondelete="CASCADE"), index=True)
+    kind: Mapped[str] = mapped_column(String(5))
+    at: Mapped[datetime]
+
+
+class ClimbingSession(Keyed, Base):
+    """The ascents of one visit: those between `began_at` and `ended_at`, both included.
+
+    `day` is by the gym's clock; `closed`: ended by hand; `tries` of all ascents but projects;
+    `tops`, `flashes` and `points` count each route once; `hardest` is the label of the hardest top.
+    """
+
+    __tablename__ = "climbing_sessions"
+    __table_args__ = (
+        Index("ix_climbing_sessions_of", "person_id", "gym_id", "began_at"),
+        Index("ix_climbing_sessions_feed", "gym_id", "began_at"),
+    )
+
+    person_id: Mapped[UUID] = mapped_column(ForeignKey(_PERSON, ondelete="CASCADE"))
+    gym_id: Mapped[UUID] = mapped_column(ForeignKey(_GYM, ondelete="CASCADE"))
+    day: Mapped[date]
+    began_at: Mapped[datetime]
+    ended_at: Mapped[datetime]
+    closed: Mapped[bool]
+    ascents: Mapped[int]
+    tries: Mapped[int]
+    tops: Mapped[int]
+    flashes: Mapped[int]
+    points: Mapped[int]
+    hardest: Mapped[str] = mapped_column(String(80))
+    hardest_worth: Mapped[int]
+
+
+class Standing(Base):
+    """A person's score on a board, before filters and ranks.
+
+    `period`: "2026-03", "2026" or "all", by the gym's days; `circuit`: a label of a grade system of
+    circuits, or empty for all routes. `points` by `points.py`; `tops` and `flashes` count each
+    route once.
+    """
+
+    __tablename__ = "standings"
+    __table_args__ = (Index("ix_standings_order", "gym_id", "period", "circuit", "points"),)
+
+    gym_id: Mapped[UUID] = mapped_column(ForeignKey(_GYM, ondelete="CASCADE"), primary_key=True)
+    period: Mapped[str] = mapped_column(String(7), primary_key=True)
+    circuit: Mapped[str] = mapped_column(String(80), primary_key=True)
+    person_id: Mapped[UUID] = mapped_column(
+        ForeignKey(_PERSON, ondelete="CASCADE"), primary_key=True, index=True
+    )
+    points: Mapped[int]
+    tops: Mapped[int]
+    flashes: Mapped[int]

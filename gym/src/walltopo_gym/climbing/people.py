@@ -1,4 +1,4 @@
-"""A climber as others may see them: what is shown to whom is the climber's own word."""
+"""A climber's public profile. Each climber decides who sees what."""
 
 from __future__ import annotations
 
@@ -10,24 +10,25 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Person, Profile
-from walltopo_gym.accounts.profiles import Audience, profile_of
+from walltopo_gym.accounts.people import Audience, profile_of
 from walltopo_gym.climbing.follows import gyms_in_common, is_let
 from walltopo_gym.climbing.models import Ascent, Opinion
 from walltopo_gym.errors import NotFoundError
-from walltopo_gym.gyms.models import Gym, Membership, Wall
+from walltopo_gym.gyms.models import Gym, Membership
 from walltopo_gym.publishing.models import Route
+from walltopo_gym.walls.models import Wall
 
-MOST_PINS = 12
+MAX_PINS = 12
 _LATEST = 20
 
 
 @dataclass(frozen=True)
 class Seen:
-    """What one person sees of another; what is not shown to them is None.
+    """A person as another sees them; hidden fields are None.
 
     Parameters
     ----------
-    gyms : that both belong to; ascents : the latest, the last climbed first.
+    gyms : gyms of both; ascents : the latest, the last climbed first.
     """
 
     person: Person
@@ -38,23 +39,23 @@ class Seen:
 
 
 def see(session: Session, viewer: UUID, person: UUID) -> Seen:
-    """Somebody as another sees them.
+    """Return a person as another sees them.
 
     Raises
     ------
-    NotFoundError : they have no gym in common, so that no list of people can be tried out.
+    NotFoundError : they have no gym in common, so that people cannot be enumerated.
     """
     row = session.get(Person, person)
     gyms = gyms_in_common(session, viewer, person)
     if row is None or (viewer != person and not gyms):
-        raise NotFoundError("no such person")
+        raise NotFoundError("not-there-person")
     profile = profile_of(session, person)
 
     def shown(audience: str) -> bool:
         return may_see(session, viewer, person, audience)
 
     climbed = select(Ascent).where(Ascent.person_id == person, Ascent.taken_back_at.is_(None))
-    if viewer != person:  # of a gym that the viewer does not belong to nothing is told
+    if viewer != person:  # gyms that the viewer does not belong to are left out
         climbed = climbed.where(Ascent.gym_id.in_([gym.id for gym in gyms]))
     latest = climbed.order_by(Ascent.climbed_at.desc(), Ascent.id)
     pinned = latest.where(Ascent.pinned_at.is_not(None))
@@ -69,7 +70,7 @@ def see(session: Session, viewer: UUID, person: UUID) -> Seen:
 
 
 def may_see(session: Session, viewer: UUID, person: UUID, audience: str) -> bool:
-    """Whether an item of a person that is shown to `audience` is shown to this viewer."""
+    """Return whether this viewer belongs to the `audience` of a person's item."""
     if viewer == person:
         return True
     if audience == Audience.NOBODY or not gyms_in_common(session, viewer, person):
@@ -78,7 +79,7 @@ def may_see(session: Session, viewer: UUID, person: UUID, audience: str) -> bool
 
 
 def took_part(session: Session, gym: UUID, person: UUID) -> bool:
-    """Whether somebody belongs to a gym, climbed there, or said what they think of its routes."""
+    """Return whether a person belongs to a gym, climbed there, or rated its routes."""
     here = select(Route.id).join(Wall, Wall.id == Route.wall_id).where(Wall.gym_id == gym)
     traces = (
         select(Membership.gym_id).where(Membership.gym_id == gym, Membership.person_id == person),

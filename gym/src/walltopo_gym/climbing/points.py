@@ -1,12 +1,12 @@
-"""Points: what climbing a route is worth.
+"""Points of a route, and the grade that climbers vote for.
 
-A top is worth 100 points and 20 more for each step that its grade stands above 3 on the Font
-scale; a flash is worth half a step more. V grades count as the Font grade beside them, a circuit as
-the middle of its range. Labels of a gym's own that have no range are spread evenly from 4 to 7C. A
-route without a grade is worth what a 3 is.
+A top is worth 100 points, plus 20 for each step of its grade above 3 on the Font scale; a flash is
+worth half a step more. V grades count as the Font grade beside them, a circuit as the middle of its
+range. A gym's own labels without a range are spread evenly from 4 to 7C. A route without a grade
+counts as a 3.
 
-A standing is the sum of somebody's best `BEST` routes of a period, each route once: who comes once
-a week finds that many, and who comes daily gains by climbing harder, not more.
+A standing is the sum of a climber's best `BEST` routes of a period, each route once: a weekly
+visitor finds that many, and a daily visitor gains by climbing harder, not more.
 """
 
 from __future__ import annotations
@@ -14,33 +14,38 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
-from walltopo_gym.gyms.grades import FONT, V_SCALE
+from walltopo_gym.gyms.service import FONT, V_SCALE
 
 BEST: Final = 10
+
 FLASH: Final = 10
+
 _BASE: Final = 100
+
 _STEP: Final = 20
-# The Font grade beside each V grade, as guidebooks have them; above 9A there is none.
+
+# The Font grade beside each V grade, as in guidebooks, up to 9A.
 _OF_V: Final = dict(zip(V_SCALE, (
     "3", "4", "5", "5+", "6A", "6B", "6C", "7A", "7A+", "7B", "7C", "7C+", "8A", "8A+", "8B", "8B+",
     "8C", "8C+", "9A",
 ), strict=True))  # fmt: skip
+
 _OWN_FROM, _OWN_TO = FONT.index("4"), FONT.index("7C")
 
 
 def worth_of(grades: Sequence[Mapping[str, Any]], label: str) -> int:
-    """Points of a top.
+    """Return the points of a top.
 
     Parameters
     ----------
-    grades : of the route's grade system, from the easiest; empty where it has none.
+    grades : of the route's grade system, from the easiest; empty without a system.
     label : of the route's grade.
     """
     return _BASE + round(_STEP * _steps(grades, label))
 
 
 def best_of(values: Iterable[int]) -> int:
-    """Points of a standing.
+    """Return the points of a standing.
 
     Parameters
     ----------
@@ -50,7 +55,7 @@ def best_of(values: Iterable[int]) -> int:
 
 
 def _steps(grades: Sequence[Mapping[str, Any]], label: str) -> float:
-    """How far above 3, in steps of the Font scale."""
+    """Return the number of Font steps above 3."""
     labels = [grade["label"] for grade in grades]
     if label in labels:
         place = labels.index(label)
@@ -68,3 +73,27 @@ def _steps(grades: Sequence[Mapping[str, Any]], label: str) -> float:
 
 def _on_scale(grade: str) -> float:
     return float(FONT.index(_OF_V.get(grade, grade)))
+
+
+# Of fewer votes one person's word would be read as everybody's.
+ENOUGH: Final = 3
+
+
+def crowd_grade(votes: Mapping[str, int], labels: Sequence[str]) -> str:
+    """Return the median vote, the easier of two; empty with fewer than `ENOUGH` votes.
+
+    Parameters
+    ----------
+    votes : label to number; labels : of the route's grade system, from the easiest to the hardest.
+        Votes for removed labels do not count.
+    """
+    counted = [(label, votes[label]) for label in labels if votes.get(label)]
+    whole = sum(number for _, number in counted)
+    if whole < ENOUGH:
+        return ""
+    below = 0
+    for label, number in counted:
+        below += number
+        if 2 * below >= whole:
+            return label
+    raise AssertionError("the last vote is at the end")

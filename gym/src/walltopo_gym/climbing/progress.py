@@ -1,4 +1,4 @@
-"""How one gets on in a gym: of one's ascents and sessions, every time anew; both are few."""
+"""A climber's progress in a gym, computed per request from ascents and sessions, which are few."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from uuid import UUID
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.climbing.counted_models import ClimbingSession
 from walltopo_gym.climbing.counting import zone_of
-from walltopo_gym.climbing.models import Ascent
+from walltopo_gym.climbing.models import Ascent, ClimbingSession
 from walltopo_gym.climbing.styles import STEEPNESS, main_hold, steepness_of
 from walltopo_gym.climbing.visits import gym_day
-from walltopo_gym.gyms.models import GradeSystem, Gym, Wall
+from walltopo_gym.gyms.models import GradeSystem, Gym
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.scans.models import Scan
+from walltopo_gym.walls.models import Wall
 
 _TOPS: Final = ("flash", "top")
 _WEEK: Final = timedelta(days=7)
@@ -28,7 +28,7 @@ _AT_ONCE: Final = 500  # a statement has a limited number of parameters
 
 
 class _Done(NamedTuple):
-    """What is asked of an ascent."""
+    """The queried fields of an ascent."""
 
     route: UUID | None
     kind: str
@@ -40,7 +40,7 @@ class _Done(NamedTuple):
 
 @dataclass
 class OfGrade:
-    """Routes of one grade that were topped, each once, and those flashed among them."""
+    """Numbers of topped and flashed routes of one grade."""
 
     grade: str
     worth: int
@@ -50,7 +50,7 @@ class OfGrade:
 
 @dataclass
 class Month:
-    """`month` is "2026-03"; `hardest` the label of its hardest top; routes count once in it."""
+    """Counts of a month ("2026-03"); `hardest` is the label of its hardest top."""
 
     month: str
     hardest: str = ""
@@ -61,7 +61,7 @@ class Month:
 
 @dataclass
 class Week:
-    """`begins` is its Monday; `tops` and `points` of its sessions together."""
+    """Counts of a week; `begins` is its Monday, `tops` and `points` sum its sessions."""
 
     begins: date
     sessions: int = 0
@@ -71,8 +71,8 @@ class Week:
 
 
 @dataclass
-class Hanging:
-    """Of the routes of one grade that hang: how many one has topped."""
+class GradeProgress:
+    """The number of current routes of a grade, and how many of them are topped."""
 
     system: str
     grade: str
@@ -83,9 +83,9 @@ class Hanging:
 
 @dataclass
 class Style:
-    """Routes of one kind that were tried, each once, and those topped and flashed among them.
+    """Numbers of tried, topped and flashed routes of one kind.
 
-    `kind` is of `styles.STEEPNESS`, or a type of hold: the one that a route has most of.
+    `kind` is of `styles.STEEPNESS`, or the main hold type of a route.
     """
 
     kind: str
@@ -96,11 +96,11 @@ class Style:
 
 @dataclass
 class Progress:
-    """All of it.
+    """A climber's progress.
 
     Parameters
     ----------
-    grades : from the easiest; months, weeks : from the first, with the empty ones between.
+    grades : from the easiest; months, weeks : from the first, including empty ones.
     streak, longest : weeks in a row with a session; the present week may still be empty.
     """
 
@@ -114,13 +114,13 @@ class Progress:
     grades: list[OfGrade] = field(default_factory=list)
     months: list[Month] = field(default_factory=list)
     weeks: list[Week] = field(default_factory=list)
-    hanging: list[Hanging] = field(default_factory=list)
+    current: list[GradeProgress] = field(default_factory=list)
     steepness: list[Style] = field(default_factory=list)
     holds: list[Style] = field(default_factory=list)
 
 
 def progress(session: Session, gym: Gym, person: UUID, at: datetime) -> Progress:
-    """Of one person in one gym.
+    """Return the progress of one person in one gym.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def progress(session: Session, gym: Gym, person: UUID, at: datetime) -> Progress
         grades=_grades(tops),
         months=_months([(f"{gym_day(one.at, zone):%Y-%m}", one) for one in tops], today),
         weeks=_weeks(visits, monday),
-        hanging=_hanging(session, gym, {one.route for one in tops}),
+        current=_current_routes(session, gym, {one.route for one in tops}),
         steepness=steepness,
         holds=holds,
     )
@@ -167,7 +167,7 @@ def _monday(day: date) -> date:
 
 
 def _streaks(came: set[date], monday: date) -> tuple[int, int]:
-    """Weeks in a row until now, and the most there ever were."""
+    """Return the current and the longest streak of weeks."""
     longest, row, before = 0, 0, None
     for week in sorted(came):
         row = row + 1 if before is not None and week - before == _WEEK else 1
@@ -177,7 +177,7 @@ def _streaks(came: set[date], monday: date) -> tuple[int, int]:
 
 
 def _grades(tops: Iterable[_Done]) -> list[OfGrade]:
-    """Each route under the grade of its last top; ordered by what they are worth."""
+    """Return the topped routes by the grade of their last top, in order of difficulty."""
     last: dict[UUID | None, _Done] = {}
     flashed = set()
     for one in sorted(tops, key=lambda one: one.at):
@@ -210,7 +210,7 @@ def _months(tops: Sequence[tuple[str, _Done]], today: date) -> list[Month]:
 
 
 def _names(first: str, today: date) -> list[str]:
-    """Months from the first to this one."""
+    """Return the months from the first to this one."""
     year, month = (int(part) for part in first.split("-"))
     whole = (today.year - year) * 12 + today.month - month
     return [
@@ -220,7 +220,7 @@ def _names(first: str, today: date) -> list[str]:
 
 
 def _weeks(visits: Sequence[ClimbingSession], monday: date) -> list[Week]:
-    """Of the last year at most."""
+    """Return the weeks of the last year."""
     if not visits:
         return []
     first = max(_monday(visits[0].day), monday - (_WEEKS - 1) * _WEEK)
@@ -238,8 +238,8 @@ def _weeks(visits: Sequence[ClimbingSession], monday: date) -> list[Week]:
     return list(found.values())
 
 
-def _hanging(session: Session, gym: Gym, topped: set[UUID | None]) -> list[Hanging]:
-    """By the gym's grade systems, from the easiest grade; without grades of which nothing hangs."""
+def _current_routes(session: Session, gym: Gym, topped: set[UUID | None]) -> list[GradeProgress]:
+    """Return rows by the gym's grade systems, from the easiest grade, without empty ones."""
     rows = session.execute(
         select(Route.id, Route.grade_system_id, Route.grade)
         .join(Wall, Wall.id == Route.wall_id)
@@ -262,7 +262,7 @@ def _hanging(session: Session, gym: Gym, topped: set[UUID | None]) -> list[Hangi
 
 
 def _styles(session: Session, done: Sequence[_Done]) -> tuple[list[Style], list[Style]]:
-    """By the steepness of the wall and by the type of hold, as the scans know them."""
+    """Return counts by steepness and by main hold type, as the scans measured them."""
     best: dict[UUID, int] = {}  # 0: tried, 1: topped, 2: flashed
     for one in done:
         if one.route is not None and one.kind != "project":
@@ -289,7 +289,7 @@ def _styles(session: Session, done: Sequence[_Done]) -> tuple[list[Style], list[
 def _placed(
     session: Session, routes: Sequence[UUID]
 ) -> dict[UUID, tuple[float | None, dict[str, int]]]:
-    """Steepness and holds of routes, in the last scan that they were in."""
+    """Return steepness and holds of routes in their latest scan."""
     found: dict[UUID, tuple[float | None, dict[str, int]]] = {}
     for begin in range(0, len(routes), _AT_ONCE):
         rows = session.execute(
@@ -302,5 +302,5 @@ def _placed(
     return found
 
 
-def _line(system: str, grade: Mapping[str, str], done: int, of: int) -> Hanging:
-    return Hanging(system, grade["label"], grade.get("colour") or "", done, of)
+def _line(system: str, grade: Mapping[str, str], done: int, of: int) -> GradeProgress:
+    return GradeProgress(system, grade["label"], grade.get("colour") or "", done, of)

@@ -1,4 +1,4 @@
-"""Sessions: begun and ended by hand where one likes, else found in the ascents (`visits.py`)."""
+"""Sessions, begun and ended by hand or derived from ascents (`visits.py`)."""
 
 from __future__ import annotations
 
@@ -10,16 +10,15 @@ from uuid import UUID
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.climbing.counted_models import ClimbingSession, SessionMark
 from walltopo_gym.climbing.counting import count_again, zone_of
-from walltopo_gym.climbing.models import Ascent
+from walltopo_gym.climbing.models import Ascent, ClimbingSession, SessionMark
 from walltopo_gym.climbing.visits import PAUSE, gym_day
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.gyms.models import Gym
 
 
 def last_of(session: Session, gym: Gym, person: UUID) -> ClimbingSession | None:
-    """Somebody's last session in a gym."""
+    """Return a person's last session in a gym."""
     mine = select(ClimbingSession).where(
         ClimbingSession.person_id == person, ClimbingSession.gym_id == gym.id
     )
@@ -27,13 +26,13 @@ def last_of(session: Session, gym: Gym, person: UUID) -> ClimbingSession | None:
 
 
 def goes_on(row: ClimbingSession, gym: Gym, at: datetime) -> bool:
-    """Whether an ascent of this moment would be one of this session."""
+    """Return whether an ascent at this moment would belong to the session."""
     is_today = row.day == gym_day(at, zone_of(gym))
     return not row.closed and is_today and at - row.ended_at < PAUSE
 
 
 def begin(session: Session, gym: Gym, person: UUID, at: datetime) -> ClimbingSession:
-    """Begin a session by hand; one that has no ascent yet is begun anew, and not twice."""
+    """Begin a session by hand; an open session without ascents is restarted."""
     last = last_of(session, gym, person)
     if last is not None and goes_on(last, gym, at) and last.ascents == 0:
         return last
@@ -51,12 +50,12 @@ def end(session: Session, gym: Gym, row: ClimbingSession, at: datetime) -> None:
     ConflictError : it is over already.
     """
     if not goes_on(row, gym, at):
-        raise ConflictError("this session is over")
+        raise ConflictError("session-over")
     _mark(session, gym, row.person_id, "end", at)
 
 
 def ascents_of(session: Session, row: ClimbingSession) -> Sequence[Ascent]:
-    """The ascents of a session, the first one first."""
+    """Return the ascents of a session in order of time."""
     within = select(Ascent).where(
         Ascent.person_id == row.person_id, Ascent.gym_id == row.gym_id,
         Ascent.climbed_at >= row.began_at, Ascent.climbed_at <= row.ended_at,
@@ -66,7 +65,7 @@ def ascents_of(session: Session, row: ClimbingSession) -> Sequence[Ascent]:
 
 
 def tops_by_grade(ascents: Iterable[Ascent]) -> list[tuple[str, int]]:
-    """Routes that were topped, each once, by grade; the hardest first."""
+    """Return the number of topped routes by grade, the hardest first."""
     tops = {(a.grade, a.worth or 0, a.climbed_route) for a in ascents if a.kind in ("flash", "top")}
     routes = Counter(grade for grade, _, _ in tops)
     worth = {grade: worth for grade, worth, _ in tops}

@@ -1,4 +1,4 @@
-"""What a route is like, in few words: how steep, how long, and which hold it has most of."""
+"""The style of a route: steepness, length, main hold type."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ LENGTHS: Final = {"short": 6, "middle": 10, "long": 10_000}
 
 
 def steepness_of(degrees: float | None) -> str:
-    """The kind of wall, of `STEEPNESS`; empty where the angle is not known."""
+    """Return the kind of wall, of `STEEPNESS`; empty for an unknown angle."""
     if degrees is None:
         return ""
     return next(kind for kind, below in STEEPNESS.items() if degrees < below)
 
 
 def main_hold(types: Mapping[str, int]) -> str:
-    """The type that a route has most holds of, of two the first by name; empty for none."""
+    """Return the commonest hold type of a route, the first by name if tied; empty for none."""
     return max(sorted(types), key=lambda name: types[name]) if types else ""
 
 
 def length_of(holds: int) -> str:
-    """How long a route of so many holds is, of `LENGTHS`; empty where none are known."""
+    """Return the kind of length, of `LENGTHS`, for a number of holds; empty for an unknown one."""
     return next(kind for kind, most in LENGTHS.items() if holds <= most) if holds else ""

@@ -1,4 +1,4 @@
-"""What climbers did on routes and think of them, counted; nobody is named."""
+"""Anonymous counts of ascents and opinions by route."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from uuid import UUID
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.climbing.crowd import crowd_grade
 from walltopo_gym.climbing.models import Ascent, Opinion
+from walltopo_gym.climbing.points import crowd_grade
 from walltopo_gym.gyms.models import GradeSystem
 from walltopo_gym.publishing.models import Route
 
 
 @dataclass
 class Tally:
-    """Of one route.
+    """Counts of one route.
 
     Parameters
     ----------
-    ascents : kind to number; climbers : who topped or flashed it, each once.
-    stars : mean, None where nobody gave any; grades : label to votes; wishes : wish to number.
-    crowd : how hard climbers find it, empty where too few have said (`crowd.ENOUGH`).
+    ascents : kind to number; climbers : number of people who topped or flashed it.
+    stars : mean, None without votes; grades : label to votes; wishes : wish to number.
+    crowd : median grade vote, empty with too few votes (`crowd.ENOUGH`).
     """
 
     ascents: dict[str, int] = field(default_factory=dict)
@@ -36,45 +36,45 @@ class Tally:
 
 
 def tallies(session: Session, routes: Iterable[UUID]) -> dict[UUID, Tally]:
-    """Of these routes, by route, in their order."""
-    told = {route: Tally() for route in routes}
-    _count_ascents(session, told)
-    _count_opinions(session, told)
-    _grade(session, {route: tally for route, tally in told.items() if tally.grades})
-    return told
+    """Return tallies by route, in the order of `routes`."""
+    tallied = {route: Tally() for route in routes}
+    _count_ascents(session, tallied)
+    _count_opinions(session, tallied)
+    _grade(session, {route: tally for route, tally in tallied.items() if tally.grades})
+    return tallied
 
 
-def _grade(session: Session, told: Mapping[UUID, Tally]) -> None:
+def _grade(session: Session, tallied: Mapping[UUID, Tally]) -> None:
     systems = select(Route.id, GradeSystem.grades).join(
         GradeSystem, GradeSystem.id == Route.grade_system_id
     )
-    for route, grades in session.execute(systems.where(Route.id.in_(told))):
+    for route, grades in session.execute(systems.where(Route.id.in_(tallied))):
         labels = [grade["label"] for grade in grades]
-        told[route].crowd = crowd_grade(told[route].grades, labels)
+        tallied[route].crowd = crowd_grade(tallied[route].grades, labels)
 
 
-def _count_ascents(session: Session, told: Mapping[UUID, Tally]) -> None:
-    """Answered from the index `ix_ascents_counts` alone."""
+def _count_ascents(session: Session, tallied: Mapping[UUID, Tally]) -> None:
+    """Count ascents from the index `ix_ascents_counts` alone."""
     route = Ascent.route_id
-    counts = route.in_(told), Ascent.taken_back_at.is_(None)
+    counts = route.in_(tallied), Ascent.taken_back_at.is_(None)
     kinds = select(route, Ascent.kind, func.count()).where(*counts)
     for key, kind, number in session.execute(kinds.group_by(route, Ascent.kind)):
         if key is not None:
-            told[key].ascents[kind] = number
+            tallied[key].ascents[kind] = number
     tops = select(route, func.count(Ascent.person_id.distinct())).where(
         *counts, Ascent.kind.in_(("flash", "top"))
     )
     for key, number in session.execute(tops.group_by(route)):
         if key is not None:
-            told[key].climbers = number
+            tallied[key].climbers = number
 
 
-def _count_opinions(session: Session, told: Mapping[UUID, Tally]) -> None:
+def _count_opinions(session: Session, tallied: Mapping[UUID, Tally]) -> None:
     of = Opinion.route_id, Opinion.grade, Opinion.stars, Opinion.wish
-    votes = select(*of, func.count()).where(Opinion.route_id.in_(told)).group_by(*of)
+    votes = select(*of, func.count()).where(Opinion.route_id.in_(tallied)).group_by(*of)
     given: dict[UUID, Counter[int]] = defaultdict(Counter)
     for route, grade, stars, wish, number in session.execute(votes):
-        tally = told[route]
+        tally = tallied[route]
         for vote, counted in ((grade, tally.grades), (wish, tally.wishes)):
             if vote:
                 counted[vote] = counted.get(vote, 0) + number
@@ -82,4 +82,4 @@ def _count_opinions(session: Session, told: Mapping[UUID, Tally]) -> None:
             given[route][stars] += number
     for route, counter in given.items():
         whole = sum(stars * number for stars, number in counter.items())
-        told[route].stars = round(whole / counter.total(), 2)
+        tallied[route].stars = round(whole / counter.total(), 2)

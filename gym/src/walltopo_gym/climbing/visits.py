@@ -1,8 +1,8 @@
-"""Which ascents are one session: pure, of moments alone.
+"""Group ascents into sessions, by their times alone (pure functions).
 
-A gym's day begins at four in the morning by its own clock, so that an evening that goes on past
-midnight is one. Within a day a pause of four hours begins another session, and so does a start by
-hand; an end by hand closes the present one.
+A gym's day begins at four in the morning by its own clock, so that an evening past midnight is one
+day. Within a day, a pause of four hours or a manual start begins another session; a manual end
+closes it.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _DAWN: Final = time(4)
 
 
 class Sort(IntEnum):
-    """What happened; of one moment in this order."""
+    """Kinds of events, in their order within one moment."""
 
     START = 0
     ASCENT = 1
@@ -29,7 +29,7 @@ class Sort(IntEnum):
 
 @dataclass(frozen=True, order=True)
 class Event:
-    """An ascent, or a mark that was set by hand."""
+    """An ascent or a manual mark."""
 
     at: datetime
     sort: Sort
@@ -65,7 +65,7 @@ def day_begins(day: date, zone: ZoneInfo) -> datetime:
 
 
 def visits(events: Iterable[Event], zone: ZoneInfo) -> list[Visit]:
-    """The sessions of one person in one gym, in their order in time."""
+    """Return the sessions of one person in one gym, in order of time."""
     found: list[Visit] = []
     for event in sorted(events):
         day = gym_day(event.at, zone)

@@ -1,1 +1,1 @@
-"""Competitions: what is climbed, who takes part, what judges saw, and who stands where."""
+"""Competitions: problems, entries, judging, scoring, ranking, boards."""

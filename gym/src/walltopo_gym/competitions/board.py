@@ -1,4 +1,4 @@
-"""The board: lines by category, made anew only where something is otherwise."""
+"""The board of a competition: lines by category, recomputed only where results changed."""
 
 from __future__ import annotations
 
@@ -9,6 +9,15 @@ from fractions import Fraction
 from typing import Final
 from uuid import UUID
 
+from walltopo_gym.competitions.board_view import (
+    BoardView,
+    CategoryLines,
+    Line,
+    ProblemHead,
+    RoundHead,
+    RoundLine,
+    Team,
+)
 from walltopo_gym.competitions.ranking import (
     Place,
     Standing,
@@ -22,18 +31,9 @@ from walltopo_gym.competitions.ranking import (
 from walltopo_gym.competitions.results import Results
 from walltopo_gym.competitions.scoring.score import Score, best_of, shown
 from walltopo_gym.competitions.sheet import Competitor, Format, RoundSheet, Sheet
-from walltopo_gym.competitions.told import (
-    BoardTold,
-    CategoryLines,
-    Line,
-    ProblemHead,
-    RoundHead,
-    RoundLine,
-    Team,
-)
 from walltopo_gym.errors import NotFoundError
 
-_FEW: Final = 10  # problems whose marks are told with each line
+_FEW: Final = 10  # problems whose marks are in each line
 
 
 class Board:
@@ -47,20 +47,20 @@ class Board:
 
     @property
     def sheet(self) -> Sheet:
-        """What it is about."""
+        """Return the competition's sheet."""
         return self.results.sheet
 
     def lines(self) -> dict[UUID, list[Line]]:
-        """By category, the first first; who has no rank comes last."""
+        """Return the lines by category, in order; competitors without a rank come last."""
         for category in self.results.touched:
             self._lines[category] = self._ranked_lines(category)
         self.results.touched.clear()
         return {category: self._lines[category] for category, _ in self.sheet.categories}
 
-    def told(self, category: UUID | None = None) -> BoardTold:
-        """All of it, or of one category."""
+    def view(self, category: UUID | None = None) -> BoardView:
+        """Return the whole board, or one category."""
         sheet, lines = self.sheet, self.lines()
-        return BoardTold(
+        return BoardView(
             competition_id=sheet.id, name=sheet.name, state=sheet.state, format=sheet.format,
             frozen_at=sheet.frozen_at, seq=self.seq, revision=sheet.revision, at=self.at,
             rounds=[_head(one) for one in sheet.rounds],
@@ -72,7 +72,7 @@ class Board:
         )  # fmt: skip
 
     def teams(self) -> list[Team]:
-        """Of a league: the best members of each team, all categories together."""
+        """Return the teams of a league: the best members of each, over all categories."""
         if self.sheet.format != Format.LEAGUE:
             return []
         members = defaultdict[str, list[tuple[Fraction, str]]](list)
@@ -92,7 +92,7 @@ class Board:
         ]  # fmt: skip
 
     def ranks_in(self, one: RoundSheet, category: UUID) -> dict[UUID, Place]:
-        """Ranks in a round, of those who climbed in it."""
+        """Return the ranks in a round of those who climbed in it."""
         number = self.sheet.rounds.index(one) + 1
         standings = {
             who.id: self._standing_in(who, number)
@@ -102,7 +102,7 @@ class Board:
         return ranked({who: standing.key for who, standing in standings.items()})
 
     def why(self, first: UUID, second: UUID) -> list[Step]:
-        """How two of one category are told apart; empty where one of them has no rank.
+        """Return the comparison of two competitors of one category; empty where one has no rank.
 
         Raises
         ------
@@ -110,7 +110,7 @@ class Board:
         """
         one, other = (self.results.competitors.get(entry) for entry in (first, second))
         if one is None or other is None or one.category != other.category:
-            raise NotFoundError("no such two in one category")
+            raise NotFoundError("cup-no-such-two")
         standings = self._standing(one), self._standing(other)
         if standings[0] is None or standings[1] is None:
             return []
@@ -144,7 +144,7 @@ class Board:
         return shown(standing.points)
 
     def _standing(self, who: Competitor) -> Standing | None:
-        """What somebody is ranked by; None where there is nothing, or they are out."""
+        """Return a competitor's standing; None without results or after disqualification."""
         scores = self._scores(who)
         if not scores or who.id in self.results.outs:
             return None
@@ -157,7 +157,7 @@ class Board:
         return self._standing_in(who, reached)
 
     def _standing_in(self, who: Competitor, number: int) -> Standing:
-        """What somebody is ranked by in a round, by its number from 1."""
+        """Return a competitor's standing in a round, by its number from 1."""
         rounds = self.sheet.rounds
         if self.sheet.format == Format.LEAGUE:
             return standing_in(rounds[number - 1 : number], self._scores(who), 1)
@@ -168,7 +168,7 @@ class Board:
         return {one: score for one, score in found.items() if score is not None}
 
     def _whole(self, scores: Mapping[UUID, Score]) -> dict[UUID, Score]:
-        """With nothing in the rounds that somebody was not in."""
+        """Return the scores with empty ones for the rounds that a competitor was not in."""
         return {one.id: scores.get(one.id) or self.results.empty(one) for one in self.sheet.rounds}
 
     def _round_line(

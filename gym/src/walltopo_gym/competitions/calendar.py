@@ -1,4 +1,4 @@
-"""When competitions are, for calendars."""
+"""Dates of competitions, for calendars."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from walltopo_gym.competitions.models import Competition
 
 @dataclass(frozen=True)
 class Date:
-    """A competition that everybody may know of, from when to when."""
+    """A public competition's begin and end."""
 
     competition_id: UUID
     name: str
@@ -24,7 +24,7 @@ class Date:
 
 
 def dates_of(session: Session, gym_id: UUID) -> list[Date]:
-    """A gym's competitions that have a date and are no drafts, the first first."""
+    """Return a gym's competitions that have a date and are not drafts, the earliest first."""
     rows = (
         select(Competition)
         .where(

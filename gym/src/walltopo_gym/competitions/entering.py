@@ -1,72 +1,60 @@
-"""Who takes part: entries, bibs, and the text that is accepted."""
+"""Entries, bibs, and accepted texts."""
 
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
 from typing import Any, Final
 from uuid import UUID
 
 from sqlalchemy import func, select, update
 from sqlalchemy.orm import Session
 
-from walltopo.core import InputError
+from walltopo_gym.competitions.bodies import EntryBody
 from walltopo_gym.competitions.models import Category, Competition, Entry, WaiverSignature
-from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError
+from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError, RequestError
 
 NO_NAME: Final = "—"
 
 
-@dataclass(frozen=True)
-class EntryWords:
-    """What is said of a competitor."""
-
-    name: str
-    category_id: UUID
-    bib: int | None = None
-    team: str = ""
-    club: str = ""
-    birth_year: int | None = None
-    gender: str = ""
-    handicap: int = 0
-
-
 def entry_of(session: Session, row: Competition, entry: UUID) -> Entry:
-    """An entry of this competition.
+    """Return an entry of this competition.
 
     Raises
     ------
-    NotFoundError : there is none, or it is another one's.
+    NotFoundError : this competition has no such entry.
     """
     found = session.get(Entry, entry)
     if found is None or found.competition_id != row.id:
-        raise NotFoundError("no such entry")
+        raise NotFoundError("not-there-entry")
     return found
 
 
 def own_entry(session: Session, row: Competition, person: UUID) -> Entry | None:
-    """Somebody's own; None where they have not entered."""
+    """Return a person's entry; None if they have not entered."""
     mine = select(Entry).where(Entry.competition_id == row.id, Entry.person_id == person)
     return session.scalar(mine)
 
 
 def add_entry(
-    session: Session, row: Competition, words: EntryWords, person: UUID | None = None
+    session: Session, row: Competition, words: EntryBody, person: UUID | None = None
 ) -> Entry:
-    """Let somebody take part; without a bib the next free one.
+    """Add a competitor. Without a bib the next free one is given.
 
     Raises
     ------
-    NotFoundError : no such category; InputError : it is not theirs; ConflictError : bib taken.
+    NotFoundError : no such category; RequestError : they do not fit it; ConflictError : bib taken.
     """
     category = category_of(session, row, words.category_id)
     _check_fits(category, words)
     taken = set(session.scalars(select(Entry.bib).where(Entry.competition_id == row.id)))
     bib = words.bib or next_bib(taken)
     if bib in taken:
-        raise ConflictError(f"bib {bib} is taken")
+        raise ConflictError("cup-bib-taken", bib=bib)
     entry = Entry(
-        competition_id=row.id, person_id=person, withdrawn=False, **{**vars(words), "bib": bib}
+        competition_id=row.id,
+        person_id=person,
+        withdrawn=False,
+        **{**words.model_dump(), "bib": bib},
     )
     session.add(entry)
     row.revision += 1
@@ -75,52 +63,52 @@ def add_entry(
 
 
 def change_entry(session: Session, row: Competition, entry: Entry, given: dict[str, Any]) -> None:
-    """Say something else of a competitor; what is not given stays.
+    """Change a competitor; omitted fields stay.
 
     Raises
     ------
     As `add_entry`.
     """
-    names = EntryWords.__dataclass_fields__
-    words = EntryWords(**{name: given.get(name, getattr(entry, name)) for name in names})
+    names = EntryBody.model_fields
+    words = EntryBody.model_construct(
+        **{name: given.get(name, getattr(entry, name)) for name in names}
+    )
     _check_fits(category_of(session, row, words.category_id), words)
     same = select(Entry.id).where(
         Entry.competition_id == row.id, Entry.bib == words.bib, Entry.id != entry.id
     )
     if session.scalar(same) is not None:
-        raise ConflictError(f"bib {words.bib} is taken")
+        raise ConflictError("cup-bib-taken", bib=words.bib)
     for name, value in given.items():
         setattr(entry, name, value)
     row.revision += 1
     session.flush()
 
 
-def enter(
-    session: Session, row: Competition, words: EntryWords, person: UUID, waiver: str
-) -> Entry:
-    """Let somebody enter themselves, or say otherwise what they said; the text is accepted by it.
+def enter(session: Session, row: Competition, words: EntryBody, person: UUID, waiver: str) -> Entry:
+    """Enter a person by their own request, or change their entry. This accepts the text.
 
     Raises
     ------
-    ForbiddenError : the gym enters people itself, or has withdrawn this one; ConflictError : it is
-    too late, or the text was changed meanwhile.
+    ForbiddenError : the gym enters people itself, or has withdrawn this one.
+    ConflictError : entries are closed, or the text was changed meanwhile.
     """
     if not row.self_entry:
-        raise ForbiddenError("the gym enters people itself here", "Ask at the desk.")
+        raise ForbiddenError("cup-gym-enters", "cup-ask-desk")
     if row.state not in ("open", "running"):
-        raise ConflictError("one cannot enter this competition now")
+        raise ConflictError("cup-no-entry-now")
     if waiver != row.waiver:
-        raise ConflictError("the text to accept was changed meanwhile", "Read it again.")
+        raise ConflictError("cup-text-changed", "cup-read-again")
     entry = own_entry(session, row, person)
     if entry is not None and entry.withdrawn and entry.removed:
-        raise ForbiddenError("the gym has withdrawn your entry", "Ask at the desk.")
+        raise ForbiddenError("cup-gym-withdrew", "cup-ask-desk")
     if entry is None:
         entry = add_entry(session, row, words, person)
     else:
         kept = {"bib": entry.bib, "handicap": entry.handicap}
         if words.category_id != entry.category_id and row.state == "running":
-            raise ConflictError("the category stays while it runs", "Ask a judge.")
-        change_entry(session, row, entry, {**vars(words), **kept, "withdrawn": False})
+            raise ConflictError("cup-category-stays", "cup-ask-judge")
+        change_entry(session, row, entry, {**words.model_dump(), **kept, "withdrawn": False})
     sign(session, row, entry, words.name, person, on_paper=False)
     return entry
 
@@ -129,7 +117,7 @@ def sign(
     session: Session, row: Competition, entry: Entry, signed_by: str, person: UUID, *,
     on_paper: bool,
 ) -> None:  # fmt: skip
-    """Keep that the text of today was accepted; nothing where there is none."""
+    """Record the acceptance of the current text, if the competition has one."""
     if row.waiver:
         session.add(
             WaiverSignature(entry_id=entry.id, person_id=person, on_paper=on_paper,
@@ -139,40 +127,42 @@ def sign(
 
 
 def next_bib(taken: Collection[int]) -> int:
-    """The number after the highest."""
+    """Return the number after the highest bib."""
     return max(taken, default=0) + 1
 
 
 def category_of(session: Session, row: Competition, category: UUID) -> Category:
-    """A category of this competition.
+    """Return a category of this competition.
 
     Raises
     ------
-    NotFoundError : there is none, or it is another one's.
+    NotFoundError : this competition has no such category.
     """
     found = session.get(Category, category)
     if found is None or found.competition_id != row.id:
-        raise NotFoundError("no such category")
+        raise NotFoundError("not-there-category")
     return found
 
 
-def misfit(category: Category, gender: str, birth_year: int | None) -> str:
-    """Why somebody is not of a category; empty where they are."""
+def misfit(
+    category: Category, gender: str, birth_year: int | None, hint: str
+) -> RequestError | None:
+    """Return why a person does not fit a category, with a hint; None if they fit."""
     if category.gender and gender != category.gender:
-        return f"the category {category.name!r} is for another gender"
+        return RequestError("cup-gender", hint, name=category.name)
     bounds = category.born_from, category.born_to
     if bounds == (None, None):
-        return ""
+        return None
     if birth_year is None:
-        return f"the category {category.name!r} needs a year of birth"
+        return RequestError("cup-needs-year", hint, name=category.name)
     first, last = bounds[0] or birth_year, bounds[1] or birth_year
     if not first <= birth_year <= last:
-        return f"{birth_year} is not a year of the category {category.name!r}"
-    return ""
+        return RequestError("cup-year", hint, year=birth_year, name=category.name)
+    return None
 
 
 def forget_names(session: Session, person: UUID) -> None:
-    """Take somebody out of start lists and signatures by name; ranks stay as they are."""
+    """Remove a person's name from start lists and signatures; ranks stay."""
     session.execute(
         update(Entry).where(Entry.person_id == person)
         .values(name=NO_NAME, team="", club="", birth_year=None)
@@ -185,7 +175,7 @@ def forget_names(session: Session, person: UUID) -> None:
 
 
 def entries_in(session: Session, competitions: Collection[UUID]) -> dict[UUID, int]:
-    """How many take part in each."""
+    """Return the number of competitors by category."""
     rows = (
         select(Entry.competition_id, func.count())
         .where(Entry.competition_id.in_(competitions), Entry.withdrawn.is_(False))
@@ -194,7 +184,7 @@ def entries_in(session: Session, competitions: Collection[UUID]) -> dict[UUID, i
     return dict(session.execute(rows).all())
 
 
-def _check_fits(category: Category, words: EntryWords) -> None:
-    why = misfit(category, words.gender, words.birth_year)
-    if why:
-        raise InputError(why, "Choose another category.")
+def _check_fits(category: Category, words: EntryBody) -> None:
+    problem = misfit(category, words.gender, words.birth_year, "cup-choose-category")
+    if problem is not None:
+        raise problem

@@ -1,4 +1,4 @@
-"""Score events as they were written, and the board that follows from them, at any moment."""
+"""The stored score events, and the board that follows from them at any moment."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ _FACT: Final = (
 
 
 def board_of(session: Session, row: Competition, until: datetime | None = None) -> Board:
-    """The board that follows from the events alone.
+    """Return the board that follows from the events alone.
 
     Parameters
     ----------
-    until : of those that the server had by then, over the sheet of today; None: of all.
+    until : only events that had arrived by then count, on today's sheet; None: all events.
     """
     sheet = load_sheet(session, row)
     board = Board(sheet if until is None else sheet.as_of(until))
@@ -40,7 +40,7 @@ def board_of(session: Session, row: Competition, until: datetime | None = None) 
 def catch_up(
     session: Session, competition: UUID, board: Board, until: datetime | None = None
 ) -> bool:
-    """Give a board the events that it has not had yet; whether there were any."""
+    """Add the new events to a board and return whether there were any."""
     before = board.seq
     for seq, at, fact in _facts(session, competition, board.seq, until):
         board.results.add([fact])
@@ -63,7 +63,7 @@ def _facts(
 
 @dataclass(frozen=True)
 class Has:
-    """What a competitor has on a problem, and the events that say so and count."""
+    """A competitor's mark on a problem, and the events that count for it."""
 
     entry: UUID
     problem: UUID
@@ -72,26 +72,26 @@ class Has:
 
 
 def marks_of(session: Session, competition: UUID, about: ColumnElement[bool]) -> list[Has]:
-    """What the events of an entry, or of a problem, come to.
+    """Return the marks of an entry or a problem.
 
     Parameters
     ----------
-    about : which; events that strike others are read anyway.
+    about : the condition on events; striking events are read in any case.
     """
     facts, ledger = _with_strikers(session, competition, about)
-    told = []
+    found = []
     for entry, problem in dict.fromkeys(fact.place for fact in facts):
         if problem is None:
             continue
         mark = ledger.mark(entry, problem)
         counting = [one.id for one in ledger.counting(entry, problem) if one.kind in SCORED]
         if mark != NOTHING:
-            told.append(Has(entry, problem, mark, counting))
-    return told
+            found.append(Has(entry, problem, mark, counting))
+    return found
 
 
 def struck(session: Session, competition: UUID, events: Collection[UUID]) -> set[UUID]:
-    """Which of these events do not count."""
+    """Return which of these events do not count."""
     _, ledger = _with_strikers(session, competition, ScoreEvent.id.in_(events))
     return {event for event in events if not ledger.counts(event)}
 
@@ -99,8 +99,8 @@ def struck(session: Session, competition: UUID, events: Collection[UUID]) -> set
 def _with_strikers(
     session: Session, competition: UUID, about: ColumnElement[bool]
 ) -> tuple[list[Fact], Ledger]:
-    """Some events, and a ledger of them and of what may strike them: an event strikes those of its
-    own competitor alone."""
+    """Return some events, and a ledger that also has the events that may strike them: an event
+    strikes only events of its own competitor."""
     of = select(*_FACT).where(ScoreEvent.competition_id == competition).order_by(ScoreEvent.seq)
     facts = [Fact(*row) for row in session.execute(of.where(about))]
     strikers = of.where(

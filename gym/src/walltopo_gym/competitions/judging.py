@@ -1,8 +1,8 @@
-"""Score events as they arrive: once, in one order, from who may say them."""
+"""Validation of arriving score events: each is stored once, in one order, from authorised
+people."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Final
 from uuid import UUID
@@ -10,147 +10,133 @@ from uuid import UUID
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from walltopo.core import InputError
 from walltopo_gym.clock import now
+from walltopo_gym.competitions.bodies import EventBody
 from walltopo_gym.competitions.entering import entry_of
 from walltopo_gym.competitions.ledger import JUDGED, SCORED, Kind
 from walltopo_gym.competitions.models import Competition, Entry, Problem, Round, ScoreEvent, Starter
-from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError
+from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError, RequestError
 
 _SAME: Final = ("entry_id", "problem_id", "kind", "n", "target_id", "text", "device", "number")
 _LONGEST_LATE: Final = timedelta(days=7)
 
 
-@dataclass(frozen=True)
-class Said:
-    """What a device sends; `made_at`, `sent_at` by its own clock."""
-
-    entry_id: UUID
-    problem_id: UUID | None
-    kind: Kind
-    n: int | None
-    target_id: UUID | None
-    text: str
-    device: str
-    number: int
-    made_at: datetime
-    sent_at: datetime
-
-
 def keep_event(
-    session: Session, row: Competition, event: UUID, said: Said, person: UUID, *, judges: bool
+    session: Session, row: Competition, event: UUID, body: EventBody, person: UUID, *, judges: bool
 ) -> tuple[ScoreEvent, bool]:
-    """Keep an event, and whether it is new; one that is here already stays as it is.
+    """Store an event and return it and whether it is new; a stored one stays as it is.
 
     Parameters
     ----------
     row : locked, so that events are committed in the order of their numbers.
-    judges : whether the person may speak for everybody.
+    judges : whether the person may score everybody.
 
     Raises
     ------
-    ConflictError : the id is another event's, or nothing is taken any more.
-    ForbiddenError : it is not theirs to say.
-    InputError, NotFoundError : it makes no sense, or is about nothing that is here.
+    ConflictError : the id is another event's, or scoring is closed.
+    ForbiddenError : the person may not send this event.
+    RequestError, NotFoundError : the event is inconsistent, or refers to a missing object.
     """
     kept = session.get(ScoreEvent, event)
     if kept is not None:
         same = kept.competition_id == row.id and kept.person_id == person
-        if not same or any(getattr(kept, name) != getattr(said, name) for name in _SAME):
-            raise ConflictError("this id is taken", "Make another one.")
+        if not same or any(getattr(kept, name) != getattr(body, name) for name in _SAME):
+            raise ConflictError("id-taken", "id-another")
         return kept, False
     at = now()
-    climbed_at = _true_time(said, at)
-    entry = entry_of(session, row, said.entry_id)
-    _check_sense(session, row, said)
-    one = _check_problem(session, row, said, entry)
+    climbed_at = _true_time(body, at)
+    entry = entry_of(session, row, body.entry_id)
+    _check_sense(session, row, body)
+    one = _check_problem(session, row, body, entry)
     _check_open(row)
     if not judges:
-        _check_own(session, row, said, entry, one, person, climbed_at, at)
+        _check_own(session, row, body, entry, one, person, climbed_at, at)
     row.last_seq += 1
     kept = ScoreEvent(
         id=event, competition_id=row.id, seq=row.last_seq, person_id=person, at=at,
-        climbed_at=climbed_at, made_at=said.made_at,
-        **{name: getattr(said, name) for name in _SAME},
+        climbed_at=climbed_at, made_at=body.made_at,
+        **{name: getattr(body, name) for name in _SAME},
     )  # fmt: skip
     session.add(kept)
     session.flush()
     return kept, True
 
 
-def _true_time(said: Said, at: datetime) -> datetime:
-    """When it happened by the server's clock: as long before it arrived as the device says that it
-    was made before it was sent. What cannot be counts as now."""
-    waited = said.sent_at - said.made_at
+def _true_time(body: EventBody, at: datetime) -> datetime:
+    """Return the time of climbing by the server's clock: the event's age when it was sent,
+    subtracted from its arrival. Impossible ages count as zero."""
+    waited = body.sent_at - body.made_at
     return at - waited if timedelta(0) <= waited <= _LONGEST_LATE else at
 
 
 def _check_open(row: Competition) -> None:
     if row.state != "running":
-        raise ConflictError("this competition is not running", "Ask whoever runs it.")
+        raise ConflictError("cup-not-running", "cup-ask-runner")
 
 
-def _check_sense(session: Session, row: Competition, said: Said) -> None:
-    if said.kind in SCORED and (said.problem_id is None or said.n is None or said.n < 1):
-        raise InputError(f"{said.kind} needs a problem and the number of the try")
-    if said.kind == Kind.DECISION and said.n not in (0, 1):
-        raise InputError("a decision is 1 (upheld) or 0 (rejected)")
-    if said.kind == Kind.OUT and said.problem_id is not None:
-        raise InputError("one is out of the whole competition, not of a problem")
-    if said.kind in (Kind.VOID, Kind.DECISION) and said.target_id is None:
-        raise InputError(f"{said.kind} needs the event that it is about")
-    if said.target_id is None:
+def _check_sense(session: Session, row: Competition, body: EventBody) -> None:
+    if body.kind in SCORED and (body.problem_id is None or body.n is None or body.n < 1):
+        raise RequestError("event-needs-problem", kind=body.kind)
+    if body.kind == Kind.DECISION and body.n not in (0, 1):
+        raise RequestError("event-decision")
+    if body.kind == Kind.OUT and body.problem_id is not None:
+        raise RequestError("event-out-of-all")
+    if body.kind in (Kind.VOID, Kind.DECISION) and body.target_id is None:
+        raise RequestError("event-needs-event", kind=body.kind)
+    if body.target_id is None:
         return
-    target = session.get(ScoreEvent, said.target_id)
+    target = session.get(ScoreEvent, body.target_id)
     if target is None or target.competition_id != row.id:
-        raise NotFoundError("no such score event")
-    if target.entry_id != said.entry_id:
-        raise InputError("the event that it is about is another competitor's")
-    if (said.kind == Kind.DECISION) != (target.kind == Kind.APPEAL) and said.kind != Kind.VOID:
-        raise InputError("an appeal is decided, and nothing else is")
+        raise NotFoundError("not-there-event")
+    if target.entry_id != body.entry_id:
+        raise RequestError("event-other-competitor")
+    if (body.kind == Kind.DECISION) != (target.kind == Kind.APPEAL) and body.kind != Kind.VOID:
+        raise RequestError("event-appeals-only")
 
 
-def _check_problem(session: Session, row: Competition, said: Said, entry: Entry) -> Round | None:
-    """The round of the problem, in which this competitor climbs."""
-    if said.problem_id is None:
+def _check_problem(
+    session: Session, row: Competition, body: EventBody, entry: Entry
+) -> Round | None:
+    """Return the round of the problem, in which this competitor must climb."""
+    if body.problem_id is None:
         return None
-    problem = session.get(Problem, said.problem_id)
+    problem = session.get(Problem, body.problem_id)
     one = None if problem is None else session.get(Round, problem.round_id)
     if problem is None or one is None or one.competition_id != row.id:
-        raise NotFoundError("no such problem")
+        raise NotFoundError("not-there-problem")
     if problem.category_ids and str(entry.category_id) not in problem.category_ids:
-        raise InputError("this problem is not of the competitor's category")
-    if said.kind not in SCORED:
+        raise RequestError("cup-other-category")
+    if body.kind not in SCORED:
         return one
     if one.begun_at is None:
-        raise ConflictError(f"the round {one.name!r} has not begun")
+        raise ConflictError("cup-round-not-begun", name=one.name)
     if one.quota is not None and session.get(Starter, (one.id, entry.id)) is None:
-        raise ConflictError(f"{entry.name} is not in the round {one.name!r}")
+        raise ConflictError("cup-not-in-round", name=entry.name, round=one.name)
     if entry.withdrawn:
-        raise ConflictError(f"{entry.name} has withdrawn")
+        raise ConflictError("cup-withdrawn", name=entry.name)
     return one
 
 
 def _check_own(
-    session: Session, row: Competition, said: Said, entry: Entry, one: Round | None, person: UUID,
-    climbed_at: datetime, at: datetime,
+    session: Session, row: Competition, body: EventBody, entry: Entry, one: Round | None,
+    person: UUID, climbed_at: datetime, at: datetime,
 ) -> None:  # fmt: skip
-    """A competitor's own results, in time, where the competition says so; and an appeal."""
-    if entry.person_id != person or said.kind in JUDGED:
-        raise ForbiddenError("only a judge of this gym may do this")
-    if said.kind == Kind.APPEAL:
+    """Check a competitor's own event: allowed by the competition, and in time."""
+    if entry.person_id != person or body.kind in JUDGED:
+        raise ForbiddenError("cup-judge-only")
+    if body.kind == Kind.APPEAL:
         return
     if not row.self_scoring:
-        raise ForbiddenError("results are entered by judges here", "Ask a judge.")
-    if said.target_id is not None:
-        target = session.get_one(ScoreEvent, said.target_id)
+        raise ForbiddenError("cup-judges-enter", "cup-ask-judge")
+    if body.target_id is not None:
+        target = session.get_one(ScoreEvent, body.target_id)
         if target.person_id != person or target.kind in JUDGED:
-            raise ForbiddenError("a judge entered this", "Ask a judge, or appeal.")
-    for touched in _rounds_touched(session, said, one):
+            raise ForbiddenError("cup-judge-entered", "cup-ask-judge-appeal")
+    for touched in _rounds_touched(session, body, one):
         _check_window(row, touched, climbed_at, at)
 
 
-def _rounds_touched(session: Session, said: Said, one: Round | None) -> list[Round]:
+def _rounds_touched(session: Session, body: EventBody, one: Round | None) -> list[Round]:
     """Return the round of an event and the rounds in which it changes what counts.
 
     An event changes its target, what the target strikes, and so on to the end of that chain.
@@ -160,7 +146,7 @@ def _rounds_touched(session: Session, said: Said, one: Round | None) -> list[Rou
     one : the round of the event's own problem.
     """
     problems: set[UUID] = set()
-    target = said.target_id
+    target = body.target_id
     while target is not None:
         event = session.get_one(ScoreEvent, target)
         if event.problem_id is not None:
@@ -179,10 +165,10 @@ def _check_window(row: Competition, one: Round, climbed_at: datetime, at: dateti
     ConflictError : says whether the round has not begun or is over.
     """
     if one.state == "waiting" or (one.opens_at is not None and climbed_at < one.opens_at):
-        raise ConflictError(f"the round {one.name!r} has not begun")
+        raise ConflictError("cup-round-not-begun", name=one.name)
     if one.closes_at is not None:
         late = one.closes_at + timedelta(minutes=row.late_minutes)
         if climbed_at > one.closes_at or at > late:
-            raise ConflictError(f"the round {one.name!r} is over", "Tell a judge.")
+            raise ConflictError("cup-round-over", "cup-tell-judge", name=one.name)
     elif one.state == "ended":
-        raise ConflictError(f"the round {one.name!r} is over", "Tell a judge.")
+        raise ConflictError("cup-round-over", "cup-tell-judge", name=one.name)

@@ -1,9 +1,9 @@
-"""What score events mean together, whatever the order in which they arrive.
+"""The marks that follow from score events, in whatever order they arrive.
 
-An event counts unless another one that counts strikes it: has it as its target, and is of a kind in
-`STRIKING`. On a problem a competitor has, over all events that count: as tries the largest number
-that was said, as zone and top the smallest. So two judges who enter the same thing do not count it
-twice, and a phone that was offline changes nothing by being late.
+An event counts unless a counting event strikes it: one that has it as its target and is of a kind
+in `STRIKING`. Over all counting events, a competitor's tries on a problem are the largest number,
+and zone and top the smallest. So two judges who enter the same try do not count it twice, and a
+phone that was offline changes nothing by being late.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from walltopo_gym.competitions.scoring.score import NOTHING, Mark
 
 
 class Kind(StrEnum):
-    """What an event says."""
+    """Kinds of score events."""
 
     ATTEMPT = "attempt"
     ZONE = "zone"
@@ -29,7 +29,7 @@ class Kind(StrEnum):
 
 
 SCORED = frozenset({Kind.ATTEMPT, Kind.ZONE, Kind.TOP})
-JUDGED = frozenset({Kind.OUT, Kind.DECISION})  # said by judges alone
+JUDGED = frozenset({Kind.OUT, Kind.DECISION})  # sent by judges alone
 # An appeal and a decision name an event and leave it as it is.
 STRIKING = SCORED | {Kind.VOID, Kind.OUT}
 
@@ -38,7 +38,7 @@ Place = tuple[UUID, UUID | None]  # entry, problem
 
 @dataclass(frozen=True, slots=True)
 class Fact:
-    """What counts of a score event."""
+    """The fields of a score event that the ledger uses."""
 
     id: UUID
     entry: UUID
@@ -50,17 +50,17 @@ class Fact:
 
     @property
     def place(self) -> Place:
-        """What it is about."""
+        """Return the entry and the problem of the event."""
         return self.entry, self.problem
 
     @property
     def strikes(self) -> UUID | None:
-        """The event that does not count because of this one."""
+        """Return the id of the event that this one strikes, or None."""
         return self.target if self.kind in STRIKING else None
 
 
 class Ledger:
-    """Events, in any order, each as often as it likes to come."""
+    """Score events in any order; duplicates are ignored."""
 
     def __init__(self) -> None:
         self._facts: dict[UUID, Fact] = {}
@@ -68,7 +68,7 @@ class Ledger:
         self._at: dict[Place, list[UUID]] = defaultdict(list)
 
     def add(self, fact: Fact) -> set[Place]:
-        """Take an event in; what may be otherwise by it."""
+        """Add an event and return the places that it may change."""
         if fact.id in self._facts:
             return set()
         self._facts[fact.id] = fact
@@ -84,7 +84,7 @@ class Ledger:
         return touched
 
     def counts(self, event: UUID) -> bool:
-        """Whether an event that is here counts."""
+        """Return whether a stored event counts."""
         order = [event]
         for one in order:  # grows: what strikes comes after what it strikes
             order += self._strikers.get(one, ())
@@ -95,7 +95,7 @@ class Ledger:
         return event not in struck
 
     def mark(self, entry: UUID, problem: UUID) -> Mark:
-        """What somebody has on a problem."""
+        """Return a competitor's mark on a problem."""
         tries = zone = top = 0
         for fact in self.counting(entry, problem):
             n = fact.n
@@ -109,11 +109,11 @@ class Ledger:
         return Mark(tries, zone, top) if tries else NOTHING
 
     def out(self, entry: UUID) -> str | None:
-        """Why somebody is out; None while they are not."""
-        said = [fact for fact in self.counting(entry, None) if fact.kind == Kind.OUT]
-        return said[-1].text if said else None
+        """Return the reason of a disqualification; None without one."""
+        outs = [fact for fact in self.counting(entry, None) if fact.kind == Kind.OUT]
+        return outs[-1].text if outs else None
 
     def counting(self, entry: UUID, problem: UUID | None) -> list[Fact]:
-        """The events about a place that count, as they arrived."""
+        """Return the counting events of a place in order of arrival."""
         events = self._at.get((entry, problem), ())
         return [self._facts[event] for event in events if self.counts(event)]

@@ -1,7 +1,7 @@
-"""Boards that are looked at, kept in memory and told to whoever listens.
+"""Watched boards, kept in memory and streamed to their listeners.
 
-A board takes in the events that it has not had yet, by their numbers, from the database: whichever
-server wrote them. It is made once for all that look at it.
+A board reads new events from the database by their numbers, whichever server stored them. It is
+computed once for all listeners.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from sqlalchemy.exc import InterfaceError, OperationalError
 from sqlalchemy.orm import Session
 
 from walltopo_gym.competitions.board import Board
+from walltopo_gym.competitions.board_view import BoardView, CategoryLines, Line
 from walltopo_gym.competitions.history import board_of, catch_up
 from walltopo_gym.competitions.models import Competition
 from walltopo_gym.competitions.sheet import load_sheet
-from walltopo_gym.competitions.told import BoardTold, CategoryLines, Line
 from walltopo_gym.database.engine import Database
 
 _LOG = logging.getLogger("walltopo_gym.competitions")
 
-_LOOK_S: Final = 0.3  # how often the database is asked for what is new
-_MOST_BOARDS: Final = 20
+_LOOK_S: Final = 0.3  # how often the database is queried for new events
+_MAX_BOARDS: Final = 20
 _KEPT_NEWS: Final = 20
 
 _Key = tuple[UUID, bool]  # competition, for the public
@@ -38,12 +38,12 @@ _Key = tuple[UUID, bool]  # competition, for the public
 
 @dataclass
 class _Kept:
-    """A board in memory; `of`: revision and moment of freezing."""
+    """A board in memory; `of`: its revision and freeze."""
 
     lock: Lock = field(default_factory=Lock)
     board: Board | None = None
     of: tuple[Any, ...] = ()
-    told: BoardTold | None = None
+    view: BoardView | None = None
 
 
 class LiveBoards:
@@ -60,19 +60,19 @@ class LiveBoards:
         self._lock = Lock()
         self._channels: dict[_Key, _Channel] = {}
 
-    def told(self, session: Session, row: Competition, *, public: bool) -> BoardTold:
-        """The board as it is now; for the public as it was frozen."""
+    def view(self, session: Session, row: Competition, *, public: bool) -> BoardView:
+        """Return the current board; for the public the frozen one."""
         key = row.id, public and row.frozen_at is not None
         with self._lock:
             kept = self._kept.setdefault(key, _Kept())
             self._kept.move_to_end(key)
-            while len(self._kept) > _MOST_BOARDS:
+            while len(self._kept) > _MAX_BOARDS:
                 self._kept.popitem(last=False)
         with kept.lock:
             return _brought_up(session, row, kept, frozen=key[1])
 
     async def watch(self, competition: UUID, *, public: bool) -> AsyncIterator[str]:
-        """The board in JSON, and then what is otherwise in it, while the competition runs."""
+        """Yield the board as JSON, and then its changes while the competition runs."""
         key = competition, public
         channel = self._channels.get(key)
         if channel is None:
@@ -90,7 +90,7 @@ class LiveBoards:
 
 
 class _Channel:
-    """What is told to all who listen to one board; asked of the database by one task for all."""
+    """The updates of one board, queried by one task for all of its listeners."""
 
     def __init__(
         self, database: Database, boards: LiveBoards, competition: UUID, public: bool
@@ -100,25 +100,25 @@ class _Channel:
         self.listeners = 0
         self._number = 0
         self._news: deque[tuple[int, str]] = deque(maxlen=_KEPT_NEWS)
-        self._told: BoardTold | None = None
+        self._view: BoardView | None = None
         self._is_over = False
         self._changed = asyncio.Event()
         self._task = asyncio.create_task(self._ask())
 
     def close(self) -> None:
-        """Ask no more."""
+        """Stop querying."""
         self._task.cancel()
 
     async def listen(self) -> AsyncIterator[str]:
-        """All of it, then the news; all of it again to who is too slow for them."""
-        while self._told is None and not self._is_over:
+        """Yield the board, then its changes; a slow listener gets the whole board again."""
+        while self._view is None and not self._is_over:
             await self._changed.wait()
         at = -1
-        while self._told is not None:
+        while self._view is not None:
             news = [(number, text) for number, text in self._news if number > at]
             if at < 0 or (news and news[0][0] != at + 1):
                 at = self._number
-                yield _whole(self._told)
+                yield _whole(self._view)
             else:
                 for number, text in news:
                     at = number
@@ -131,84 +131,84 @@ class _Channel:
     async def _ask(self) -> None:
         while not self._is_over:
             try:
-                told = await to_thread.run_sync(self._now)
+                view = await to_thread.run_sync(self._now)
             except (OperationalError, InterfaceError) as error:
                 _LOG.error("the database does not answer: %s", error)
-                told = self._told
-            self._take(told)
+                view = self._view
+            self._take(view)
             await asyncio.sleep(_LOOK_S)
 
-    def _now(self) -> BoardTold | None:
+    def _now(self) -> BoardView | None:
         with self._database.reading() as session:
             row = session.get(Competition, self._competition)
             if row is None:
                 return None
-            before = self._told
+            before = self._view
             if before is not None and _is_same(row, before, public=self._public):
                 return before
-            return self._boards.told(session, row, public=self._public)
+            return self._boards.view(session, row, public=self._public)
 
-    def _take(self, told: BoardTold | None) -> None:
-        before, self._told = self._told, told or self._told
-        if told is not None and before is not None and told is not before:
-            text = _difference(before, told)
+    def _take(self, view: BoardView | None) -> None:
+        before, self._view = self._view, view or self._view
+        if view is not None and before is not None and view is not before:
+            text = _difference(before, view)
             if text:
                 self._number += 1
                 self._news.append((self._number, text))
-        self._is_over = told is None or told.state != "running"
-        if told is not before or self._is_over:
+        self._is_over = view is None or view.state != "running"
+        if view is not before or self._is_over:
             changed, self._changed = self._changed, asyncio.Event()
             changed.set()
 
 
-def _is_same(row: Competition, told: BoardTold, *, public: bool) -> bool:
+def _is_same(row: Competition, view: BoardView, *, public: bool) -> bool:
     frozen = row.frozen_at if public else None
-    seq = told.seq if frozen else row.last_seq  # what came after the freezing is not in it
-    return (row.revision, frozen, seq) == (told.revision, told.frozen_at, told.seq)
+    seq = view.seq if frozen else row.last_seq  # what came after the freezing is not in it
+    return (row.revision, frozen, seq) == (view.revision, view.frozen_at, view.seq)
 
 
-def _brought_up(session: Session, row: Competition, kept: _Kept, *, frozen: bool) -> BoardTold:
+def _brought_up(session: Session, row: Competition, kept: _Kept, *, frozen: bool) -> BoardView:
     of = (row.revision, row.frozen_at) if frozen else (row.revision,)
     if kept.board is None or (frozen and of != kept.of):
-        kept.board, kept.told = board_of(session, row, row.frozen_at if frozen else None), None
+        kept.board, kept.view = board_of(session, row, row.frozen_at if frozen else None), None
     elif of != kept.of:
         kept.board.results.use(load_sheet(session, row))
-        kept.told = None
+        kept.view = None
     kept.of = of
     if not frozen and catch_up(session, row.id, kept.board):
-        kept.told = None
-    if kept.told is None:
-        kept.told = kept.board.told()
-        if not frozen:  # who sees it go on is not told that others do not
-            kept.told = _with(kept.told, frozen_at=None)
-    return kept.told
+        kept.view = None
+    if kept.view is None:
+        kept.view = kept.board.view()
+        if not frozen:  # judges see it go on and get no notice of the freeze
+            kept.view = _with(kept.view, frozen_at=None)
+    return kept.view
 
 
-def _with(told: BoardTold, **other: Any) -> BoardTold:
-    return BoardTold(**{**_fields(told), **other})
+def _with(view: BoardView, **other: Any) -> BoardView:
+    return BoardView(**{**_fields(view), **other})
 
 
-def _fields(told: BoardTold) -> dict[str, Any]:
-    return {one.name: getattr(told, one.name) for one in fields(told)}
+def _fields(view: BoardView) -> dict[str, Any]:
+    return {one.name: getattr(view, one.name) for one in fields(view)}
 
 
-def _whole(told: BoardTold) -> str:
-    return msgspec.json.encode({"kind": "board", **_fields(told)}).decode()
+def _whole(view: BoardView) -> str:
+    return msgspec.json.encode({"kind": "board", **_fields(view)}).decode()
 
 
-def _difference(before: BoardTold, told: BoardTold) -> str:
-    """What is otherwise; all of it where more than scores is."""
-    if (before.revision, before.frozen_at) != (told.revision, told.frozen_at):
-        return _whole(told)
+def _difference(before: BoardView, view: BoardView) -> str:
+    """Return the changed lines, or the whole board if more than scores changed."""
+    if (before.revision, before.frozen_at) != (view.revision, view.frozen_at):
+        return _whole(view)
     changed = [
         CategoryLines(new.id, new.name, lines)
-        for old, new in zip(before.categories, told.categories, strict=True)
+        for old, new in zip(before.categories, view.categories, strict=True)
         if (lines := _changed(old.lines, new.lines))
     ]
-    if not changed and before.teams == told.teams:
+    if not changed and before.teams == view.teams:
         return ""
-    news = {"kind": "lines", "seq": told.seq, "at": told.at, "categories": changed,
-            "teams": told.teams}  # fmt: skip
+    news = {"kind": "lines", "seq": view.seq, "at": view.at, "categories": changed,
+            "teams": view.teams}  # fmt: skip
     return msgspec.json.encode(news).decode()
 
 

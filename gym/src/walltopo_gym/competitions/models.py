@@ -20,13 +20,13 @@ _PERSON = "people.id"
 class Competition(Keyed, Base):
     """A competition of a gym.
 
-    `format`: how rounds make one ranking (sheet.py); `state`: "draft" (setters alone see it),
-    "open" (one may enter), "running" or "ended". `fee` is a note. `revision` grows with every
-    change but a score, `last_seq` with every score event: who writes one locks this row, so that
-    events are committed in the order of their numbers. `frozen_at`: since then only judges see the
-    board go on. `late_minutes`: so long after a round's end a climber's own result may arrive.
-    `league_best`: rounds of a league that count, `team_size`: members of a team that count; empty
-    for all.
+    `format`: how rounds make one ranking (sheet.py); `state`: "draft" (only setters see it), "open"
+    (for entries), "running" or "ended". `fee` is a note. `revision` grows with every change but a
+    score, `last_seq` with every score event: writing one locks this row, so that events are
+    committed in the order of their numbers. `frozen_at`: later results are for judges only.
+    `late_minutes`: how long after a round's end a climber's own results may arrive. `league_best`:
+    number of rounds of a league that count, `team_size`: number of members of a team that count;
+    null for all.
     """
 
     __tablename__ = "competitions"
@@ -51,7 +51,7 @@ class Competition(Keyed, Base):
 
 
 class Category(Base):
-    """Who is ranked together; without bounds it is open to all."""
+    """A group that is ranked together; without bounds it is open to all."""
 
     __tablename__ = "competition_categories"
 
@@ -67,10 +67,10 @@ class Category(Base):
 
 
 class Round(Base):
-    """A part of a competition with problems and rules of its own.
+    """A part of a competition with its own problems and rules.
 
-    `scoring`: the rules and their numbers (scoring/rules.py). `quota`: so many of each category
-    come in from the round before; empty: whoever has entered. `begun_at`: when it began.
+    `scoring`: the rules and their numbers (scoring/rules.py). `quota`: number of each category that
+    advance from the round before; null: all entries. `begun_at`: when it began.
     """
 
     __tablename__ = "competition_rounds"
@@ -91,9 +91,9 @@ class Round(Base):
 
 
 class Problem(Base):
-    """What is climbed in a round. `name`, `colour`, `grade` and `wall` are the route's of the day
-    on which the problem was made, and outlive it. `points`: {flash, top, zone} of its own;
-    `category_ids`: whose it is, empty for all."""
+    """A problem of a round. `name`, `colour`, `grade` and `wall` are copied from the route when the
+    problem is made, and outlive it. `points`: own {flash, top, zone}; `category_ids`: its
+    categories, empty for all."""
 
     __tablename__ = "competition_problems"
 
@@ -117,7 +117,7 @@ class Problem(Base):
 class Entry(Keyed, Base):
     """A competitor, with an account (`person_id`) or without; `handicap` in points, for leagues.
 
-    `removed`: the gym has withdrawn them, so only the gym lets them in again.
+    `removed`: withdrawn by the gym, so only the gym can re-enter them.
     """
 
     __tablename__ = "competition_entries"
@@ -145,7 +145,7 @@ class Entry(Keyed, Base):
 
 
 class WaiverSignature(Keyed, Base):
-    """Who accepted which text for an entry. `person_id`: by whose account, or who took it in on
+    """An entry's accepted text. `person_id`: the account that accepted it, or recorded the
     paper."""
 
     __tablename__ = "competition_waivers"
@@ -160,7 +160,7 @@ class WaiverSignature(Keyed, Base):
 
 
 class Starter(Base):
-    """An entry that is in a round to which not all come, and its place in the running order."""
+    """An entry of a round with a quota, and its place in the running order."""
 
     __tablename__ = "competition_starters"
 
@@ -174,10 +174,11 @@ class Starter(Base):
 
 
 class ScoreEvent(Base):
-    """What was seen, said or decided; never changed, never deleted (ledger.py says what it means).
+    """A score, decision or other statement; never changed, never deleted (ledger.py has the
+    meaning).
 
-    `id`, `device`, `number` and `made_at` are the device's; `seq` and `at` the server's.
-    `climbed_at` is `made_at` without the error of the device's clock, as far as it is known.
+    `id`, `device`, `number` and `made_at` come from the device, `seq` and `at` from the server.
+    `climbed_at` is `made_at` corrected by the known error of the device's clock.
     """
 
     __tablename__ = "score_events"

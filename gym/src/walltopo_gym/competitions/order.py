@@ -1,4 +1,4 @@
-"""Who climbs in a round, and in which order."""
+"""Starters of a round and their running order."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from uuid import UUID
 from sqlalchemy import and_, delete, func, select
 from sqlalchemy.orm import Session
 
-from walltopo.core import InputError
 from walltopo_gym.competitions.history import board_of
 from walltopo_gym.competitions.models import (
     Category,
@@ -21,13 +20,13 @@ from walltopo_gym.competitions.models import (
     ScoreEvent,
     Starter,
 )
-from walltopo_gym.errors import ConflictError, NotFoundError
+from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
 
 
 def starters(session: Session, row: Competition, one: Round) -> list[tuple[Entry, int]]:
-    """Who is in a round, by category and in running order, each with their place from 1.
+    """Return the starters of a round, by category and in running order, with places from 1.
 
-    Where all are in it, who has no place of their own comes last, by bib.
+    In an open round, entries without a place come last, by bib.
     """
     own = and_(Starter.entry_id == Entry.id, Starter.round_id == one.id)
     rows = (
@@ -38,46 +37,46 @@ def starters(session: Session, row: Competition, one: Round) -> list[tuple[Entry
         .order_by(Category.place, Starter.place.is_(None), Starter.place, Entry.bib)
     )
     places = defaultdict[UUID, int](int)
-    told = []
+    in_order = []
     for entry in session.scalars(rows):
         places[entry.category_id] += 1
-        told.append((entry, places[entry.category_id]))
-    return told
+        in_order.append((entry, places[entry.category_id]))
+    return in_order
 
 
 def put_order(
     session: Session, row: Competition, one: Round, category: UUID, entries: Sequence[UUID]
 ) -> None:
-    """Let these of a category climb in this order; where a quota comes in, these and no others.
+    """Set the running order of a category; with a quota it also sets the starters.
 
     Raises
     ------
-    NotFoundError : no such entry in the category; InputError : somebody stands there twice.
+    NotFoundError : no such entry in the category; RequestError : an entry is named twice.
     """
     if len(set(entries)) < len(entries):
-        raise InputError("somebody stands in the order twice")
+        raise RequestError("cup-order-twice")
     there = select(Entry.id).where(
         Entry.competition_id == row.id, Entry.category_id == category, Entry.withdrawn.is_(False)
     )
     of = set(session.scalars(there))
     if not of.issuperset(entries):
-        raise NotFoundError("no such entry in this category")
+        raise NotFoundError("not-there-entry-category")
     session.execute(delete(Starter).where(Starter.round_id == one.id, Starter.entry_id.in_(of)))
     _add(session, row, one, entries)
 
 
 def draw(session: Session, row: Competition, one: Round) -> None:
-    """Draw a round's running order anew: by lot where all are in it; where a quota comes in, from
-    the ranks of the round before, the best last.
+    """Draw a round's running order: by lot in an open round; with a quota, from the ranks of the
+    round before, the best last.
 
     Raises
     ------
-    ConflictError : somebody has scored in it, or the round before has not ended.
+    ConflictError : the round has scores, or the round before has not ended.
     """
     scored = select(func.count()).select_from(ScoreEvent)
     scored = scored.join(Problem, Problem.id == ScoreEvent.problem_id)
     if session.scalar(scored.where(Problem.round_id == one.id)):
-        raise ConflictError("somebody has scored in this round", "Move them one by one.")
+        raise ConflictError("cup-scored-in-round", "cup-move-one")
     check_before(session, row, one)
     drawn = _by_lot(session, row) if one.quota is None else _by_rank(session, row, one, one.quota)
     session.execute(delete(Starter).where(Starter.round_id == one.id))
@@ -86,7 +85,7 @@ def draw(session: Session, row: Competition, one: Round) -> None:
 
 
 def check_before(session: Session, row: Competition, one: Round) -> None:
-    """See that the round is over from which a quota comes into this one.
+    """Check that the round before a quota round is over.
 
     Raises
     ------
@@ -96,17 +95,18 @@ def check_before(session: Session, row: Competition, one: Round) -> None:
         return
     of = select(Round.state).where(Round.competition_id == row.id, Round.place < one.place)
     if session.scalar(of.order_by(Round.place.desc()).limit(1)) != "ended":
-        raise ConflictError("the round before has not ended", "End it first.")
+        raise ConflictError("cup-before-not-ended", "cup-end-first")
 
 
 def is_drawn(session: Session, one: Round) -> bool:
-    """Whether somebody has a place in the round."""
+    """Return whether the round has a running order."""
     of = select(Starter.entry_id).where(Starter.round_id == one.id).limit(1)
     return session.scalar(of) is not None
 
 
 def forget_drawn(session: Session, row: Competition, after: Round) -> None:
-    """Let rounds that have not begun be drawn again: one before them goes on."""
+    """Forget the running orders of rounds that have not begun, because a round before them is
+    reopened."""
     later = select(Round.id).where(
         Round.competition_id == row.id, Round.place > after.place, Round.begun_at.is_(None),
         Round.quota.is_not(None),
@@ -134,8 +134,8 @@ def _by_lot(session: Session, row: Competition) -> Iterable[list[UUID]]:
 
 
 def _by_rank(session: Session, row: Competition, one: Round, quota: int) -> Iterable[list[UUID]]:
-    """The best of each category, the best one last; who is tied at the quota's end comes in, too.
-    Equal ranks start by their bibs."""
+    """Return the best of each category, the best one last. Ties at the end of the quota advance
+    too. Equal ranks are ordered by bib."""
     board = board_of(session, row)
     number = [found.id for found in board.sheet.rounds].index(one.id)
     bibs = {who.id: who.bib for who in board.sheet.entries}

@@ -1,7 +1,7 @@
-"""Who stands before whom, and why.
+"""Rank competitors and explain the order.
 
-Somebody's standing is a row of criteria; two are compared by the first in which they differ, and
-who differs in none shares a rank.
+A standing is a list of criteria. Two standings are compared by the first criterion in which they
+differ; equal standings share a rank.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ Who = TypeVar("Who")
 
 
 class Standing(NamedTuple):
-    """What somebody is ranked by: criteria, each with the round that it is of."""
+    """The criteria of a competitor, each with its round."""
 
     criteria: tuple[tuple[UUID | None, Criterion], ...]
     points: Fraction | None
 
     @property
     def key(self) -> tuple[Fraction, ...]:
-        """Greater is better."""
+        """Return the sort key; greater is better."""
         return tuple(criterion.value for _, criterion in self.criteria)
 
 
@@ -39,7 +39,7 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class Step:
-    """One comparison of two; `decides`: the one in which they differ."""
+    """One compared criterion; `decides`: whether the two differ in it."""
 
     code: str
     round_id: UUID | None
@@ -51,11 +51,11 @@ class Step:
 def standing_in(
     rounds: Sequence[RoundSheet], scores: Mapping[UUID, Score], reached: int
 ) -> Standing:
-    """What a competitor is ranked by in a round: the score there, then in each round before.
+    """Return the standing in a round: the score there, then in each round before.
 
     Parameters
     ----------
-    scores : by round, of the first `reached` rounds at least.
+    scores : by round, at least of the first `reached` rounds.
     """
     criteria: list[tuple[UUID | None, Criterion]] = []
     for number, one in enumerate(reversed(rounds[:reached])):
@@ -68,7 +68,7 @@ def standing_in(
 def standing_in_all(
     rounds: Sequence[RoundSheet], scores: Mapping[UUID, Score], reached: int
 ) -> Standing:
-    """What a competitor is ranked by in the end: how far they came, then how they did there."""
+    """Return the final standing: the last round reached, then the score there."""
     last = rounds[reached - 1]
     there = standing_in(rounds, scores, reached)
     came = (last.id, Criterion("round", Fraction(reached), last.name))
@@ -76,9 +76,9 @@ def standing_in_all(
 
 
 def standing_in_league(scores: Iterable[Score], league_best: int | None, handicap: int) -> Standing:
-    """What a competitor is ranked by over the rounds that they climbed in.
+    """Return the standing over the rounds of a league.
 
-    The sum of the best, each with the handicap; equal sums: the best single round.
+    It is the sum of the best rounds, each with the handicap, then the best single round.
     """
     each = [(score.points or Fraction(0)) + handicap for score in scores]
     total, most = best_of(each, league_best), max(each)
@@ -90,7 +90,8 @@ def standing_in_league(scores: Iterable[Score], league_best: int | None, handica
 
 
 def ranked(keys: Mapping[Who, tuple[Fraction, ...]]) -> dict[Who, Place]:
-    """Ranks by keys, greater first; equal keys share one, and the next is as much later."""
+    """Return ranks by keys, greater first. Equal keys share a rank, and the next rank skips as
+    many."""
     found: dict[Who, Place] = {}
     ordered = sorted(keys, key=lambda who: keys[who], reverse=True)
     first = 0
@@ -105,7 +106,7 @@ def ranked(keys: Mapping[Who, tuple[Fraction, ...]]) -> dict[Who, Place]:
 
 
 def why(first: Standing, second: Standing) -> list[Step]:
-    """The comparisons of two, down to the one that decides; none decides where they are tied."""
+    """Return the compared criteria of two, down to the deciding one; none decides a tie."""
     steps = []
     for (round_id, mine), (_, theirs) in zip(first.criteria, second.criteria, strict=False):
         decides = mine.value != theirs.value

@@ -1,4 +1,4 @@
-"""What everybody has, kept as score events come in; nothing is counted twice."""
+"""The marks and scores of a competition, updated as score events arrive."""
 
 from __future__ import annotations
 
@@ -15,9 +15,8 @@ from walltopo_gym.competitions.sheet import Competitor, RoundSheet, Sheet
 class Results:
     """Marks and scores of a competition.
 
-    An event touches the score of one competitor in one round, and, where points are shared, of
-    those who share them. `touched` are the categories in which something is otherwise since it
-    was last emptied.
+    An event affects the score of one competitor in one round, and, with shared points, of those who
+    share them. `touched` has the categories that changed since it was last emptied.
     """
 
     def __init__(self, sheet: Sheet) -> None:
@@ -27,7 +26,7 @@ class Results:
         self.use(sheet)
 
     def use(self, sheet: Sheet) -> None:
-        """Go on with another sheet; what was seen stays seen."""
+        """Continue with another sheet; events stay."""
         self.sheet = sheet
         self.competitors = {one.id: one for one in sheet.entries}
         self._round_of = {task.id: one for one in sheet.rounds for task in one.problems}
@@ -42,30 +41,30 @@ class Results:
         self.touched = {category for category, _ in sheet.categories}
 
     def add(self, facts: Iterable[Fact]) -> None:
-        """Take events in, in any order."""
+        """Add events in any order."""
         for fact in facts:
             for entry, problem in self._ledger.add(fact):
                 self._places.add((entry, problem))
                 self._look(entry, problem)
 
     def mark(self, entry: UUID, problem: UUID) -> Mark:
-        """What somebody has on a problem."""
+        """Return a competitor's mark on a problem."""
         return self._marks[entry].get(problem, NOTHING)
 
     def score(self, one: RoundSheet, who: Competitor) -> Score | None:
-        """What somebody has in a round; None for who is out, and for who has not climbed in it and
-        did not come into it by a quota either."""
+        """Return a competitor's score in a round; None if disqualified, and if they neither climbed
+        in it nor reached it by a quota."""
         key = one.id, who.id
         if key not in self._scores:
             self._scores[key] = self._scored(one, who)
         return self._scores[key]
 
     def empty(self, one: RoundSheet) -> Score:
-        """What nothing is worth in a round."""
+        """Return the score of no result in a round."""
         return one.scoring.score((), {}, {})
 
     def marks_in(self, one: RoundSheet, entry: UUID) -> dict[UUID, Mark]:
-        """What somebody has on the problems of a round."""
+        """Return a competitor's marks on the problems of a round."""
         mine = self._marks.get(entry, {})
         return {task.id: mine[task.id] for task in one.problems if task.id in mine}
 
@@ -83,7 +82,7 @@ class Results:
         return one.scoring.score(tried, tops, zones)
 
     def _look(self, entry: UUID, problem: UUID | None) -> None:
-        """See what somebody has on a problem, or whether they are out, by the events so far."""
+        """Update a competitor's mark on a problem, or their disqualification."""
         who = self.competitors.get(entry)
         if who is None:
             return
@@ -117,7 +116,7 @@ class Results:
             self._forget(one, who)
 
     def _hold(self, who: Competitor, problem: UUID, mark: Mark) -> None:
-        """Count them among those who have the problem; the others' share may be another one."""
+        """Update who has the problem, because shared points change for all of them."""
         key = who.category, problem
         is_out = who.id in self.outs
         for holders, has in ((self._tops[key], mark.top), (self._zones[key], mark.zone)):

@@ -1,4 +1,4 @@
-"""A competition without its scores: who takes part in what, by which rules."""
+"""A competition without its scores: categories, rounds, problems, competitors, rules."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from walltopo_gym.competitions.scoring.rules import Scoring
 class Format(StrEnum):
     """How rounds make one ranking.
 
-    Festival and night have one round. In rounds whoever came further stands before, and equal
-    scores are told apart by the round before. A league adds its rounds up.
+    Festival and night have one round. With rounds, the later round reached ranks first, and the
+    round before breaks ties. A league adds its rounds up.
     """
 
     FESTIVAL = "festival"
@@ -30,7 +30,7 @@ class Format(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A problem; `categories`: whose, empty: everybody's."""
+    """A problem; `categories`: its categories, empty for all."""
 
     id: UUID
     label: str
@@ -41,7 +41,7 @@ class Task:
 
 @dataclass(frozen=True, slots=True)
 class RoundSheet:
-    """A round; `starters` is None where all are in it."""
+    """A round; `starters` is None in an open round."""
 
     id: UUID
     name: str
@@ -54,7 +54,7 @@ class RoundSheet:
     starters: frozenset[UUID] | None
 
     def has(self, entry: UUID) -> bool:
-        """Whether somebody climbs in it."""
+        """Return whether a competitor climbs in it."""
         return self.starters is None or entry in self.starters
 
 
@@ -73,7 +73,7 @@ class Competitor:
 
 @dataclass(frozen=True)
 class Sheet:
-    """All of it, in order; `revision` tells one from the next."""
+    """The whole sheet, in order; `revision` grows with each change."""
 
     id: UUID
     name: str
@@ -88,13 +88,13 @@ class Sheet:
     entries: tuple[Competitor, ...]
 
     def as_of(self, at: datetime) -> Sheet:
-        """As it was at a moment: later rounds had not begun."""
+        """Return the sheet at a moment, before later rounds had begun."""
         rounds = tuple(r for r in self.rounds if r.begun_at is not None and r.begun_at <= at)
         return Sheet(**{**vars(self), "rounds": rounds or self.rounds[:1]})
 
 
 def load_sheet(session: Session, competition: models.Competition) -> Sheet:
-    """A competition's sheet from its tables."""
+    """Return a competition's sheet from its tables."""
     problems = defaultdict[UUID, list[Task]](list)
     of = models.Round.competition_id == competition.id
     tasks = select(models.Problem).join(models.Round, models.Round.id == models.Problem.round_id)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from walltopo_gym.competitions.told import BoardTold, Line, RoundLine
+from walltopo_gym.competitions.board_view import BoardView, Line, RoundLine
 from walltopo_gym.paper.sheet import Sheet
 from walltopo_gym.spreadsheets import csv_table
 
@@ -14,34 +14,34 @@ _OF_A_ROUND: Final = ("rank", "points", "tops", "zones", "flashes", "tries_to_to
                       "tries_to_zone")  # fmt: skip
 
 
-def results_csv(told: BoardTold) -> str:
-    """A line each competitor, category by category; a round's columns begin with its name."""
+def results_csv(board: BoardView) -> str:
+    """Return a line per competitor, by category; a round's columns begin with its name."""
     heads = [f"{number}. {one.name}: {name}"
-             for number, one in enumerate(told.rounds, 1) for name in _OF_A_ROUND]  # fmt: skip
+             for number, one in enumerate(board.rounds, 1) for name in _OF_A_ROUND]  # fmt: skip
     rows = (
         (category.name, _rank(line), "yes" if line.tied else "", line.bib, line.name, line.team,
          line.club, line.out or "", line.points, *_cells(line))
-        for category in told.categories for line in category.lines
+        for category in board.categories for line in category.lines
     )  # fmt: skip
     columns = [*_COLUMNS, *heads]
     return csv_table(columns, (dict(zip(columns, row, strict=True)) for row in rows))
 
 
-def results_pdf(told: BoardTold, gym: str, when: str, words: dict[str, str]) -> bytes:
-    """The results on pages.
+def results_pdf(board: BoardView, gym: str, when: str, words: dict[str, str]) -> bytes:
+    """Return the results as PDF.
 
     Parameters
     ----------
-    when : the day, as it is written; words : heads of the columns ("rank", "bib", "name", "team",
-        "points", "out", "frozen") in the reader's language.
+    when : the day as text; words : headings ("rank", "bib", "name", "team", "points", "out",
+        "frozen") in the reader's language.
     """
-    sheet = Sheet(told.name, when, foot=gym)
-    if told.frozen_at is not None:
+    sheet = Sheet(board.name, when, foot=gym)
+    if board.frozen_at is not None:
         sheet.text(words["frozen"], quiet=True)
-    for category in told.categories:
+    for category in board.categories:
         sheet.heading(category.name)
         heads = [words["rank"], words["bib"], words["name"], words["team"]]
-        shown = [one for one in told.rounds if one.state != "waiting"]
+        shown = [one for one in board.rounds if one.state != "waiting"]
         has_sum = any(line.points for line in category.lines)
         rows = [
             [_rank(line) or (words["out"] if line.out is not None else "–"), str(line.bib),
@@ -53,10 +53,10 @@ def results_pdf(told: BoardTold, gym: str, when: str, words: dict[str, str]) -> 
         heads += [words["points"]] if has_sum and len(shown) > 1 else []
         widths = [1.2, 1.2, 5, 3.5, *[2.8 for _ in heads[4:]]]
         sheet.table(heads, rows, widths=widths, right={0, 1}, bold={2})
-    if told.teams:
+    if board.teams:
         sheet.heading(words["team"])
         rows = [[str(team.rank), team.name, ", ".join(team.members), team.points]
-                for team in told.teams]  # fmt: skip
+                for team in board.teams]  # fmt: skip
         sheet.table([words["rank"], words["team"], words["name"], words["points"]], rows,
                     widths=[1, 3, 7, 2], right={0, 3}, bold={1})  # fmt: skip
     return sheet.pdf()
@@ -78,7 +78,7 @@ def _results(line: Line, rounds: set[object]) -> list[str]:
 
 
 def _short(one: RoundLine) -> str:
-    """Points, or tops and zones with their tries as judges write them: 3T4z 5 6."""
+    """Return points, or tops and zones with their tries as judges write them: 3T4z 5 6."""
     if not one.started:
         return ""
     if one.points:

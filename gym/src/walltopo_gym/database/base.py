@@ -1,4 +1,4 @@
-"""What every table shares: names of constraints, keys, times with a zone."""
+"""Shared parts of all tables: names of constraints, keys, times with a zone."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Base(DeclarativeBase):
 
 
 class Keyed:
-    """A row with a key that tells nothing, and its moment of making."""
+    """A row with a random key and its time of creation."""
 
     id: Mapped[UUID] = mapped_column(primary_key=True, default=uuid4)
     created_at: Mapped[datetime] = mapped_column(default=now)

@@ -1,24 +1,32 @@
 """Connections and transactions, the same to the caller on SQLite and PostgreSQL.
 
-The code is synchronous: SQLite's driver is, Pillow is, the jobs are, and threads serve a hundred
-reads a second with room to spare. One colour of function is less to get wrong.
+The code is synchronous, because SQLite's driver, Pillow and the jobs are, and threads serve a
+hundred reads a second with room to spare.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cached_property
 from threading import Lock
-from typing import Any
+from typing import TYPE_CHECKING, Any, Final
 
 from sqlalchemy import Connection, Engine, create_engine, event, make_url
+from sqlalchemy.dialects import postgresql, sqlite
+from sqlalchemy.dialects.postgresql import Insert
 from sqlalchemy.orm import Session
 from sqlalchemy.pool import ConnectionPoolEntry
 
+if TYPE_CHECKING:
+    from dbos import DBOSClient
+
+APPLICATION: Final = "walltopo-gym"  # whose jobs they are, to DBOS
 _WRITES = "walltopo_writes"
 _REBUILDS = "walltopo_rebuilds"
 _TURN = "walltopo_turn"
 _BUSY_S = 20
+CONNECTIONS: Final = 20  # kept open; as many again while more are needed
 
 
 class Database:
@@ -35,25 +43,35 @@ class Database:
         self.engine = _sqlite(url) if self.is_sqlite else _postgres(url)
         self._writing = self.engine.execution_options(**{_WRITES: True})
 
+    @cached_property
+    def jobs(self) -> DBOSClient:
+        """Return DBOS's view of its tables in this database."""
+        from dbos import DBOSClient
+
+        return DBOSClient(
+            system_database_engine=self._writing, application_name=APPLICATION, lazy=True
+        )
+
     @contextmanager
     def reading(self) -> Iterator[Session]:
-        """One consistent view; nothing is kept of what the block changes."""
-        with Session(self.engine) as session:
+        """Open a session with one consistent view; changes in the block are discarded."""
+        with Session(self.engine, info={"database": self}) as session:
             yield session
 
     @contextmanager
     def writing(self) -> Iterator[Session]:
-        """One transaction: all of the block, or nothing of it."""
+        """Open one transaction: all of the block is committed, or nothing."""
         # Values read before the commit stay readable after it.
-        with Session(self._writing, expire_on_commit=False) as session, session.begin():
+        made = Session(self._writing, expire_on_commit=False, info={"database": self})
+        with made as session, session.begin():
             yield session
 
     @contextmanager
     def rebuilding(self) -> Iterator[Connection]:
-        """One transaction that changes tables.
+        """Open one transaction that changes tables.
 
-        SQLite makes a table anew for that and drops the old one; its rows' references shall not
-        go with it, so they are not watched meanwhile.
+        SQLite copies the table and drops the old one. Foreign keys are off meanwhile, so that
+        references to its rows survive.
         """
         engine = self._writing.execution_options(**{_REBUILDS: True})
         with engine.begin() as connection:
@@ -62,25 +80,31 @@ class Database:
                 raise RuntimeError("the new tables would have references that lead to nothing")
         self.engine.dispose()  # with the connections that do not watch references
 
+    def insert(self, table: type[Any]) -> Insert:
+        """Return an insertion that supports `on_conflict_do_...`."""
+        if self.is_sqlite:
+            return sqlite.insert(table)  # type: ignore[return-value] # it says the same
+        return postgresql.insert(table)
+
     def close(self) -> None:
         """Close all connections."""
         self.engine.dispose()
 
 
 def _postgres(url: str) -> Engine:
-    return create_engine(url, pool_size=20, max_overflow=20, pool_pre_ping=True)
+    return create_engine(url, pool_size=CONNECTIONS, max_overflow=CONNECTIONS, pool_pre_ping=True)
 
 
 def _sqlite(url: str) -> Engine:
     # isolation_level None: BEGIN is ours (see `_begin`), not the driver's.
     how = {"timeout": _BUSY_S, "isolation_level": None}
-    engine = create_engine(url, pool_size=20, max_overflow=20, connect_args=how)
+    engine = create_engine(url, pool_size=CONNECTIONS, max_overflow=CONNECTIONS, connect_args=how)
     turn = Lock()
 
     def begin(connection: Connection) -> None:
-        """A writer takes the lock at once: one that began as a reader could only be refused later.
-        This process's writers wait here for each other: SQLite lets in who happens to ask in the
-        right moment, and under a crowd some of them never would."""
+        """Take the write lock at once, because upgrading a read lock may fail. Writers of this
+        process queue here, because SQLite grants the lock to the one that polls at the right
+        moment, and some writers under load would never get it."""
         options = connection.get_execution_options()
         if options.get(_REBUILDS, False):
             connection.exec_driver_sql("PRAGMA foreign_keys = OFF")
@@ -91,7 +115,7 @@ def _sqlite(url: str) -> Engine:
             connection.exec_driver_sql("BEGIN")
 
     def end(_: object, record: ConnectionPoolEntry) -> None:
-        """The connection is given back, whatever became of its transaction."""
+        """Release the queue when the connection is returned, whatever became of its transaction."""
         if record.info.pop(_TURN, False):
             turn.release()
 

@@ -1,1 +1,1 @@
-"""A gym to look at: a real scan of the bundled photos, and climbers who are made up."""
+"""The demo gym: real scans of bundled photos, and made-up climbers."""

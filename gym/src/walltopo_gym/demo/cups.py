@@ -5,21 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from datetime import datetime, timedelta
 from typing import Final
-from uuid import UUID
+from uuid import UUID, uuid4
 
 import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Person
-from walltopo_gym.competitions.entering import EntryWords, add_entry
+from walltopo_gym.competitions.bodies import CategoryBody, EntryBody, RoundBody, ScoringBody
+from walltopo_gym.competitions.entering import add_entry
 from walltopo_gym.competitions.ledger import Kind
-from walltopo_gym.competitions.making import (
-    CategoryWish,
-    ProblemWish,
-    RoundWish,
-    change_sheet,
-)
 from walltopo_gym.competitions.models import (
     Category,
     Competition,
@@ -28,52 +23,63 @@ from walltopo_gym.competitions.models import (
     Round,
     ScoreEvent,
 )
-from walltopo_gym.competitions.running import move_competition
+from walltopo_gym.competitions.scoring.rules import Rules
+from walltopo_gym.competitions.service import (
+    change_sheet,
+    move_competition,
+)
+from walltopo_gym.demo.crowd import abilities, email_of
+from walltopo_gym.demo.logs import Climber, Visitor
 from walltopo_gym.gyms.models import Gym
+from walltopo_gym.gyms.service import FONT
 from walltopo_gym.publishing.models import Route
 
 COMPETITORS: Final = 24
 _SEED: Final = 20260314
 _EVENING: Final = timedelta(hours=3)
-_MADE_UP: Final = " (made up)"
-_WAIVER: Final = "I climb at my own risk. (A made-up text of a made-up competition.)"
+_NAMES: Final = ("Autumn Jam", "Evening Jam")
+_WAIVER: Final = "I climb at my own risk."
+_TRIES: Final = 5
 _TEAMS: Final = ("", "Chalk Club", "Slab Society")
 
 
 def hold_cups(
     session: Session, gym: Gym, judge: UUID, routes: Sequence[Route], at: datetime
 ) -> None:
-    """One festival of three weeks ago, and one that began an hour ago. Where they are there already
-    the one that runs goes on for another evening.
+    """Add a festival of three weeks ago, and one that began an hour ago. If they exist, the running
+    one continues for another evening.
 
     Parameters
     ----------
-    judge : by whose account results were entered; routes : that are its problems; at : now.
+    judge : account that enters results; routes : become problems; at : now.
     """
     if session.scalar(select(Competition.id).where(Competition.gym_id == gym.id)) is not None:
         _go_on(session, gym, at)
         return
     rng = np.random.default_rng(_SEED)
-    mailed = Person.email.like(f"climber%@{gym.slug}.invalid")
-    people = session.scalars(select(Person).where(mailed).order_by(Person.email)).all()
+    emails = [email_of(gym, number) for number in range(COMPETITORS)]
+    of = {person.email: person for person in
+          session.scalars(select(Person).where(Person.email.in_(emails)))}  # fmt: skip
+    people = [of[email] for email in emails]
+    past = (at - timedelta(days=21)).replace(hour=17, minute=0, second=0, microsecond=0)
     for name, begins, ends, share in (
-        ("Autumn Jam", at - timedelta(days=21), at - timedelta(days=21, hours=-4), 1.0),
-        ("Friday Jam", at - timedelta(hours=1), at + _EVENING, 0.4),
+        (_NAMES[0], past, past + timedelta(hours=4), 0.9),
+        (_NAMES[1], at - timedelta(hours=1), at + _EVENING, 0.5),
     ):
-        row = _made(session, gym, name + _MADE_UP, routes, begins, ends)
-        _enter(session, row, people[:COMPETITORS])
+        row = _made(session, gym, name, routes, begins, ends)
+        _enter(session, row, people)
         move_competition(session, row, "running")
         one = session.scalars(select(Round).where(Round.competition_id == row.id)).one()
         one.begun_at = begins
-        _climb(session, rng, row, one, judge, begins, min(at, ends), share)
+        _climb(session, rng, row, one, judge, routes, begins, min(at, ends), share)
         if ends < at:
             move_competition(session, row, "ended")
 
 
 def _go_on(session: Session, gym: Gym, at: datetime) -> None:
-    """A demo that is looked at another day has a competition that runs, too."""
+    """Extend the running competition, so that a demo opened on another day has one."""
     over = select(Competition).where(
-        Competition.gym_id == gym.id, Competition.name.endswith(_MADE_UP),
+        Competition.gym_id == gym.id, Competition.name.in_(_NAMES),
         Competition.state == "running", Competition.ends_at < at,
     )  # fmt: skip
     for row in session.scalars(over):
@@ -93,11 +99,13 @@ def _made(
     )  # fmt: skip
     session.add(row)
     session.flush()
-    rounds = RoundWish(
-        None, "Session", "open", {"rules": "points", "best": 8}, None, begins, ends,
-        [ProblemWish(None, route_id=route.id) for route in routes],
+    rounds = RoundBody(
+        name="Session", scoring=ScoringBody(rules=Rules("points"), best=8),
+        opens_at=begins, closes_at=ends, route_ids=[route.id for route in routes], problems=[],
     )  # fmt: skip
-    categories = [CategoryWish(None, "Women", "women"), CategoryWish(None, "Men", "men")]
+    categories = [
+        CategoryBody(name="Women", gender="women"), CategoryBody(name="Men", gender="men")
+    ]  # fmt: skip
     change_sheet(session, row, categories, [rounds])
     return row
 
@@ -107,42 +115,43 @@ def _enter(session: Session, row: Competition, people: Sequence[Person]) -> None
     categories = session.scalars(of).all()
     for number, person in enumerate(people):
         category = categories[number % len(categories)]
-        words = EntryWords(person.name, category.id, team=_TEAMS[number % len(_TEAMS)],
-                           gender=category.gender)  # fmt: skip
+        words = EntryBody.model_validate(
+            {"name": person.name, "category_id": category.id, "gender": category.gender,
+             "team": _TEAMS[number % len(_TEAMS)]}
+        )  # fmt: skip
         add_entry(session, row, words, person.id)
 
 
 def _climb(
     session: Session, rng: np.random.Generator, row: Competition, one: Round, judge: UUID,
-    begins: datetime, until: datetime, share: float,
+    routes: Sequence[Route], begins: datetime, until: datetime, share: float,
 ) -> None:  # fmt: skip
-    """Events spread over the time: the further a problem stands in the list, the harder it is."""
+    """Add results spread over the time, by the ability that each climber's log shows."""
     entries = session.scalars(
         select(Entry).where(Entry.competition_id == row.id).order_by(Entry.bib)
     ).all()
     problems = session.scalars(
         select(Problem).where(Problem.round_id == one.id).order_by(Problem.place)
     ).all()
-    skill = rng.uniform(0.2, 1.0, len(entries))
-    said: list[tuple[float, UUID, UUID, Kind, int]] = []
-    for who, entry in enumerate(entries):
-        for place, problem in enumerate(problems):
-            if rng.random() > share:
+    hardness = np.array([FONT.index(route.grade) for route in routes], float)
+    attempts: list[tuple[float, UUID, UUID, Kind, int]] = []
+    for entry, ability in zip(entries, abilities(routes).tolist(), strict=False):
+        visitor = Visitor(Climber.drawn(rng, ability, len(routes)), hardness, rng)
+        for which, problem in enumerate(problems):
+            chance = visitor.chance(which)
+            if rng.random() > share or chance < 0.03:
                 continue
-            ease = skill[who] - 0.7 * place / max(1, len(problems))
-            tries = int(rng.integers(1, 6))
-            kind = Kind.TOP if rng.random() < ease else Kind.ZONE
-            if kind == Kind.ZONE and rng.random() > ease + 0.4:
+            tries = int(rng.geometric(chance))
+            kind = Kind.TOP if tries <= _TRIES else Kind.ZONE
+            if kind == Kind.ZONE and rng.random() > 0.4 + chance:
                 kind = Kind.ATTEMPT
-            said.append((float(rng.random()), entry.id, problem.id, kind, tries))
-    for number, (moment, entry_id, problem_id, kind, tries) in enumerate(sorted(said), 1):
+            attempts.append((float(rng.random()), entry.id, problem.id, kind, min(tries, _TRIES)))
+    for number, (moment, entry_id, problem_id, kind, tries) in enumerate(sorted(attempts), 1):
         at = begins + moment * (until - begins)
         session.add(
             ScoreEvent(
-                id=UUID(bytes=rng.bytes(16), version=4), competition_id=row.id, seq=number,
+                id=uuid4(), competition_id=row.id, seq=number,
                 entry_id=entry_id, problem_id=problem_id, kind=kind, n=tries, person_id=judge,
                 device="demo", number=number, made_at=at, climbed_at=at, at=at,
             )
         )  # fmt: skip
-    row.last_seq = len(said)
-    session.flush()

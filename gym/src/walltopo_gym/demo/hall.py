@@ -1,6 +1,6 @@
-"""The demo gym: two accounts, one wall, a scan by the platform's own job; each made once.
+"""The demo gym: two accounts, and walls scanned by the platform's own job; each made once.
 
-Every step looks at what is there already: a demo that was interrupted goes on.
+Every step checks what exists already, so an interrupted demo continues.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import secrets
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import timedelta
 from pathlib import Path
@@ -30,29 +30,36 @@ from walltopo_gym.database.engine import Database
 from walltopo_gym.demo.aims import fill_aims
 from walltopo_gym.demo.crowd import fill, fill_own
 from walltopo_gym.demo.cups import hold_cups
-from walltopo_gym.gyms.grades import FONT
+from walltopo_gym.demo.problems import make_problems
 from walltopo_gym.gyms.members import add_member
-from walltopo_gym.gyms.models import GradeSystem, Gym, Wall
-from walltopo_gym.gyms.opening import open_gym
+from walltopo_gym.gyms.models import GradeSystem, Gym
 from walltopo_gym.gyms.roles import Role
-from walltopo_gym.publishing.change import Entry, Placed, publish
-from walltopo_gym.publishing.models import Route
+from walltopo_gym.gyms.service import FONT, open_gym
 from walltopo_gym.publishing.review import found_routes
-from walltopo_gym.scans.asking import begin, start
-from walltopo_gym.scans.models import Scan, ScanProgress
-from walltopo_gym.scans.states import State
+from walltopo_gym.publishing.service import Entry, Placed, publish
+from walltopo_gym.publishing.versions import gym_routes
+from walltopo_gym.scans.incoming import Incoming
+from walltopo_gym.scans.models import Photo, Scan, ScanProgress
+from walltopo_gym.scans.receiving import announce, finish
+from walltopo_gym.scans.service import State, begin, start
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore, hash_of_file
-from walltopo_gym.uploads.incoming import Incoming
-from walltopo_gym.uploads.models import Photo
-from walltopo_gym.uploads.receiving import announce, finish
+from walltopo_gym.walls.models import Wall
 from walltopo_gym.work import at_work
 
 SLUG: Final = "demo"
 _ACCOUNTS: Final = "demo-accounts.json"
-_NAMES: Final = ("Moonshine", "Left Turn", "Cold Coffee", "The Plum", "Paperclip", "Slow Motion",
-                 "Half a Sandwich", "Sunday", "Old Friend", "Quiet Feet")  # fmt: skip
-_SETTERS: Final = ("Demo setter", "Nadia (made up)")
+NAME: Final = "Demo gym (made up)"
+_WALLS: Final = ("Corner", "Harbour")
+# Days since the routes of each wall were set, one after the other.
+_SET: Final = ((69, 62), (33, 9))
+_NAMES: Final = (
+    "Moonshine", "Left Turn", "Cold Coffee", "The Plum", "Paperclip", "Slow Motion",
+    "Half a Sandwich", "Sunday", "Old Friend", "Quiet Feet", "Night Bus", "Tin Roof",
+    "Second Breakfast", "Salt", "Low Tide", "Postcard",
+)  # fmt: skip
+_EASIEST, _HARDEST = "4", "7A"
+_SETTERS: Final = ("Demo setter", "Nadia", "Tomas")
 _LOOK_S: Final = 0.5
 
 Found = TypeVar("Found")
@@ -64,7 +71,7 @@ class Hall:
 
     Parameters
     ----------
-    tell : is given a line for the operator now and then.
+    tell : receives progress lines for the operator.
     """
 
     settings: GymSettings
@@ -72,41 +79,55 @@ class Hall:
     store: FileStore
     tell: Callable[[str], None]
 
-    def make(self, photos: Path) -> dict[str, str]:
-        """Make what is missing; address to password of the two accounts.
+    def make(self, folders: Sequence[Path]) -> dict[str, str]:
+        """Create what is missing and return address to password of the two accounts.
+
+        Parameters
+        ----------
+        folders : photos of a wall each.
 
         Raises
         ------
-        InputError : no photos there; StageError : the scan failed.
+        InputError : a folder has no photos; StageError : a scan failed.
         """
         accounts = self._accounts()
-        setter = self._person(f"setter@{SLUG}.example")
-        wall, scan = self._begun(setter)
-        if wall.published_scan_id is None:
+        setter, climber = (self._person(f"{who}@{SLUG}.example") for who in ("setter", "climber"))
+        walls = self._begun(setter, climber, len(folders))
+        missing = {
+            scan: folder
+            for (wall, scan), folder in zip(walls, folders, strict=True)
+            if wall.published_scan_id is None
+        }
+        if missing:
             with at_work(self.settings, self.database, self.store):
-                self._send(scan, photos)
-                self._see_through(scan)
-            self._publish(scan, wall.id)
+                for scan, folder in missing.items():
+                    self._send(scan, folder)
+                for scan in missing:
+                    self._see_through(scan)
+            self._publish([scan for _, scan in walls], set(missing))
         with self.database.writing() as session:
             gym = session.scalars(select(Gym).where(Gym.slug == SLUG)).one()
-            hanging = select(Route).where(Route.wall_id == wall.id).order_by(Route.name)
-            routes = session.scalars(hanging).all()
+            routes = [route for route, _ in gym_routes(session, gym.id)]
+            routes.sort(key=lambda route: (route.set_on, route.name))
             fill(session, gym, routes, now())
-            fill_own(session, gym, self._person(f"climber@{SLUG}.example"), routes, now())
+            fill_own(session, gym, climber, routes, now())
+            current = [session.get_one(Wall, wall.id) for wall, _ in walls]
+            make_problems(session, self.store, gym, current, now())
             hold_cups(session, gym, setter, routes, now())
             recount(session, gym)
             fill_aims(session, gym, routes, now())
         return accounts
 
     def _accounts(self) -> dict[str, str]:
-        """The two accounts; their passwords are this folder's own, and kept for the next start."""
+        """Create the two accounts. Their passwords belong to this folder and are kept for the next
+        start."""
         file = self.settings.data / _ACCOUNTS
         known: dict[str, str] = json.loads(file.read_text()) if file.is_file() else {}
         passwords = Passwords()
-        told = {}
+        made = {}
         for who in ("setter", "climber"):
             email = f"{who}@{SLUG}.example"
-            password = told[email] = known.get(email) or secrets.token_urlsafe(9)
+            password = made[email] = known.get(email) or secrets.token_urlsafe(9)
             with self.database.writing() as session:
                 person = find_person(session, email)
                 if person is None:
@@ -115,8 +136,8 @@ class Hall:
                     set_password(session, person, password, passwords)
         with atomic_path(file) as temporary:
             temporary.touch(mode=0o600)
-            temporary.write_text(json.dumps(told, indent=1))
-        return told
+            temporary.write_text(json.dumps(made, indent=1))
+        return made
 
     def _person(self, email: str) -> UUID:
         with self.database.reading() as session:
@@ -124,27 +145,32 @@ class Hall:
             assert person is not None
             return person.id
 
-    def _begun(self, setter: UUID) -> tuple[Wall, UUID]:
-        """The wall, and the scan of it that is made or being made."""
+    def _begun(self, setter: UUID, climber: UUID, walls: int) -> list[tuple[Wall, UUID]]:
+        """Return the walls, each with its scan, finished or running."""
         with self.database.writing() as session:
             gym = session.scalar(select(Gym).where(Gym.slug == SLUG))
             if gym is None:
                 gym = open_gym(
-                    session, setter, "Demo hall", SLUG, visibility="public", joining="open",
-                    place="Photos are rendered; climbers and ascents are made up",
+                    session, setter, NAME, SLUG, visibility="public", joining="open",
+                    place="Walls scanned from rendered photos",
                 )  # fmt: skip
-                climber = self._person(f"climber@{SLUG}.example")
                 add_member(session, gym.id, climber, Role.MEMBER, setter)
-            wall = session.scalar(select(Wall).where(Wall.gym_id == gym.id))
-            if wall is None:
-                wall = Wall(gym_id=gym.id, name="Corner")
-                session.add(wall)
-                session.flush()
-            scan = session.scalar(select(Scan).where(Scan.wall_id == wall.id))
-            return wall, (scan or begin(session, wall, setter)).id
+            return [self._wall(session, gym, setter, number) for number in range(walls)]
+
+    @staticmethod
+    def _wall(session: Session, gym: Gym, setter: UUID, number: int) -> tuple[Wall, UUID]:
+        name = _WALLS[number] if number < len(_WALLS) else f"Wall {number + 1}"
+        here = select(Wall).where(Wall.gym_id == gym.id, Wall.name == name)
+        wall = session.scalar(here)
+        if wall is None:
+            wall = Wall(gym_id=gym.id, name=name, place=number)
+            session.add(wall)
+            session.flush()
+        scan = session.scalar(select(Scan).where(Scan.wall_id == wall.id))
+        return wall, (scan or begin(session, wall, setter)).id
 
     def _send(self, scan: UUID, photos: Path) -> None:
-        """Hand the photos in, as an upload would."""
+        """Queue the photos as an upload would."""
         files = sorted(f for f in photos.glob("*") if f.suffix.lower() in PHOTO_SUFFIXES)
         if not files:
             raise InputError(f"{photos}: no photos there", "Give the demo's photos by --photos.")
@@ -153,7 +179,7 @@ class Hall:
             with self.database.writing() as session:
                 photo, _ = announce(
                     session, scan, file.name, file.stat().st_size, hash_of_file(file),
-                    self.settings.most_photos,
+                    self.settings.max_photos,
                 )  # fmt: skip
             if photo.state == "receiving":
                 incoming.drop(photo.id)
@@ -163,7 +189,7 @@ class Hall:
                 finish(self.database, self.store, incoming, photo.id)
 
     def _see_through(self, scan: UUID) -> None:
-        """Wait until the photos were looked at, then for the scan to come to its review."""
+        """Wait until the photos are checked, then until the scan is in review."""
         waiting = select(Photo.id).where(
             Photo.scan_id == scan, Photo.state.in_(("receiving", "received"))
         )
@@ -173,48 +199,61 @@ class Hall:
             row = session.get_one(Scan, scan)
             if row.state in (State.UPLOADING, State.FAILED, State.CANCELLED):
                 start(session, row)
-        told = ""
+        shown = ""
         while (row := self._ask(lambda session: session.get_one(Scan, scan))).state != State.REVIEW:
             if row.state == State.FAILED:
                 raise StageError(f"the demo's scan failed: {row.error}", row.hint)
             progress = self._ask(lambda session: session.get(ScanProgress, scan))
-            if progress is not None and progress.stage != told:
-                told = progress.stage
-                self.tell(f"scanning: {told}")
+            if progress is not None and progress.stage != shown:
+                shown = progress.stage
+                self.tell(f"scanning: {shown}")
             time.sleep(_LOOK_S)
 
     def _ask(self, what: Callable[[Session], Found]) -> Found:
         with self.database.reading() as session:
             return what(session)
 
-    def _publish(self, scan: UUID, wall: UUID) -> None:
-        """As a setter would: every route with a name and a grade."""
-        found = found_routes(self.store, scan)
-        with self.database.writing() as session:
-            row, gym = session.get_one(Scan, scan), session.get_one(Wall, wall)
-            system = session.scalars(
-                select(GradeSystem).where(GradeSystem.gym_id == gym.gym_id)
-            ).one()
-            began = (now() - timedelta(days=42)).date()
-            entries = [
-                Entry(number, None, facts | {"grade_system_id": system.id})
-                for number, facts in name_routes(found).items()
-            ]
-            known = {number: Placed.of(route) for number, route in found.items()}
-            publish(session, row, gym.revision, entries, known, began)
+    def _publish(self, scans: Sequence[UUID], missing: set[UUID]) -> None:
+        """Publish the missing scans as a setter would: each route gets a name and a grade."""
+        found = {scan: found_routes(self.store, scan) for scan in scans}
+        named = name_routes(list(found.values()))
+        for place, (scan, facts) in enumerate(zip(scans, named, strict=True)):
+            if scan not in missing:
+                continue
+            with self.database.writing() as session:
+                row = session.get_one(Scan, scan)
+                wall = session.get_one(Wall, row.wall_id)
+                system = session.scalars(
+                    select(GradeSystem).where(GradeSystem.gym_id == wall.gym_id)
+                ).one()
+                days = _SET[place % len(_SET)]
+                entries = [
+                    Entry(number, None, {
+                        **fields, "grade_system_id": system.id,
+                        "set_on": (now() - timedelta(days=days[turn % len(days)])).date(),
+                    })
+                    for turn, (number, fields) in enumerate(facts.items())
+                ]  # fmt: skip
+                known = {number: Placed.of(route) for number, route in found[scan].items()}
+                publish(session, row, wall.revision, entries, known, now().date())
 
 
-def name_routes(found: dict[int, FoundRoute]) -> dict[int, dict[str, object]]:
-    """Names from a list, grades by steepness and the largest move: harder to look at, harder to
-    climb. They say nothing of how hard these routes are."""
-    harder = sorted(found.values(), key=lambda r: r.steepness_deg / 10 + r.largest_move)
-    first = FONT.index("5")
-    return {
-        route.id: {
-            "name": _NAMES[place % len(_NAMES)],
-            "grade": FONT[min(first + 2 * place, len(FONT) - 1)],
+def name_routes(walls: Sequence[Mapping[int, FoundRoute]]) -> list[dict[int, dict[str, object]]]:
+    """Return facts of each wall's routes by number: names from a list, grades by steepness and
+    largest move, so that routes that look harder have harder grades.
+
+    The grades do not claim how hard these routes are.
+    """
+    every = [(wall, route) for wall, found in enumerate(walls) for route in found.values()]
+    every.sort(key=lambda each: each[1].steepness_deg / 10 + each[1].largest_move)
+    scale = FONT[FONT.index(_EASIEST) : FONT.index(_HARDEST) + 1]
+    named: list[dict[int, dict[str, object]]] = [{} for _ in walls]
+    for place, (wall, route) in enumerate(every):
+        turn, name = divmod(place, len(_NAMES))
+        named[wall][route.id] = {
+            "name": f"{_NAMES[name]} {turn + 1}" if turn else _NAMES[name],
+            "grade": scale[round(place * (len(scale) - 1) / max(1, len(every) - 1))],
             "colour": route.colour,
             "setter": _SETTERS[place % len(_SETTERS)],
         }
-        for place, route in enumerate(harder)
-    }
+    return named

@@ -1,1 +1,2 @@
-"""The editor of a scan in review: its log in the database, what follows from it on the shelf."""
+"""The editor of a scan in review: its edit log in the database, its results in the artifact
+store."""

@@ -1,1 +1,1 @@
-"""About how hard routes are, by their movement and the gym's own grades: ranges alone."""
+"""Estimated ranges of route difficulty, from movement and the gym's own grades."""

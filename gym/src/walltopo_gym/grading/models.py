@@ -1,4 +1,4 @@
-"""Tables of where the grade model puts the routes of a scan."""
+"""Tables of the grade model's difficulty estimates."""
 
 from __future__ import annotations
 
@@ -14,12 +14,11 @@ from walltopo_gym.database.base import Base
 
 
 class ScanPlaces(Base):
-    """A scan whose routes were placed.
+    """A scan whose routes have estimates.
 
-    `model` is the identity of the grade model: places of two models are not on one scale. `learnt`
-    is what that model knows of its errors (`walltopo_climb.grades.model.Learnt`). `shown` is
-    the revision
-    of the edits that the scan's files showed (`ScanEdits.shown`), 0 before any.
+    `model` is the identity of the grade model: estimates of two models are not comparable. `learnt`
+    has that model's error statistics (`walltopo_climb.grades.model.Learnt`). `shown` is the
+    revision of the edits that the scan's files showed (`ScanEdits.shown`), 0 before any.
     """
 
     __tablename__ = "scan_places"
@@ -34,9 +33,10 @@ class ScanPlaces(Base):
 
 
 class PlacedRoute(Base):
-    """A route of such a scan that an adult gets up; others have no row.
+    """A route of such a scan that an adult can climb; other routes have no row.
 
-    `place` is the model's, in steps of the Font scale; `known`: whether the types of its holds are.
+    `place` is the model's estimate in steps of the Font scale; `known`: whether its hold types are
+    known.
     """
 
     __tablename__ = "placed_routes"

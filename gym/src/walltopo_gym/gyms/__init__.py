@@ -1,1 +1,1 @@
-"""Gyms: who belongs to them, their grades, their walls, and who may see them."""
+"""Gyms: members, roles, grade systems, walls, access."""

@@ -1,4 +1,4 @@
-"""Who belongs to a gym, and how one comes to."""
+"""Membership of a gym: roles, invitations, bans."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from uuid import UUID
 from sqlalchemy import func, select, update
 from sqlalchemy.orm import Session
 
-from walltopo.core import InputError
 from walltopo_gym.accounts.audit import log_change
+from walltopo_gym.accounts.models import Person
 from walltopo_gym.accounts.secrets import hash_of, new_secret
 from walltopo_gym.clock import now
-from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError
+from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError, RequestError
 from walltopo_gym.gyms.models import Ban, Gym, Invitation, Membership
 from walltopo_gym.gyms.roles import Role
 
 
 def role_of(session: Session, gym: UUID, person: UUID | None) -> Role:
-    """What somebody is in a gym."""
+    """Return a person's role in a gym."""
     if person is None:
         return Role.GUEST
     membership = session.get(Membership, (gym, person))
@@ -26,7 +26,7 @@ def role_of(session: Session, gym: UUID, person: UUID | None) -> Role:
 
 
 def add_member(session: Session, gym: UUID, person: UUID, role: Role, by: UUID) -> Role:
-    """Make somebody a member; a role that they have already is never lessened by it.
+    """Make a person a member. It never lowers an existing role.
 
     Raises
     ------
@@ -45,21 +45,18 @@ def add_member(session: Session, gym: UUID, person: UUID, role: Role, by: UUID) 
 
 
 def check_not_banned(session: Session, gym: UUID, person: UUID) -> None:
-    """Refuse who may take part in this gym no more.
+    """Refuse a banned person.
 
     Raises
     ------
     ForbiddenError : they are banned.
     """
     if session.get(Ban, (gym, person)) is not None:
-        raise ForbiddenError(
-            "this gym has excluded you",
-            "Ask the gym. What you climbed stays yours: it comes out under your own data.",
-        )
+        raise ForbiddenError("banned", "banned-hint")
 
 
 def change_role(session: Session, gym: UUID, person: UUID, role: Role, by: UUID) -> None:
-    """Give a member another role.
+    """Change a member's role.
 
     Raises
     ------
@@ -73,7 +70,7 @@ def change_role(session: Session, gym: UUID, person: UUID, role: Role, by: UUID)
 
 
 def remove_member(session: Session, gym: UUID, person: UUID, by: UUID) -> None:
-    """Let a member go.
+    """Remove a member.
 
     Raises
     ------
@@ -87,7 +84,7 @@ def remove_member(session: Session, gym: UUID, person: UUID, by: UUID) -> None:
 
 
 def invite(session: Session, gym: UUID, role: Role, days: int, uses: int, by: UUID) -> str:
-    """The secret of a new invitation."""
+    """Create an invitation and return its secret."""
     secret, kept = new_secret()
     expires = now() + timedelta(days=days)
     row = Invitation(gym_id=gym, role=role, token_hash=kept, expires_at=expires, uses=uses)
@@ -98,11 +95,11 @@ def invite(session: Session, gym: UUID, role: Role, days: int, uses: int, by: UU
 
 
 def invitation(session: Session, secret: str) -> Invitation:
-    """What a link invites to.
+    """Return the invitation of a link.
 
     Raises
     ------
-    InputError : there is no such invitation, it is too old or used up.
+    RequestError : the invitation does not exist, has expired or is used up.
     """
     found = session.scalar(
         select(Invitation).where(
@@ -112,16 +109,16 @@ def invitation(session: Session, secret: str) -> Invitation:
         )
     )
     if found is None:
-        raise InputError("this invitation is used up or too old", "Ask the gym for a new one.")
+        raise RequestError("invitation-old", "ask-the-gym-new")
     return found
 
 
 def accept(session: Session, secret: str, person: UUID) -> tuple[Gym, Role]:
-    """Use an invitation: the gym, and what the person is in it now.
+    """Use an invitation and return the gym and the person's role.
 
     Raises
     ------
-    InputError : as in `invitation`; two that come for its last use get one of them in.
+    RequestError : as in `invitation`; of two requests for the last use, one gets this.
     """
     found = invitation(session, secret)
     used = session.execute(
@@ -131,7 +128,7 @@ def accept(session: Session, secret: str, person: UUID) -> tuple[Gym, Role]:
         .returning(Invitation.id)
     )
     if used.one_or_none() is None:
-        raise InputError("this invitation is used up", "Ask the gym for a new one.")
+        raise RequestError("invitation-used", "ask-the-gym-new")
     role = add_member(session, found.gym_id, person, Role(found.role), person)
     gym = session.get_one(Gym, found.gym_id)
     return gym, role
@@ -140,7 +137,7 @@ def accept(session: Session, secret: str, person: UUID) -> tuple[Gym, Role]:
 def _member(session: Session, gym: UUID, person: UUID) -> Membership:
     membership = session.get(Membership, (gym, person))
     if membership is None:
-        raise NotFoundError("no member of this gym")
+        raise NotFoundError("not-there-member")
     return membership
 
 
@@ -151,4 +148,38 @@ def _keep_an_owner(session: Session, gym: UUID) -> None:
         Membership.gym_id == gym, Membership.role == Role.OWNER
     )  # fmt: skip
     if (session.scalar(owners) or 0) <= 1:
-        raise ConflictError("a gym needs an owner", "Make somebody else an owner first.")
+        raise ConflictError("gym-needs-owner", "another-owner-first")
+
+
+def ban(session: Session, gym: UUID, person: UUID, reason: str, by: UUID) -> None:
+    """Ban a person, member or not; repeating it updates the reason.
+
+    Their ascents stay theirs; their comments are hidden (climbing/http/opinions.py).
+
+    Raises
+    ------
+    NotFoundError : no such person; ConflictError : oneself, or another owner.
+    """
+    if session.get(Person, person) is None:
+        raise NotFoundError("not-there-person")
+    role = role_of(session, gym, person)
+    if role == Role.OWNER:
+        raise ConflictError("ban-owner", "ban-owner-hint")
+    if role != Role.GUEST:
+        remove_member(session, gym, person, by)
+    session.merge(Ban(gym_id=gym, person_id=person, reason=reason))
+    log_change(session, "member.ban", person=by, gym=gym, subject=str(person), reason=reason)
+
+
+def end_ban(session: Session, gym: UUID, person: UUID, by: UUID) -> None:
+    """Lift a ban; it does not restore the membership.
+
+    Raises
+    ------
+    NotFoundError : they are not banned.
+    """
+    row = session.get(Ban, (gym, person))
+    if row is None:
+        raise NotFoundError("ban-none")
+    session.delete(row)
+    log_change(session, "member.ban-end", person=by, gym=gym, subject=str(person))

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from datetime import datetime
+from collections.abc import Iterable
+from datetime import date, datetime
 from typing import Any
 from uuid import UUID
+from zoneinfo import ZoneInfo
 
 from sqlalchemy import JSON, ForeignKey, String, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
+from walltopo_gym.settings import Feature
 
 _GYM = "gyms.id"
 
@@ -18,9 +21,10 @@ _GYM = "gyms.id"
 class Gym(Keyed, Base):
     """A climbing gym.
 
-    `visibility`: "public" is listed, "unlisted" is seen by whoever has its address, "private" by
+    `visibility`: "public" is listed, "unlisted" is open to people with its address, "private" to
     its members. `joining`: "open" or "invitation". `boards`: "off", "one" for everybody, or
-    "categories" too.
+    "categories" too. `features_off`: optional features of the server that the gym has turned off;
+    their data stays.
     """
 
     __tablename__ = "gyms"
@@ -32,10 +36,20 @@ class Gym(Keyed, Base):
     visibility: Mapped[str] = mapped_column(String(10), default="private")
     joining: Mapped[str] = mapped_column(String(10), default="invitation")
     boards: Mapped[str] = mapped_column(String(10), default="one", server_default="one")
+    features_off: Mapped[list[Feature]] = mapped_column(JSON, default=list, server_default="[]")
+
+    def features(self, of: Iterable[Feature]) -> list[Feature]:
+        """Return those of a server's features that the gym has."""
+        return [feature for feature in of if feature not in self.features_off]
+
+    def today(self) -> date:
+        """Return the calendar day in the gym's time zone; a day of climbing ends later
+        (climbing/visits.py)."""
+        return now().astimezone(ZoneInfo(self.time_zone)).date()
 
 
 class Membership(Base):
-    """Somebody's role in a gym."""
+    """A person's role in a gym."""
 
     __tablename__ = "memberships"
 
@@ -48,9 +62,9 @@ class Membership(Base):
 
 
 class Ban(Base):
-    """Somebody who may do no more in a gym than a stranger, until the gym lets them again.
+    """A person with fewer rights in a gym than a stranger, until the ban is lifted.
 
-    It outlives their membership, so that neither a link nor an open door brings them back.
+    It outlives their membership, so that neither a link nor an open gym brings them back.
     """
 
     __tablename__ = "bans"
@@ -64,7 +78,7 @@ class Ban(Base):
 
 
 class Invitation(Keyed, Base):
-    """A link that makes whoever opens it a member; good `uses` times."""
+    """A link that makes its visitors members, `uses` times."""
 
     __tablename__ = "invitations"
 
@@ -76,7 +90,7 @@ class Invitation(Keyed, Base):
 
 
 class GradeSystem(Keyed, Base):
-    """How a gym says how hard a route is; `grades` from the easiest to the hardest.
+    """A gym's grade system; `grades` from the easiest to the hardest.
 
     `kind`: "font", "v", "circuits" or "own". A grade is {"label"} with, for a circuit, {"colour"}
     and the range {"low", "high"} in Font or V.
@@ -89,37 +103,3 @@ class GradeSystem(Keyed, Base):
     name: Mapped[str] = mapped_column(String(60))
     kind: Mapped[str] = mapped_column(String(10))
     grades: Mapped[list[dict[str, Any]]] = mapped_column(JSON)
-
-
-class FloorPlan(Base):
-    """A picture of a gym from above; `sha256` is its content's, in the store below `plans/`."""
-
-    __tablename__ = "floor_plans"
-
-    gym_id: Mapped[UUID] = mapped_column(ForeignKey(_GYM, ondelete="CASCADE"), primary_key=True)
-    sha256: Mapped[str] = mapped_column(String(64))
-    width: Mapped[int]
-    height: Mapped[int]
-
-
-class Wall(Keyed, Base):
-    """A section with its own series of scans; `place` orders them from left to right.
-
-    `zone`: walls that are set together, empty for none; `published_scan_id` is what the public
-    sees; `revision` grows with every change of it; `plan_x`, `plan_y`: where it is on the gym's
-    floor plan, as parts of its width and height from the upper left corner.
-    """
-
-    __tablename__ = "walls"
-    __table_args__ = (UniqueConstraint("gym_id", "name"),)
-
-    gym_id: Mapped[UUID] = mapped_column(ForeignKey(_GYM, ondelete="CASCADE"))
-    name: Mapped[str] = mapped_column(String(80))
-    place: Mapped[int] = mapped_column(default=0)
-    zone: Mapped[str] = mapped_column(String(80), default="")
-    published_scan_id: Mapped[UUID | None] = mapped_column(
-        ForeignKey("scans.id", use_alter=True, ondelete="SET NULL")
-    )
-    revision: Mapped[int] = mapped_column(default=0)
-    plan_x: Mapped[float | None]
-    plan_y: Mapped[float | None]

@@ -1,4 +1,4 @@
-"""What somebody is in a gym. Each role may do what those below it may."""
+"""Roles in a gym. Each role has the rights of those below it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class Role(StrEnum):
-    """In rising order; `GUEST` is whoever does not belong to the gym."""
+    """Roles in rising order; `GUEST` is everybody outside the gym."""
 
     GUEST = "guest"
     MEMBER = "member"
@@ -15,6 +15,6 @@ class Role(StrEnum):
     OWNER = "owner"
 
     def covers(self, other: Role) -> bool:
-        """Whether this role may do what `other` may."""
+        """Return whether this role has the rights of `other`."""
         order = list(Role)
         return order.index(self) >= order.index(other)

@@ -1,1 +1,1 @@
-"""The gym beyond the app: its screen in the hall, paper, feeds, mails and messages by choice."""
+"""The gym beyond the app: hall screen, paper, feeds, opt-in mails and push messages."""

@@ -1,4 +1,4 @@
-"""Cards of routes to hang at the wall: several on a sheet of A4, with lines to cut along."""
+"""Route cards for the wall: several on a sheet of A4, with lines to cut along."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from io import BytesIO
 from typing import Any, Final, Literal
 
-from walltopo.core import InputError
+from walltopo_gym.errors import RequestError
 from walltopo_gym.hall.codes import code_of
 from walltopo_gym.hall.words import PAINT, Words
 from walltopo_gym.paper.codes import draw_code
-from walltopo_gym.paper.letters import BOLD, PLAIN, Letters
+from walltopo_gym.paper.printable import BOLD, PLAIN, PrintableText
 from walltopo_gym.publishing.models import Route
 
 CardSize = Literal["a4", "a5", "a6", "a7"]
-MOST_CARDS: Final = 400
+MAX_CARDS: Final = 400
 _MM: Final = 72 / 25.4
 _SHEET: Final = (210 * _MM, 297 * _MM)
 # Across and down on a sheet of A4: each cut halves.
@@ -28,11 +28,11 @@ _QUIET: Final = "#566070"
 
 @dataclass(frozen=True)
 class Cards:
-    """What stands on them.
+    """The content of route cards.
 
     Parameters
     ----------
-    routes : one card each; gym : its name; text : one more line on all of them, or empty.
+    routes : one card each; gym : its name; text : an extra line on all of them, or empty.
     base : address of the server.
     """
 
@@ -42,17 +42,17 @@ class Cards:
     base: str
 
     def pdf(self, words: Words, size: CardSize) -> tuple[bytes, set[str]]:
-        """The sheets, and the characters that the font lacks.
+        """Return the sheets, and the characters that the font lacks.
 
         Raises
         ------
-        InputError : more than `MOST_CARDS`.
+        RequestError : more than `MAX_CARDS`.
         """
         from reportlab.pdfgen.canvas import Canvas
 
-        if len(self.routes) > MOST_CARDS:
-            raise InputError(f"more than {MOST_CARDS} cards", "Choose a wall.")
-        letters, out = Letters(), BytesIO()
+        if len(self.routes) > MAX_CARDS:
+            raise RequestError("cards-too-many", "cards-choose-wall", most=MAX_CARDS)
+        letters, out = PrintableText(), BytesIO()
         canvas = Canvas(out, pagesize=_SHEET, invariant=1)
         canvas.setTitle(letters.text(self.gym))
         across, down = _GRID[size]
@@ -89,7 +89,7 @@ class _Card:
     of: Cards
     route: Route
     words: Words
-    letters: Letters
+    letters: PrintableText
     width: float
     height: float
 
@@ -104,7 +104,7 @@ class _Card:
         draw_code(canvas, f"{self.of.base}/r/{code_of(self.route.id)}",
                   self.width - edge - code, edge + (0 if wide else 5 * unit), code)  # fmt: skip
         beside = room - code if wide else room
-        # What is written ends above the gym's name, and above a code that is below it.
+        # The text ends above the gym's name, and above a code that is below it.
         floor = edge + (7 if wide else 53) * unit
         top = self.height - edge
         if self.route.grade:
@@ -120,8 +120,8 @@ class _Card:
             size = min(size, 6.5 * unit)
         most = max(1, int((top - floor) / (size * 1.2)))
         top = self._lines(canvas, name, left, top, beside, size, min(4, most), bold=True)
-        said = self.words.say("set_by", name=self.route.setter) if self.route.setter else ""
-        for words in filter(None, (said, self.of.text)):
+        setter_line = self.words.say("set_by", name=self.route.setter) if self.route.setter else ""
+        for words in filter(None, (setter_line, self.of.text)):
             most = int((top - unit - floor) / (5.75 * unit))
             if most > 0:
                 top = self._lines(canvas, words, left, top - unit, beside, 5 * unit, min(3, most))
@@ -131,7 +131,7 @@ class _Card:
         canvas.drawString(left, edge, self.letters.cut(self.of.gym, room_below, 4 * unit))
 
     def _fitting(self, words: str, room: float, sizes: Sequence[float], unit: float) -> float:
-        """The first of these sizes in which the words fit; else the last one. In points."""
+        """Return the first of these font sizes in which the text fits, else the last, in points."""
         shown = self.letters.text(words)
         for size in sizes:
             if self.letters.width(shown, size * unit, bold=True) <= room:
@@ -139,7 +139,7 @@ class _Card:
         return size * unit
 
     def _draw_band(self, canvas: Any, band: float, edge: float) -> None:
-        """The colour, and its name for those who do not see it."""
+        """Draw the colour, and its name for people who cannot see it."""
         canvas.setFillColor(PAINT.get(self.route.colour, "#ffffff"))
         canvas.setStrokeColor(_QUIET)
         canvas.setLineWidth(0.5)
@@ -159,7 +159,7 @@ class _Card:
         self, canvas: Any, words: str, left: float, top: float, room: float, size: float,
         most: int, *, bold: bool = False,
     ) -> float:  # fmt: skip
-        """Draw words below `top`; where the next ones begin."""
+        """Draw text below `top` and return where the next text begins."""
         canvas.setFillColor(_INK if bold else _QUIET)
         canvas.setFont(BOLD if bold else PLAIN, size)
         for line in self.letters.lines(words, room, size, most, bold=bold):
@@ -169,7 +169,8 @@ class _Card:
 
 
 def _is_dark(colour: str) -> bool:
-    """Whether white is better to read on it than ink (relative luminance, WCAG 2.2)."""
+    """Return whether white is more legible on a colour than black (relative luminance, WCAG
+    2.2)."""
     paint = PAINT.get(colour)
     if paint is None:
         return False

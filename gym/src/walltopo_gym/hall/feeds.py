@@ -1,4 +1,4 @@
-"""Feeds: a calendar of what comes (RFC 5545), and new routes as Atom (RFC 4287)."""
+"""Feeds: a calendar of dates (RFC 5545), and new routes as Atom (RFC 4287)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Final
 from xml.etree import ElementTree as Xml
 
 from walltopo_gym.gyms.models import Gym
-from walltopo_gym.hall.fresh import Date
+from walltopo_gym.hall.new_routes import Date
 from walltopo_gym.hall.words import Words
 from walltopo_gym.publishing.models import Route
 
@@ -17,14 +17,14 @@ _DAY: Final = timedelta(days=1)
 
 
 def say_date(coming: Date, words: Words) -> str:
-    """What happens, in a line."""
+    """Return a date's description in a line."""
     if coming.kind == "strip":
         return words.say("goes_on", number=coming.number, wall=coming.name)
     return words.say("reset", wall=coming.name) if coming.kind == "reset" else coming.name
 
 
 def calendar(gym: Gym, dates: Sequence[Date], words: Words, base: str) -> bytes:
-    """The dates as a calendar that others subscribe to."""
+    """Return the dates as a calendar for subscriptions."""
     from icalendar import Calendar, Event
 
     made = Calendar()
@@ -58,7 +58,7 @@ def _day(coming: Date) -> date:
 def atom(
     gym: Gym, routes: Sequence[Route], walls: dict[object, str], words: Words, base: str, own: str
 ) -> bytes:
-    """New routes, the newest first.
+    """Return new routes, the newest first.
 
     Parameters
     ----------
@@ -82,8 +82,8 @@ def atom(
         _add(entry, "link", rel="alternate", href=page)
         author = _add(entry, "author")
         _add(author, "name", route.setter or gym.name)
-        told = (walls[route.wall_id], words.colour(route.colour), words.day(route.set_on))
-        _add(entry, "summary", " · ".join(filter(None, told)))
+        parts = (walls[route.wall_id], words.colour(route.colour), words.day(route.set_on))
+        _add(entry, "summary", " · ".join(filter(None, parts)))
     content: bytes = Xml.tostring(feed, encoding="utf-8", xml_declaration=True)
     return content
 

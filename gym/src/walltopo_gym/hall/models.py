@@ -1,4 +1,4 @@
-"""Tables of the screen in the hall, and of what people want to be told."""
+"""Tables of the screen in the hall, and of message preferences."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from datetime import datetime
 from typing import Any, Final
 from uuid import UUID
 
-from sqlalchemy import JSON, ForeignKey, Index, String, Text, UniqueConstraint
+from sqlalchemy import JSON, ForeignKey, String, Text, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.database.base import Base, Keyed
@@ -16,10 +16,11 @@ _PERSON = "people.id"
 
 
 class HallSettings(Base):
-    """What a gym's screen shows; who has no row has `screen.DEFAULT`.
+    """A gym's screen settings; `screen.DEFAULT` without a row.
 
-    `parts` in their order; each is shown for `seconds`; routes are new for `days`; `board`: others
-    may see those who agreed to it. `key_hash`: of the secret that opens a private gym's screen.
+    `parts` in order; each is shown for `seconds`; routes are new for `days`; `board`: whether the
+    screen shows the people who agreed to it. `key_hash`: hash of the secret that opens a private
+    gym's screen.
     """
 
     __tablename__ = "hall_settings"
@@ -35,30 +36,30 @@ class HallSettings(Base):
     key_made_at: Mapped[datetime | None]
 
 
-class Wishes(Base):
-    """What somebody wants to be told of; who has no row is told nothing.
+class NotificationPreferences(Base):
+    """Message preferences; a person without a row gets no messages.
 
-    `digest`: once a week by mail; the others at once, in browsers. From `quiet_from` to
-    `quiet_to`, hours by the gym's clock, no browser is told anything; equal hours: never quiet.
+    `digest`: weekly by mail; the others at once, by push. From `quiet_from` to `quiet_to`, hours by
+    the gym's clock, no push is sent; equal hours: never quiet.
     """
 
-    __tablename__ = "wishes"
+    __tablename__ = "notification_preferences"
 
     person_id: Mapped[UUID] = mapped_column(
         ForeignKey(_PERSON, ondelete="CASCADE"), primary_key=True
     )
     language: Mapped[Language] = mapped_column(String(2))
     digest: Mapped[bool]
-    fresh: Mapped[bool]
+    new_routes: Mapped[bool]
     soon: Mapped[bool]
     competitions: Mapped[bool]
+    hold_reports: Mapped[bool]
     quiet_from: Mapped[int]
     quiet_to: Mapped[int]
 
 
 class PushAddress(Keyed, Base):
-    """Where one browser of somebody takes messages (RFC 8030), and the keys to encrypt them for it
-    alone (RFC 8291)."""
+    """A browser's push address (RFC 8030), and its encryption keys (RFC 8291)."""
 
     __tablename__ = "push_addresses"
 
@@ -70,18 +71,15 @@ class PushAddress(Keyed, Base):
 
 
 class Message(Keyed, Base):
-    """Something that somebody is told once, on one way.
+    """A message to one person, sent once through one channel.
 
-    `kind` and `subject` say what it is about, `target` the way: "mail", or a push address. The row
-    stays when it was sent, so that it is not sent again. `body`: what the way needs.
-    `begun_at`: when a try began that has not ended.
+    `kind` and `subject` say what it is about, `target` is "mail" or a push address. The row stays
+    after sending or after giving up for `error`, so that the message is not sent again. `body`:
+    content for the channel.
     """
 
     __tablename__ = "messages"
-    __table_args__ = (
-        UniqueConstraint("person_id", "kind", "subject", "target"),
-        Index("ix_messages_due", "sent_at", "next_at"),
-    )
+    __table_args__ = (UniqueConstraint("person_id", "kind", "subject", "target"),)
 
     person_id: Mapped[UUID] = mapped_column(ForeignKey(_PERSON, ondelete="CASCADE"))
     gym_id: Mapped[UUID] = mapped_column(ForeignKey("gyms.id", ondelete="CASCADE"), index=True)
@@ -89,15 +87,12 @@ class Message(Keyed, Base):
     subject: Mapped[str] = mapped_column(String(80))
     target: Mapped[str] = mapped_column(String(36))
     body: Mapped[dict[str, Any]] = mapped_column(JSON)
-    next_at: Mapped[datetime]
-    begun_at: Mapped[datetime | None]
-    tries: Mapped[int] = mapped_column(default=0)
     sent_at: Mapped[datetime | None]
     error: Mapped[str] = mapped_column(String(300), default="")
 
 
 class ServerSecret(Base):
-    """A secret of the server itself: made once, the same for all of its processes."""
+    """A secret of the server, created once and shared by all of its processes."""
 
     __tablename__ = "server_secrets"
 
@@ -105,7 +100,8 @@ class ServerSecret(Base):
     content: Mapped[str] = mapped_column(Text)
 
 
-# The tables that name a person, for whoever asks for all of theirs.
+# The tables that name a person, for the export of a person's data.
 KINDS: Final[dict[str, Any]] = {
-    "wishes": Wishes, "push_addresses": PushAddress, "messages": Message,
+    "notification_preferences": NotificationPreferences, "push_addresses": PushAddress,
+    "messages": Message,
 }  # fmt: skip

@@ -1,4 +1,4 @@
-"""What is new, on a poster: wall by wall with its picture, each with a code that leads to it."""
+"""The poster of new routes: each wall with its picture and a code that leads to it."""
 
 from __future__ import annotations
 
@@ -7,22 +7,23 @@ from dataclasses import dataclass
 from datetime import date
 from uuid import UUID
 
-from walltopo_gym.gyms.models import Gym, Wall
+from walltopo_gym.gyms.models import Gym
 from walltopo_gym.hall.words import PAINT, Words
 from walltopo_gym.paper.sheet import Paper, Sheet
 from walltopo_gym.publishing.models import Route
+from walltopo_gym.walls.models import Wall
 
 _NO_PAINT = "#ffffff"
 
 
 @dataclass(frozen=True)
 class Poster:
-    """What stands on it.
+    """The content of a poster.
 
     Parameters
     ----------
-    walls : from left to right, with what is new there.
-    picture : of a version of a wall as a JPEG; None where it was never drawn.
+    walls : from left to right, with their new routes.
+    picture : returns a version of a wall as a JPEG; None if it was never drawn.
     base : address of the server.
     """
 
@@ -34,11 +35,11 @@ class Poster:
     base: str
 
     def drawn(self, words: Words, size: Paper) -> Sheet:
-        """The pages.
+        """Return the pages.
 
         Raises
         ------
-        InputError : too many of them, when the document is made.
+        RequestError : there are too many pages.
         """
         home = f"{self.base}/g/{self.gym.slug}"
         period = words.say("since", **{"from": words.day(self.since), "to": words.day(self.until)})

@@ -1,5 +1,5 @@
-"""One message to one browser, by its maker's push service (RFC 8030): encrypted for that browser
-alone (RFC 8291), signed by this server (RFC 8292)."""
+"""Web push: one message to one browser through its vendor's push service (RFC 8030), encrypted for
+that browser (RFC 8291) and signed by this server (RFC 8292)."""
 
 from __future__ import annotations
 
@@ -9,24 +9,23 @@ import time
 from typing import Any, Final
 from urllib.parse import urlsplit
 
-from walltopo.core import InputError
-from walltopo_gym.errors import NotFoundError
+from walltopo_gym.errors import NotFoundError, RequestError
 from walltopo_gym.hall.models import PushAddress
-from walltopo_gym.webhooks.sending import check_url, post
+from walltopo_gym.webhooks.service import check_url, post
 
 _DAY_S: Final = 86400
 _KEY: Final = 65  # bytes of an uncompressed point of P-256
 _SECRET: Final = 16
 # The services keep 4096 bytes (RFC 8030, 7.2) of what is encrypted.
-_MOST: Final = 3000
+_MAX: Final = 3000
 
 
 def check_address(endpoint: str, public_key: str, secret: str, *, private: bool) -> None:
-    """Refuse an address to which nothing could ever be sent.
+    """Refuse an address that no message could be sent to.
 
     Raises
     ------
-    InputError : says why.
+    RequestError : says why.
     """
     check_url(endpoint, private=private)
     try:
@@ -40,28 +39,28 @@ def check_address(endpoint: str, public_key: str, secret: str, *, private: bool)
     except ValueError:
         is_right = False
     if not is_right:
-        raise InputError("these are no keys of a browser")
+        raise RequestError("push-keys-wrong")
 
 
 def push(address: PushAddress, body: dict[str, Any], key: str, sender: str, *,
          private: bool) -> None:  # fmt: skip
-    """Send it.
+    """Send a message.
 
     Parameters
     ----------
-    body : "title", "text", "path" and "tag"; of one tag a browser shows the last one.
-    key : this server's, PEM; sender : address that a push service may write to.
+    body : "title", "text", "path" and "tag"; a browser shows the latest message per tag.
+    key : this server's, PEM; sender : contact address for the push service.
 
     Raises
     ------
-    NotFoundError : the browser takes no messages any more; OSError : it was not taken;
-    InputError : the address is one of our own networks.
+    NotFoundError : the subscription has ended; OSError : the service refused it.
+    RequestError : the address lies in a private network.
     """
     import http_ece
     from cryptography.hazmat.primitives.asymmetric.ec import SECP256R1, generate_private_key
     from py_vapid import Vapid02
 
-    content = json.dumps(body).encode()[:_MOST]
+    content = json.dumps(body).encode()[:_MAX]
     sealed = http_ece.encrypt(
         content, private_key=generate_private_key(SECP256R1()), dh=_bytes(address.public_key),
         auth_secret=_bytes(address.secret), version="aes128gcm",
@@ -79,7 +78,7 @@ def push(address: PushAddress, body: dict[str, Any], key: str, sender: str, *,
     }
     status = post(address.endpoint, sealed, headers, private=private)
     if status in (404, 410):
-        raise NotFoundError("the browser takes no messages any more")
+        raise NotFoundError("push-gone")
     if not 200 <= status < 300:
         raise OSError(f"answered {status}")
 

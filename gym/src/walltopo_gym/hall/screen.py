@@ -1,4 +1,4 @@
-"""The screen in the hall: what it shows, and the link that opens a private gym's."""
+"""The screen in the hall: its settings, and the link that opens a private gym's screen."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session
 from walltopo_gym.accounts.models import Person, Profile
 from walltopo_gym.accounts.secrets import hash_of, new_secret
 from walltopo_gym.climbing.boards import Line, month_of
-from walltopo_gym.climbing.counted_models import Standing
+from walltopo_gym.climbing.models import Standing
 from walltopo_gym.clock import now
 from walltopo_gym.gyms.models import Gym, Membership
 from walltopo_gym.hall.models import HallSettings
@@ -23,7 +23,7 @@ _DAYS: Final = 14
 
 
 def settings_of(session: Session, gym: UUID) -> HallSettings:
-    """What a gym has chosen; where it has not, the usual, which is in no session."""
+    """Return a gym's screen settings; the defaults outside of the session if there are none."""
     kept = session.get(HallSettings, gym)
     if kept is not None:
         return kept
@@ -31,7 +31,7 @@ def settings_of(session: Session, gym: UUID) -> HallSettings:
 
 
 def new_key(session: Session, gym: UUID) -> str:
-    """A secret that opens the screen of this gym; the one before is good no more."""
+    """Return a new secret that opens this gym's screen; the earlier one is void."""
     row = session.merge(settings_of(session, gym))
     secret, row.key_hash = new_secret()
     row.key_made_at = now()
@@ -39,21 +39,23 @@ def new_key(session: Session, gym: UUID) -> str:
 
 
 def drop_key(session: Session, gym: UUID) -> None:
-    """No link opens the screen any more; again, too."""
+    """Void the secret; repeating it is fine."""
     row = session.get(HallSettings, gym)
     if row is not None:
         row.key_hash = row.key_made_at = None
 
 
 def has_key(session: Session, gym: UUID, secret: str) -> bool:
-    """Whether a secret opens this gym's screen."""
+    """Return whether a secret opens this gym's screen; false if the gym has turned the hall off."""
     row = session.get(HallSettings, gym)
-    return row is not None and row.key_hash == hash_of(secret)
+    if row is None or row.key_hash != hash_of(secret):
+        return False
+    return "hall" not in session.get_one(Gym, gym).features_off
 
 
 def public_board(session: Session, gym: Gym, size: int) -> list[Line] | None:
-    """The first of this month's board, of those alone who agreed to be seen by everybody; None
-    where the gym shows none."""
+    """Return the top of this month's board, of people who agreed to be public; None if the gym
+    shows none."""
     if gym.boards == "off" or not settings_of(session, gym.id).board:
         return None
     rows = session.execute(

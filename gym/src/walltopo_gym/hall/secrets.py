@@ -1,5 +1,5 @@
-"""Secrets of the server itself, made when they are first needed and then the same for all of its
-processes: they are in the database, so in its backups too."""
+"""Secrets of the server, created when first needed and shared by all of its processes: they are in
+the database, and so in its backups."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ _UNSUBSCRIBE = "unsubscribe"
 
 
 def push_key(database: Database) -> str:
-    """The private key that signs what is sent to browsers (RFC 8292), as PEM."""
+    """Return the private key that signs push messages (RFC 8292), as PEM."""
     return _kept(database, _PUSH, _new_push_key)
 
 
 def public_push_key(database: Database) -> str:
-    """Its public half, as browsers want it: an uncompressed point, base64url."""
+    """Return its public half as browsers need it: an uncompressed point, base64url."""
     from cryptography.hazmat.primitives.serialization import (
         Encoding,
         PublicFormat,
@@ -39,14 +39,14 @@ def public_push_key(database: Database) -> str:
 
 
 def unsubscribe_token(database: Database, person: UUID) -> str:
-    """What ends the mails of a person, without a sign-in: in the mails' own links."""
+    """Return the token of a person's unsubscribe link, which needs no sign-in."""
     key = _kept(database, _UNSUBSCRIBE, lambda: secrets.token_urlsafe(32))
     digest = hmac.digest(key.encode(), person.bytes, hashlib.sha256)[:16]
     return base64.urlsafe_b64encode(person.bytes + digest).decode().rstrip("=")
 
 
 def person_of(database: Database, token: str) -> UUID | None:
-    """Whose mails a token ends; None where it is none."""
+    """Return the person of an unsubscribe token; None for an invalid one."""
     try:
         content = base64.urlsafe_b64decode(token + "=" * (-len(token) % 4))
         person = UUID(bytes=content[:16])
@@ -66,9 +66,9 @@ def _new_push_key() -> str:
 
 
 def _kept(database: Database, name: str, make: Callable[[], str]) -> str:
-    asked = select(ServerSecret.content).where(ServerSecret.name == name)
+    query = select(ServerSecret.content).where(ServerSecret.name == name)
     with database.reading() as session:
-        content = session.scalar(asked)
+        content = session.scalar(query)
     if content is None:
         try:
             with database.writing() as session:
@@ -76,5 +76,5 @@ def _kept(database: Database, name: str, make: Callable[[], str]) -> str:
         except IntegrityError:
             pass  # another process made it at the same moment
         with database.reading() as session:
-            content = session.scalars(asked).one()
+            content = session.scalars(query).one()
     return content

@@ -1,4 +1,4 @@
-"""What the server itself says on paper, in feeds, mails and messages, in four languages."""
+"""The server's own texts on paper, in feeds, mails and messages, in four languages."""
 
 from __future__ import annotations
 
@@ -18,28 +18,28 @@ PAINT: Final = msgspec.json.decode(_HERE.joinpath("paint.json").read_bytes(), ty
 
 
 class Words(msgspec.Struct, frozen=True):
-    """One language."""
+    """The texts of one language."""
 
     texts: Mapping[str, str]
     colours: Mapping[str, str]
 
     def say(self, key: str, **values: object) -> str:
-        """A text with its places filled."""
+        """Return a text with its placeholders filled."""
         return self.texts[key].format(**values)
 
     def day(self, day: date) -> str:
-        """A day as it is written in a line of text."""
+        """Return a day as text."""
         month = self.texts["months"].split()[day.month - 1]
         return self.say("date", day=day.day, month=month, year=day.year)
 
     def colour(self, name: str) -> str:
-        """A colour of paint; a gym's own names stay as they are."""
+        """Return the name of a paint colour; a gym's own names stay as they are."""
         return self.colours.get(name, name)
 
 
 @cache
 def words_in(language: Language) -> Words:
-    """The words of a language."""
-    told = msgspec.json.decode(_HERE.joinpath("words.json").read_bytes())[language]
-    colours = told.pop("colours")
-    return Words(told, colours)
+    """Return the texts of a language."""
+    by_key = msgspec.json.decode(_HERE.joinpath("words.json").read_bytes())[language]
+    colours = by_key.pop("colours")
+    return Words(by_key, colours)

@@ -1,1 +1,1 @@
-"""What setters and owners learn: counted from what was climbed, said and scanned."""
+"""Insights for setters and owners, from ascents, opinions and scans."""

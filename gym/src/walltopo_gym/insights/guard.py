@@ -1,17 +1,17 @@
-"""Which sums over groups of people may be told, so that no group of under five is told of.
+"""Decide which sums over groups may be published, so that no group under five people is exposed.
 
-Sums are told by style (a set of routes) and group. Whoever reads them knows more: what each route
-comes to over all groups (its page says so), what a group comes to over all routes, and that sums
-can be taken from each other. So a style is told for all groups or for none, and is told only where
+Sums are published by style (a set of routes) and group. A reader also knows the total of each route
+(its page shows it), the total of each group, and can subtract sums from each other. So a style is
+published for all groups or for none, and only if
 
-1. in each group nobody or at least `ENOUGH` people are behind it;
-2. so are behind what the styles of the same kind leave over, which "all but these" comes to;
-3. so are behind each piece (routes that are in the same styles) that the sums determine: one whose
-   row lies in the row space of the sums, found by projection;
-4. so are behind each set of routes that up to three sums, added and taken away, come to.
+1. each group of it has no person or at least `ENOUGH` people; 2. the same holds for the routes that
+the styles of one kind leave over ("all but these"); 3. the same holds for each piece (routes that
+are in the same styles) that the sums determine: its row lies in the row space of the sums, found by
+projection; 4. the same holds for each set of routes that up to three sums, added and subtracted,
+amount to.
 
-As a style is told for all of two groups or more, or for none, knowing each route's total over all
-groups adds nothing: what one group of a piece has more, another may have less.
+Because a style is published for all of two or more groups, or for none, a route's total over all
+groups adds nothing: the share of one group in it is unknown.
 """
 
 from __future__ import annotations
@@ -37,21 +37,21 @@ class Style(NamedTuple):
     value: str
 
 
-def may_be_told(styles: Mapping[Style, frozenset[str]], people: People) -> set[Style]:
-    """The styles whose sums by group may be told.
+def safe_to_show(styles: Mapping[Style, frozenset[str]], people: People) -> set[Style]:
+    """Return the styles whose sums by group may be published.
 
     Parameters
     ----------
     styles : with their routes; those of one kind share none.
     people : groups that have no person in common.
     """
-    told = {style for style, routes in styles.items() if _is_safe(people, routes)}
+    shown = {style for style, routes in styles.items() if _is_safe(people, routes)}
     whole = frozenset(route for routes in people.values() for route in routes)
-    while (left := _first_left_over(told, styles, people, whole)) or (
-        left := _first_found_out(told, styles, people, whole)
+    while (left := _first_left_over(shown, styles, people, whole)) or (
+        left := _first_found_out(shown, styles, people, whole)
     ):
-        told.remove(min(left, key=lambda style: (_fewest(people, styles[style]), style)))
-    return told
+        shown.remove(min(left, key=lambda style: (_fewest(people, styles[style]), style)))
+    return shown
 
 
 def _is_safe(people: People, routes: Iterable[str]) -> bool:
@@ -59,7 +59,7 @@ def _is_safe(people: People, routes: Iterable[str]) -> bool:
 
 
 def _fewest(people: People, routes: Iterable[str]) -> int:
-    """Of the groups that have somebody there: how many the smallest has; `ENOUGH` for none."""
+    """Return the size of the smallest non-empty group; `ENOUGH` without one."""
     found = list(routes)
     sizes = [
         len(frozenset[int]().union(*(of.get(route, frozenset()) for route in found)))
@@ -69,23 +69,24 @@ def _fewest(people: People, routes: Iterable[str]) -> int:
 
 
 def _first_left_over(
-    told: set[Style], styles: Mapping[Style, frozenset[str]], people: People,
+    shown: set[Style], styles: Mapping[Style, frozenset[str]], people: People,
     whole: frozenset[str],
 ) -> list[Style]:  # fmt: skip
-    """Rule 2: the styles of a kind of which too few are left over."""
-    for kind in sorted({style.kind for style in told}):
-        mine = [style for style in told if style.kind == kind]
+    """Apply rule 2: return the styles of a kind that leave too few people over."""
+    for kind in sorted({style.kind for style in shown}):
+        mine = [style for style in shown if style.kind == kind]
         if not _is_safe(people, whole.difference(*(styles[style] for style in mine))):
             return mine
     return []
 
 
 def _first_found_out(
-    told: set[Style], styles: Mapping[Style, frozenset[str]], people: People,
+    shown: set[Style], styles: Mapping[Style, frozenset[str]], people: People,
     whole: frozenset[str],
 ) -> list[Style]:  # fmt: skip
-    """Rules 3 and 4: styles of which one has to go, so that a set of routes is not found out."""
-    order = sorted(told)
+    """Apply rules 3 and 4: return styles one of which must go, so that a set of routes stays
+    hidden."""
+    order = sorted(shown)
     pieces = _pieces(order, styles, whole)
     rows = np.array([[style in of for of in pieces] for style in order], np.int8)
     rows = np.vstack([np.ones(len(pieces), np.int8), rows.reshape(len(order), len(pieces))])
@@ -97,18 +98,18 @@ def _first_found_out(
 
 
 def _pieces(
-    told: Sequence[Style], styles: Mapping[Style, frozenset[str]], whole: frozenset[str]
+    shown: Sequence[Style], styles: Mapping[Style, frozenset[str]], whole: frozenset[str]
 ) -> dict[frozenset[Style], list[str]]:
-    """Routes that no sum tells apart, by the styles that they are in."""
+    """Return the sets of routes that no sum separates."""
     pieces: dict[frozenset[Style], list[str]] = {}
     for route in whole:
-        of = frozenset(style for style in told if route in styles[style])
+        of = frozenset(style for style in shown if route in styles[style])
         pieces.setdefault(of, []).append(route)
     return pieces
 
 
 def _determined(rows: NDArray[np.int8]) -> list[list[int]]:
-    """Single pieces whose sum follows from the others."""
+    """Return the single pieces whose sums follow from the others."""
     _, sizes, basis = np.linalg.svd(rows.astype(float), full_matrices=False)
     basis = basis[sizes > _CLOSE * sizes.max(initial=1.0)]
     # The part of each unit vector that lies in the row space; all of it: it is determined.
@@ -117,7 +118,7 @@ def _determined(rows: NDArray[np.int8]) -> list[list[int]]:
 
 
 def _differences(rows: NDArray[np.int8]) -> list[list[int]]:
-    """Sets of pieces that two or three sums, added and taken away, come to."""
+    """Return the sets of pieces that two or three sums, added and subtracted, amount to."""
     found: set[tuple[int, ...]] = set()
     for size in (2, 3):
         chosen = np.array(list(combinations(range(len(rows)), size)), int).reshape(-1, size)

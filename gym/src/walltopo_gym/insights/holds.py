@@ -1,4 +1,4 @@
-"""Which holds hang where, and which are free; which walls are due for washing."""
+"""Count holds on walls and free holds; find walls that are due for washing."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from uuid import UUID
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from walltopo.scans.attributes import Attributes
 from walltopo.scans.folder import ScanFolder
-from walltopo_gym.gyms.models import Wall
+from walltopo.scans.holds import Holds
 from walltopo_gym.insights.models import Aims, Washing
 from walltopo_gym.insights.routes import OfRoute
 from walltopo_gym.insights.usage import last_washed, worn_walls
-from walltopo_gym.scans.shelf import take_files
+from walltopo_gym.scans.artifacts import download_files
 from walltopo_gym.storage.files import FileStore
+from walltopo_gym.walls.models import Wall
 
 # Up to how many metres along the wall a hold is that large.
 SIZES: Final = {"s": 0.08, "m": 0.16, "l": 0.32, "xl": float("inf")}
 
 
 @dataclass(frozen=True)
-class Hanging:
-    """Holds of one colour, type and size on one wall; `holds` of them."""
+class HoldCount:
+    """The number of `holds` of one colour, type and size on one wall."""
 
     wall_id: UUID
     colour: str
@@ -41,20 +41,20 @@ class Hanging:
 
 @dataclass(frozen=True)
 class Stock:
-    """Holds of one colour, and type (empty: of all): what hangs, what the gym has (None: not
-    said), what is free; fewer than none where more hang than the gym has said."""
+    """Holds of one colour and type (empty: all types): the number on walls, the gym's total (None:
+    unknown), and the number of free ones (negative if more are on walls)."""
 
     colour: str
     type: str
-    hanging: int
+    current: int
     total: int | None
     free: int | None
 
 
 @dataclass(frozen=True)
 class Wear:
-    """A wall: since when its holds were not washed (None: never), tries on what hangs since then
-    (None: of few people), how many of its routes are due."""
+    """A wall's last washing (None: never), the tries on current routes since then (None: of few
+    people), and the number of routes that are due."""
 
     wall_id: UUID
     washed_at: datetime | None
@@ -64,24 +64,24 @@ class Wear:
     due: int
 
 
-def hanging_holds(session: Session, store: FileStore, gym: UUID) -> list[Hanging]:
-    """What the published scans show, wall by wall; volumes are of the type `volume`."""
+def current_holds(session: Session, store: FileStore, gym: UUID) -> list[HoldCount]:
+    """Return the holds of the published scans, wall by wall; volumes have the type `volume`."""
     walls = session.execute(
         select(Wall.id, Wall.published_scan_id)
         .where(Wall.gym_id == gym, Wall.published_scan_id.is_not(None))
         .order_by(Wall.place, Wall.name)
     )
     return [
-        Hanging(wall, *kind, number)
+        HoldCount(wall, *kind, number)
         for wall, scan in walls if scan is not None
         for kind, number in _counted(store, scan)
     ]  # fmt: skip
 
 
-def stock(aims: Aims, hanging: Sequence[Hanging]) -> list[Stock]:
-    """What is free, of each colour and of each of its types."""
+def stock(aims: Aims, current: Sequence[HoldCount]) -> list[Stock]:
+    """Return the free holds of each colour and of each of its types."""
     there: Counter[tuple[str, str]] = Counter()
-    for one in hanging:
+    for one in current:
         there[one.colour, one.type] += one.holds
         there[one.colour, ""] += one.holds
     totals = {(row["colour"], row["type"]): int(row["total"]) for row in aims.stock}
@@ -93,10 +93,9 @@ def stock(aims: Aims, hanging: Sequence[Hanging]) -> list[Stock]:
 
 
 def wear(session: Session, gym: UUID, wash_after: int, routes: Sequence[OfRoute]) -> list[Wear]:
-    """Of each wall on which something hangs.
+    """Return one row for each wall with routes.
 
-    A route's holds are due once it was tried `wash_after` times since they were last washed: by
-    hand, or because they were put up (a route's tries begin with it).
+    A route's holds are due after `wash_after` tries since they were washed or put up.
     """
     last = last_washed()
     washings = {
@@ -126,15 +125,15 @@ def wear(session: Session, gym: UUID, wash_after: int, routes: Sequence[OfRoute]
 
 @lru_cache(maxsize=512)
 def _counted(store: FileStore, scan: UUID) -> list[tuple[tuple[str, str, str], int]]:
-    """Colour, type and size of the holds of a published scan, which does not change any more."""
+    """Return colour, type and size of the holds of a published scan, which never changes."""
     with tempfile.TemporaryDirectory() as name:
         folder = ScanFolder(Path(name))
-        take_files(store, scan, folder, "attributes")
-        found = Attributes.load(folder.attributes)
+        download_files(store, scan, folder, "holds")
+        found = Holds.load(folder.holds)
     kinds = Counter(
         (hold.colour, "volume" if hold.kind == "volume" else hold.type,
          _size(hold.size / found.unit))
-        for hold in found.instances
+        for hold in found.holds
     )  # fmt: skip
     return sorted(kinds.items())
 

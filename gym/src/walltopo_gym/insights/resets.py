@@ -1,4 +1,4 @@
-"""What a reset changed: each version of a wall against the one before it."""
+"""The changes of each reset: each version of a wall against the one before it."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.climbing.models import Ascent, Opinion
-from walltopo_gym.gyms.models import Wall
-from walltopo_gym.insights.shrinking import Sample
-from walltopo_gym.insights.usage import told, what_counts
+from walltopo_gym.climbing.shrinking import Sample
+from walltopo_gym.insights.usage import count_if_safe, what_counts
 from walltopo_gym.publishing.models import Route
-from walltopo_gym.publishing.past import routes_as_they_were, versions_of
+from walltopo_gym.publishing.versions import routes_as_they_were, versions_of
 from walltopo_gym.scans.models import Scan
+from walltopo_gym.walls.models import Wall
 
 _WEEK: Final = timedelta(days=7)
 _WEEKS: Final = 4
@@ -31,9 +31,9 @@ class Side:
 
     Parameters
     ----------
-    grades : label to routes, as they were graded then.
-    ascents : on this wall, of the weeks before or after; None where they are of few people.
-    stars : mean of those given to the routes that went or came; None without three; votes.
+    grades : label to number of routes, as they were graded then.
+    ascents : on this wall, in the weeks before or after; None if they are of few people.
+    stars : mean stars of the routes that went or came; None with fewer than three votes.
     """
 
     scan_id: UUID
@@ -47,8 +47,8 @@ class Side:
 
 @dataclass(frozen=True)
 class Reset:
-    """Routes that stayed, came and went; `weeks` before and as many after it are compared: whole
-    ones, four at most, and none beyond the next version or the present."""
+    """Numbers of routes that stayed, came and went. `weeks` before and after it are compared: at
+    most four whole weeks, none beyond the next version or the present."""
 
     wall_id: UUID
     weeks: int
@@ -60,7 +60,7 @@ class Reset:
 
 
 def resets_of(session: Session, wall: Wall, at: datetime) -> list[Reset]:
-    """The resets of a wall, the last one first.
+    """Return the resets of a wall, the latest first.
 
     Parameters
     ----------
@@ -80,8 +80,8 @@ def _reset(session: Session, wall: Wall, before: Scan, after: Scan, end: datetim
     assert begun is not None
     assert moment is not None
     weeks = max(0, min(_WEEKS, (end - moment) // _WEEK, (moment - begun) // _WEEK))
-    old = {route.id: said["grade"] for _, route, said in routes_as_they_were(session, before.id)}
-    new = {route.id: said["grade"] for _, route, said in routes_as_they_were(session, after.id)}
+    old = {route.id: facts["grade"] for _, route, facts in routes_as_they_were(session, before.id)}
+    new = {route.id: facts["grade"] for _, route, facts in routes_as_they_were(session, after.id)}
     span = weeks * _WEEK
     return Reset(
         wall_id=wall.id, weeks=weeks, stayed=len(old.keys() & new.keys()),
@@ -112,6 +112,6 @@ def _side(
     assert scan.published_at is not None
     return Side(
         scan_id=scan.id, published_at=scan.published_at, routes=len(grades),
-        grades=dict(Counter(grades.values())), ascents=told(ascents, people),
+        grades=dict(Counter(grades.values())), ascents=count_if_safe(ascents, people),
         stars=None if mean is None else round(mean, 2), votes=len(stars),
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""What is known of each route that hangs, and of each setter."""
+"""Figures of each current route, and of each setter."""
 
 from __future__ import annotations
 
@@ -13,37 +13,40 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.climbing.counting import zone_of
-from walltopo_gym.climbing.crowd import crowd_grade
 from walltopo_gym.climbing.models import Opinion
+from walltopo_gym.climbing.points import crowd_grade
+from walltopo_gym.climbing.shrinking import NOTHING, Sample, shrunk
 from walltopo_gym.climbing.styles import steepness_of
 from walltopo_gym.climbing.visits import gym_day
-from walltopo_gym.gyms.models import GradeSystem, Gym, Wall
-from walltopo_gym.insights.shrinking import NOTHING, Sample, shrunk
+from walltopo_gym.gyms.models import GradeSystem, Gym
 from walltopo_gym.insights.usage import ENOUGH, Usage, climbers_of, usage
-from walltopo_gym.publishing.models import Placement, Route
+from walltopo_gym.publishing.models import Route
+from walltopo_gym.publishing.versions import gym_routes
+from walltopo_gym.walls.models import Wall
 
 RECENT: Final = timedelta(days=28)
 
 
 @dataclass(frozen=True)
 class RouteFigures:
-    """What may be told of a route that hangs.
+    """Publishable figures of a current route.
 
     Parameters
     ----------
-    steepness : of `styles.STEEPNESS`, empty where it is not known; age : in days.
-    climbers : who topped it.
-    flash_rate : of who topped it, how many flashed it, shrunk; None with fewer than `ENOUGH`.
-    recent : ascents of the last 28 days; None where they, or older ones, are of few people.
-    stars : mean, shrunk; votes : how many gave stars.
-    crowd : the median of the grade votes, empty while they are few; grade_votes : how many.
-    off : by how many steps of the grade system climbers find it harder, shrunk; None: no votes.
-    keep, renew : wishes.
+    number : None while no scan places it. steepness : of `styles.STEEPNESS`, empty if unknown.
+    age : in days.
+    climbers : number of people who topped it.
+    flash_rate : share of its climbers who flashed it, shrunk; None with fewer than `ENOUGH`.
+    recent : ascents of the last 28 days; None if they, or older ones, are of few people.
+    stars : mean, shrunk; votes : number of star votes.
+    crowd : median of the grade votes, empty with too few; grade_votes : their number.
+    off : steps by which climbers find it harder than its grade, shrunk; None: no votes.
+    keep, renew : numbers of votes for keeping and renewing it.
     """
 
     id: UUID
     wall_id: UUID
-    number: int
+    number: int | None
     name: str
     colour: str
     system: UUID | None
@@ -68,23 +71,23 @@ class RouteFigures:
 
 @dataclass(frozen=True)
 class OfRoute(RouteFigures):
-    """The same, with all that is known of its use."""
+    """Figures of a route, with its unpublished usage."""
 
     use: Usage
 
 
 @dataclass(frozen=True)
 class SetterInsight:
-    """A setter, over all of their routes, those that hang no more too; as of a route, else.
+    """A setter, over all of their routes, former ones included; fields as of a route.
 
     Parameters
     ----------
-    hanging, routes : how many hang, how many there are.
-    ascents, climbers : None where fewer than `ENOUGH` have topped one.
+    current, routes : number of current routes, and of all.
+    ascents, climbers : None if fewer than `ENOUGH` people topped one.
     """
 
     setter: str
-    hanging: int
+    current: int
     routes: int
     ascents: int | None
     climbers: int | None
@@ -98,8 +101,8 @@ class SetterInsight:
 
 
 @dataclass(frozen=True)
-class Told:
-    """All of it; `today` is the gym's."""
+class RoutesInsight:
+    """Figures of all routes and setters; `today` is the gym's day."""
 
     today: date
     routes: list[OfRoute]
@@ -107,8 +110,9 @@ class Told:
 
 
 @dataclass
-class _Said:
-    """Opinions on one route: stars, steps that a voted grade stands above the setter's, wishes."""
+class _Votes:
+    """Opinions on one route: stars, steps of grade votes above the setter's grade, keep and
+    renew."""
 
     stars: Sample = NOTHING
     off: Sample = NOTHING
@@ -117,8 +121,8 @@ class _Said:
     crowd: str = ""
 
 
-def of_routes(session: Session, gym: Gym, at: datetime) -> Told:
-    """Of each route that hangs, wall by wall, and of each setter.
+def of_routes(session: Session, gym: Gym, at: datetime) -> RoutesInsight:
+    """Return the figures of each current route, by wall, and of each setter.
 
     Parameters
     ----------
@@ -131,49 +135,46 @@ def of_routes(session: Session, gym: Gym, at: datetime) -> Told:
     ).all()
     used = usage(session, gym.id, at - RECENT)
     graded = {row.id: (row.grade_system_id, row.grade) for row in routes}
-    said = _said(session, gym.id, graded)
+    opinions = _votes(session, gym.id, graded)
     today = gym_day(at, zone_of(gym))
     of_setter = {row.id: row.setter for row in routes}
-    hanging = {row.id for row in routes if row.stripped_at is None}
-    setters = _setters(of_setter, hanging, used, said, climbers_of(session, gym.id))
-    return Told(today, _hanging(session, gym.id, today, used, said), setters)
+    current = {row.id for row in routes if row.stripped_at is None}
+    setters = _setters(of_setter, current, used, opinions, climbers_of(session, gym.id))
+    return RoutesInsight(today, _current_routes(session, gym.id, today, used, opinions), setters)
 
 
-def _hanging(
+def _current_routes(
     session: Session, gym: UUID, today: date, used: Mapping[UUID, Usage],
-    said: Mapping[UUID, _Said],
+    opinions: Mapping[UUID, _Votes],
 ) -> list[OfRoute]:  # fmt: skip
-    placed = session.execute(
-        select(Route, Placement.number, Placement.steepness_deg)
-        .join(Placement, Placement.route_id == Route.id)
-        .join(Wall, Wall.published_scan_id == Placement.scan_id)
-        .where(Wall.gym_id == gym, Route.stripped_at.is_(None))
-        .order_by(Wall.place, Wall.name, Placement.number)
-    ).all()
-    stars = shrunk({key: one.stars for key, one in said.items()})
-    off = shrunk({key: one.off for key, one in said.items()})
+    placed = [
+        (route, None, None) if found is None else (route, found.number, found.steepness_deg)
+        for route, found in gym_routes(session, gym)
+    ]
+    stars = shrunk({key: one.stars for key, one in opinions.items()})
+    off = shrunk({key: one.off for key, one in opinions.items()})
     flashes = shrunk({key: Sample.of_shares(u.flashed, u.climbers) for key, u in used.items()})
-    told = []
+    listed = []
     for route, number, degrees in placed:
-        use, opinion = used.get(route.id, Usage()), said.get(route.id, _Said())
+        use, opinion = used.get(route.id, Usage()), opinions.get(route.id, _Votes())
         enough = use.climbers >= ENOUGH
-        told.append(OfRoute(
+        listed.append(OfRoute(
             id=route.id, wall_id=route.wall_id, number=number, name=route.name,
             colour=route.colour, system=route.grade_system_id, grade=route.grade,
             setter=route.setter, steepness=steepness_of(degrees), set_on=route.set_on,
             strip_on=route.strip_on, age=max(0, (today - route.set_on).days), use=use,
-            ascents=use.ascents, climbers=use.climbers, recent=use.told_recent,
+            ascents=use.ascents, climbers=use.climbers, recent=use.recent_shown,
             flash_rate=_rounded(flashes.get(route.id), 3) if enough else None,
             stars=_rounded(stars.get(route.id)), votes=opinion.stars.n, crowd=opinion.crowd,
             grade_votes=opinion.off.n, off=_rounded(off.get(route.id)), keep=opinion.keep,
             renew=opinion.renew,
         ))  # fmt: skip
-    return told
+    return listed
 
 
 def _setters(
-    of_setter: Mapping[UUID, str], hanging: set[UUID], used: Mapping[UUID, Usage],
-    said: Mapping[UUID, _Said], climbers: Mapping[str, int],
+    of_setter: Mapping[UUID, str], current: set[UUID], used: Mapping[UUID, Usage],
+    opinions: Mapping[UUID, _Votes], climbers: Mapping[str, int],
 ) -> list[SetterInsight]:  # fmt: skip
     routes: dict[str, list[UUID]] = defaultdict(list)
     for route, setter in of_setter.items():
@@ -182,7 +183,7 @@ def _setters(
 
     def summed(take: str) -> dict[str, Sample]:
         return {
-            setter: sum((getattr(said[r], take) for r in mine if r in said), NOTHING)
+            setter: sum((getattr(opinions[r], take) for r in mine if r in opinions), NOTHING)
             for setter, mine in routes.items()
         }
 
@@ -197,21 +198,21 @@ def _setters(
     for setter, mine in sorted(routes.items()):
         enough = climbers.get(setter, 0) >= ENOUGH
         found.append(SetterInsight(
-            setter=setter, hanging=len(hanging.intersection(mine)), routes=len(mine),
+            setter=setter, current=len(current.intersection(mine)), routes=len(mine),
             ascents=sum(u.ascents for u in uses[setter]) if enough else None,
             climbers=climbers[setter] if enough else None,
             flash_rate=_rounded(shrunk_flashes.get(setter), 3) if enough else None,
             stars=_rounded(shrunk_stars.get(setter)), votes=stars[setter].n,
             off=_rounded(shrunk_off.get(setter)), grade_votes=off[setter].n,
-            keep=sum(said[r].keep for r in mine if r in said),
-            renew=sum(said[r].renew for r in mine if r in said),
+            keep=sum(opinions[r].keep for r in mine if r in opinions),
+            renew=sum(opinions[r].renew for r in mine if r in opinions),
         ))  # fmt: skip
     return found
 
 
-def _said(
+def _votes(
     session: Session, gym: UUID, graded: Mapping[UUID, tuple[UUID | None, str]]
-) -> dict[UUID, _Said]:
+) -> dict[UUID, _Votes]:
     systems = select(GradeSystem.id, GradeSystem.grades).where(GradeSystem.gym_id == gym)
     labels: dict[UUID | None, list[str]] = {
         key: [str(grade["label"]) for grade in grades] for key, grades in session.execute(systems)
@@ -221,7 +222,7 @@ def _said(
         select(*of, func.count()).join(Route, Route.id == Opinion.route_id)
         .join(Wall, Wall.id == Route.wall_id).where(Wall.gym_id == gym).group_by(*of)
     )  # fmt: skip
-    found: dict[UUID, _Said] = defaultdict(_Said)
+    found: dict[UUID, _Votes] = defaultdict(_Votes)
     grades: dict[UUID, dict[str, int]] = defaultdict(lambda: defaultdict(int))
     for route, grade, stars, wish, number in session.execute(votes):
         one = found[route]
@@ -243,7 +244,7 @@ def _said(
 def _steps(
     labels: Mapping[UUID | None, Sequence[str]], system: UUID | None, grade: str, vote: str
 ) -> int | None:
-    """How many steps above the route's grade a vote is; None where one is none of the system."""
+    """Return a vote's steps above the route's grade; None for a grade outside the system."""
     known = labels.get(system, ())
     return known.index(vote) - known.index(grade) if grade in known and vote in known else None
 

@@ -1,18 +1,18 @@
-"""What to strip next: reasons in words, counted; no weights.
+"""Suggestions of routes to strip, by counted reasons without weights.
 
-Reasons for it, each of which counts one:
+Each of these reasons counts one:
 
-- `planned`: the day that the setter has said for it is here, or within a week;
-- `old`: it has hung for `OLD` days (eight weeks);
-- `quiet`: it has hung for four weeks, and its ascents of these are fewer than half of the median
-  of all routes that have;
-- `disliked`: its shrunk stars are in the lowest quarter of the routes that have votes, and lower
-  than the median of these; at least three have voted;
-- `renew`: more wishes to renew it than to keep it;
-- `worn`: its holds are due for washing (`wear.py`).
+- `planned`: its planned day is here, or within a week;
+- `old`: it is on the wall for `OLD` days (eight weeks);
+- `quiet`: it is on the wall for four weeks, and its ascents of these are fewer than half of the
+  median of all such routes;
+- `disliked`: its shrunk stars are in the lowest quarter of the routes with votes, and below their
+  median; at least three people have voted;
+- `renew`: more votes for renewing than for keeping it;
+- `worn`: its holds are due for washing.
 
-`keep`, more wishes to keep it than to renew it, takes one off. What has a reason and more for it
-than against is listed, the most first; of equal ones the older first.
+`keep`, more votes for keeping than for renewing it, subtracts one. Routes with a positive count are
+listed, the highest first, older ones first among equals.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _VOTES: Final = 3
 
 @dataclass(frozen=True)
 class Suggestion:
-    """A route to strip: reasons for it, and `against` it."""
+    """A route to strip, with the reasons for and `against` it."""
 
     route_id: UUID
     reasons: tuple[str, ...]
@@ -43,11 +43,11 @@ class Suggestion:
 def what_to_strip(
     routes: Sequence[OfRoute], today: date, wash_after: int
 ) -> list[Suggestion]:  # fmt: skip
-    """Routes to strip, the first one first.
+    """Return the routes to strip, the most urgent first.
 
     Parameters
     ----------
-    routes : that hang; wash_after : tries after which holds are due for washing.
+    routes : the current ones; wash_after : tries after which holds are due for washing.
     """
     hung = [route.use.recent for route in routes if route.age >= RECENT.days]
     usual = median(hung) if hung else 0.0

@@ -1,8 +1,8 @@
-"""Which styles are climbed and liked, and by whom; groups are of five people or more.
+"""Find which styles are climbed and liked by which groups, each of five people or more.
 
-Of the last year up to the last Monday, so that two looks on one day do not tell apart who came in
-between. A climber's band is that of their hardest top of that year; bands and categories of fewer
-than five are put together with the next.
+The period is the year up to the last Monday, so that two requests on one day do not reveal who came
+in between. A climber's band is that of their hardest top of that year; bands and categories of
+fewer than five are merged with the next.
 """
 
 from __future__ import annotations
@@ -20,15 +20,16 @@ from walltopo_gym.accounts.models import Profile
 from walltopo_gym.climbing.counting import zone_of
 from walltopo_gym.climbing.models import Ascent, Opinion
 from walltopo_gym.climbing.points import worth_of
+from walltopo_gym.climbing.shrinking import NOTHING, Sample, shrunk
 from walltopo_gym.climbing.styles import length_of, main_hold, steepness_of
 from walltopo_gym.climbing.visits import day_begins, gym_day
-from walltopo_gym.gyms.grades import FONT
-from walltopo_gym.gyms.models import Gym, Wall
-from walltopo_gym.insights.guard import People, Style, may_be_told
-from walltopo_gym.insights.shrinking import NOTHING, Sample, shrunk
+from walltopo_gym.gyms.models import Gym
+from walltopo_gym.gyms.service import FONT
+from walltopo_gym.insights.guard import People, Style, safe_to_show
 from walltopo_gym.insights.usage import ENOUGH, what_counts
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.scans.models import Scan
+from walltopo_gym.walls.models import Wall
 
 _YEAR: Final = timedelta(days=364)
 # The first grade of each band but the first.
@@ -39,22 +40,22 @@ _TOPS: Final = ("flash", "top")
 
 @dataclass(frozen=True)
 class Group:
-    """Climbers of a band or a category, `size` of them. `parts`: what was put together, such as
-    ("0", "1") for the bands below 6A and from there to 6C, or ("men", "other")."""
+    """Climbers of a band or a category, `size` of them. `parts`: the merged ones, such as ("0",
+    "1") for the bands below 6A and from there to 6C, or ("men", "other")."""
 
     parts: tuple[str, ...]
     size: int
 
     @property
     def key(self) -> str:
-        """Its name in a table."""
+        """Return its name in a table."""
         return "+".join(self.parts)
 
 
 @dataclass
 class StyleCell:
-    """Of one style and group: routes that somebody tried and topped, each once a person; votes and
-    the mean of their stars."""
+    """Counts of one style and group: tried and topped routes, each once per person; star votes and
+    their mean."""
 
     tried: int | None
     topped: int | None
@@ -64,9 +65,9 @@ class StyleCell:
 
 @dataclass
 class StyleInsight:
-    """A style (a steepness, a hold that routes have most of, a colour, a length): how many of its
-    routes were tried and topped, each once a person; votes, and their mean stars, shrunk
-    (`shrinking.py`). `cells` by group. None: not told, for it is of few."""
+    """Counts of a style (steepness, main hold type, colour, length): tried and topped routes, each
+    once per person; star votes and their shrunk mean. `cells` by group. None: withheld, too few
+    people."""
 
     kind: str
     value: str
@@ -80,8 +81,8 @@ class StyleInsight:
 
 @dataclass
 class Styles:
-    """`since`, `until`: of which days; `groups` of the asked kind; fewer than two: not broken
-    down."""
+    """Styles by group from `since` to `until`. With fewer than two `groups` there is no
+    breakdown."""
 
     since: datetime
     until: datetime
@@ -90,8 +91,8 @@ class Styles:
 
 
 class _Climbed(NamedTuple):
-    """That one person tried one route, and whether they topped it; both by their keys as text,
-    which the database makes sooner than Python makes keys of them."""
+    """Whether a person topped a route that they tried. Both keys are text, which the database makes
+    faster than Python makes UUIDs."""
 
     route: str
     person: str
@@ -100,7 +101,7 @@ class _Climbed(NamedTuple):
 
 
 def styles(session: Session, gym: Gym, at: datetime, by: str) -> Styles:
-    """Styles by groups of climbers.
+    """Return styles by groups of climbers.
 
     Parameters
     ----------
@@ -122,29 +123,29 @@ def styles(session: Session, gym: Gym, at: datetime, by: str) -> Styles:
     tried = _people(((one.route, one.person) for one in climbed), of_person, numbers)
     voted = _people(((route, person) for route, person, _ in votes), of_person, numbers)
     lines = _lines(routes, climbed, votes, of_person, [group.key for group in groups])
-    _keep_back(lines, _Told.of(routes, tried), _Told.of(routes, voted))
+    _keep_back(lines, _Shown.of(routes, tried), _Shown.of(routes, voted))
     return Styles(since, until, list(groups) if len(groups) > 1 else [], lines)
 
 
 @dataclass(frozen=True)
-class _Told:
-    """Of which styles it may be told what all come to, and what each group does."""
+class _Shown:
+    """The styles whose totals, and whose sums by group, may be published."""
 
     whole: set[Style]
     parts: set[Style]
 
     @classmethod
-    def of(cls, routes: Mapping[Style, frozenset[str]], people: People) -> _Told:
+    def of(cls, routes: Mapping[Style, frozenset[str]], people: People) -> _Shown:
         together: dict[str, frozenset[int]] = {}
         for of in people.values():
             for route, who in of.items():
                 together[route] = together.get(route, frozenset()) | who
-        whole = may_be_told(routes, {"": together})
-        return cls(whole, whole & may_be_told(routes, people))
+        whole = safe_to_show(routes, {"": together})
+        return cls(whole, whole & safe_to_show(routes, people))
 
 
-def _keep_back(lines: list[StyleInsight], climbed: _Told, liked: _Told) -> None:
-    """Take out of the lines what would tell of fewer than five."""
+def _keep_back(lines: list[StyleInsight], climbed: _Shown, liked: _Shown) -> None:
+    """Remove from the lines what would expose fewer than five people."""
     for line in lines:
         style = Style(line.kind, line.value)
         if style not in climbed.whole:
@@ -191,7 +192,7 @@ def _votes(
 
 
 def _styled(session: Session, gym: Gym) -> dict[Style, frozenset[str]]:
-    """The styles of the gym's routes, in the last scan that each was in."""
+    """Return the styles of the gym's routes, from each route's latest scan."""
     rows = session.execute(
         select(cast(Route.id, String), Route.colour, Placement.steepness_deg, Placement.hold_types,
                Placement.holds)
@@ -219,17 +220,17 @@ def _styled(session: Session, gym: Gym) -> dict[Style, frozenset[str]]:
 def _groups(
     session: Session, gym: Gym, climbed: list[_Climbed], by: str
 ) -> dict[Group, list[str]]:  # fmt: skip
-    """Who is in which; one of few is put together with the next, the last with the one before."""
+    """Return each person's group; a small one joins the next (the last: the one before)."""
     if by == "bands":
         sorted_in = _by_band(climbed)
     else:
         people = {one.person for one in climbed}
         here = select(Ascent.person_id).where(Ascent.gym_id == gym.id)
         categories = select(cast(Profile.person_id, String), Profile.category)
-        said = dict(session.execute(categories.where(Profile.person_id.in_(here))).all())
+        category_of = dict(session.execute(categories.where(Profile.person_id.in_(here))).all())
         sorted_in = {name: [] for name in ("women", "men", "other", "unsaid")}
         for person in sorted(people):
-            sorted_in[said.get(person) or "unsaid"].append(person)
+            sorted_in[category_of.get(person) or "unsaid"].append(person)
     merged: list[tuple[list[str], list[str]]] = []
     for name, people_of in sorted_in.items():
         if not people_of:
@@ -247,7 +248,8 @@ def _groups(
 
 
 def _by_band(climbed: list[_Climbed]) -> dict[str, list[str]]:
-    """Band 0 is below `BANDS[0]`; who has topped nothing is in a group of their own."""
+    """Return people by band. Band 0 is below `BANDS[0]`; people without a top are a group of their
+    own."""
     grades = [{"label": label} for label in FONT]
     begins = [worth_of(grades, label) for label in BANDS]
     best: dict[str, int] = {}

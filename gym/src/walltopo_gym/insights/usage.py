@@ -1,4 +1,4 @@
-"""How each route of a gym was climbed: summed by the database, nobody is named."""
+"""Anonymous usage of each route of a gym, summed by the database."""
 
 from __future__ import annotations
 
@@ -21,14 +21,15 @@ _TOPS: Final = ("flash", "top")
 
 @dataclass(frozen=True)
 class Usage:
-    """Of one route; projects do not count, for nobody has tried.
+    """Usage of one route; projects do not count, because they are not tries.
 
     Parameters
     ----------
-    ascents : flashes, tops, zones and tries; climbers : who topped, each once; tried : who has one
-        of these ascents, each once; flashed : who flashed.
+    ascents : flashes, tops, zones and tries; climbers : number of people who topped it; tried :
+        number of people with one of these ascents; flashed : number of people who flashed it.
     tries : of all ascents.
-    recent : ascents since a moment; recent_people, earlier_people : who has one since then, before.
+    recent : ascents since a moment; recent_people, earlier_people : people with one since then,
+        before.
     worn : tries since the wall was last washed.
     """
 
@@ -43,18 +44,19 @@ class Usage:
     worn: int = 0
 
     @property
-    def told_recent(self) -> int | None:
-        """`recent`, where neither it nor the rest is of few."""
-        return told(self.recent, self.recent_people, self.earlier_people)
+    def recent_shown(self) -> int | None:
+        """Return `recent`, or None if it or the rest is of few people."""
+        return count_if_safe(self.recent, self.recent_people, self.earlier_people)
 
 
-def told(value: int, *people: int) -> int | None:
-    """A value of a group and its rest, each of nobody or of at least `ENOUGH` people; else None."""
+def count_if_safe(value: int, *people: int) -> int | None:
+    """Return a value if its group and the rest are each of nobody or of at least `ENOUGH` people;
+    else None."""
     return value if all(n == 0 or n >= ENOUGH for n in people) else None
 
 
 def usage(session: Session, gym: UUID, since: datetime) -> dict[UUID, Usage]:
-    """Of each route of the gym that was tried, whether it hangs or not.
+    """Return the usage of each route that was tried, current or not.
 
     Parameters
     ----------
@@ -89,7 +91,7 @@ def usage(session: Session, gym: UUID, since: datetime) -> dict[UUID, Usage]:
 
 
 def climbers_of(session: Session, gym: UUID) -> dict[str, int]:
-    """How many people have topped a route of each setter, each once."""
+    """Return the number of people who topped a route of each setter."""
     people = (
         select(Route.setter, func.count(Ascent.person_id.distinct()))
         .join(Route, Route.id == Ascent.route_id)
@@ -100,8 +102,8 @@ def climbers_of(session: Session, gym: UUID) -> dict[str, int]:
 
 
 def worn_walls(session: Session, gym: UUID) -> dict[UUID, int | None]:
-    """Of each wall: tries on what hangs there since it was last washed; None where they, or those
-    before, are of few people."""
+    """Return tries on the current routes of each wall since it was last washed; None if they, or
+    those before, are of few people."""
     washed = last_washed()
     of = (
         select(
@@ -118,7 +120,7 @@ def worn_walls(session: Session, gym: UUID) -> dict[UUID, int | None]:
     ).c
     sums = select(of.wall_id, func.sum(of.tries), func.sum(of.since), func.sum(of.before))
     return {
-        wall: told(int(tries), int(since), int(before))
+        wall: count_if_safe(int(tries), int(since), int(before))
         for wall, tries, since, before in session.execute(sums.group_by(of.wall_id))
     }
 
@@ -128,7 +130,7 @@ def _since(washed: Any) -> ColumnElement[bool]:
 
 
 def last_washed() -> Any:
-    """Walls and when they were last washed (`wall_id`, `at`), as a table to join with."""
+    """Return the last washing of each wall (`wall_id`, `at`) as a subquery."""
     return (
         select(Washing.wall_id, func.max(Washing.washed_at).label("at"))
         .group_by(Washing.wall_id)
@@ -137,7 +139,7 @@ def last_washed() -> Any:
 
 
 def what_counts(gym: UUID) -> ColumnElement[bool]:
-    """Ascents of a gym that count into sums."""
+    """Return the condition of ascents that count into sums."""
     return and_(
         Ascent.gym_id == gym, Ascent.taken_back_at.is_(None), Ascent.kind != "project",
         Ascent.route_id.is_not(None),
@@ -145,7 +147,7 @@ def what_counts(gym: UUID) -> ColumnElement[bool]:
 
 
 def _some(condition: ColumnElement[bool]) -> ColumnElement[int]:
-    """1 where one row of the group is so."""
+    """Return an aggregate: 1 if the condition holds for any row of the group."""
     return func.max(case((condition, 1), else_=0))
 
 

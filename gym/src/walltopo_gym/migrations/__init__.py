@@ -1,1 +1,1 @@
-"""How the tables came to be, by Alembic; run by `walltopo gym serve` and `walltopo gym migrate`."""
+"""Migrations of the tables, by Alembic; run by `walltopo gym serve` and `walltopo gym migrate`."""

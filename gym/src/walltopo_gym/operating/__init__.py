@@ -1,1 +1,1 @@
-"""What an operator does with a whole server: look after it, keep it, bring it back."""
+"""Operating a server: health, backup, restore, purge, personal data."""

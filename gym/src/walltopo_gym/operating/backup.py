@@ -1,9 +1,9 @@
 """A backup of a running gym: one tar file, from which another machine serves the same pages.
 
-First the database as it is at one moment (SQLite's online backup, or pg_dump), then the files: they
-are written before a row names them, and never changed, so all that the rows name are there. Not in
-it: photos that are half sent (their phones ask how much is here, and go on) and DBOS's tables (a
-restored scan that was at work is queued again, and goes on after its last stage).
+The database comes first, as of one moment (SQLite's online backup, or pg_dump), then the files.
+Files are written before rows name them and never change, so all named files exist. Partly uploaded
+photos are left out (phones ask for the offset and resume). Queued jobs stay queued, and a restored
+scan resumes after its last stage.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import IO, Final
 
 import msgspec
-from sqlalchemy import delete, make_url, update
+from sqlalchemy import make_url
 
 from walltopo.core import EnvironmentLacksError, InputError
 from walltopo.core.outputs import Target, written_file
@@ -30,8 +30,6 @@ from walltopo_gym.database.engine import Database
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.migrations.run import migrate
 from walltopo_gym.operating.upkeep import alone
-from walltopo_gym.scans.models import Scan, Worker
-from walltopo_gym.scans.states import State
 from walltopo_gym.settings import FILE, GymSettings
 from walltopo_gym.storage.files import FileStore, hash_of_file, private_folder
 
@@ -41,7 +39,7 @@ _CONTENTS: Final = "contents.json"  # the last entry: a backup that was cut off 
 
 
 class _Contents(msgspec.Struct):
-    """What is in a backup: name to SHA-256."""
+    """Contents of a backup: name to SHA-256."""
 
     hashes: dict[str, str]
 
@@ -50,9 +48,9 @@ def back_up(
     settings: GymSettings, database: Database, store: FileStore, to: Path, *,
     overwrite: bool = False,
 ) -> int:  # fmt: skip
-    """Write a backup to `to`, whole or not at all; the number of files in it.
+    """Write a backup to `to`, whole or not at all; return its number of files.
 
-    Its owner alone can read it: it has all that the gym knows of people.
+    Only its owner can read it, because it holds personal data.
 
     Parameters
     ----------
@@ -60,8 +58,8 @@ def back_up(
 
     Raises
     ------
-    InputError : something is there that would be replaced, or `to` lies in the data folder.
-    EnvironmentLacksError : pg_dump is not there, or fails; ConflictError : as in `alone`.
+    InputError : an existing file would be replaced, or `to` lies in the data folder.
+    EnvironmentLacksError : pg_dump is missing or fails; ConflictError : as in `alone`.
     """
     contents = _Contents({})
     own = _own_files(settings)
@@ -85,15 +83,15 @@ def back_up(
             except NotFoundError:
                 continue  # of a scan that was deleted meanwhile
             _add(tar, contents, _FILES + key, piece)
-        told = msgspec.json.encode(contents)
+        encoded = msgspec.json.encode(contents)
         entry = tarfile.TarInfo(_CONTENTS)
-        entry.size = len(told)
-        tar.addfile(entry, io.BytesIO(told))
+        entry.size = len(encoded)
+        tar.addfile(entry, io.BytesIO(encoded))
     return len(contents.hashes)
 
 
 def _own_files(settings: GymSettings) -> list[Path]:
-    """Return the files and folders that a gym consists of."""
+    """Return the files and folders of a gym."""
     own = [settings.data]
     url = make_url(settings.database_url)
     if url.get_backend_name() == "sqlite" and url.database:
@@ -104,11 +102,11 @@ def _own_files(settings: GymSettings) -> list[Path]:
 
 
 def _refuse_own(own: Sequence[Path], place: Path) -> None:
-    """Refuse a place among the gym's own files.
+    """Refuse a path among the gym's own files.
 
     Raises
     ------
-    InputError : says so.
+    InputError : it is one.
     """
     if any(place.is_relative_to(os.path.realpath(path)) for path in own):
         raise InputError(
@@ -117,20 +115,21 @@ def _refuse_own(own: Sequence[Path], place: Path) -> None:
 
 
 def _private(path: Path) -> Path:
-    """Return the path of a new file that its owner alone can read."""
+    """Return the path of a new file that only its owner can read."""
     path.touch(mode=0o600, exist_ok=False)
     return path
 
 
 def restore(settings: GymSettings, store: FileStore, source: Path) -> int:
-    """Bring a backup back into an empty data folder and database; the number of files.
+    """Restore a backup into an empty data folder and database; return its number of files.
 
-    The backup is read through and checked before anything of it is used.
+    The whole backup is checked before any of it is used.
 
     Raises
     ------
     InputError : no backup, a damaged one, one of the other kind of database, or the place is not
-        empty. EnvironmentLacksError : pg_restore is not there, or fails.
+        empty.
+    EnvironmentLacksError : pg_restore is missing or fails.
     """
     private_folder(settings.data)
     database = Database(settings.database_url)
@@ -155,7 +154,6 @@ def restore(settings: GymSettings, store: FileStore, source: Path) -> int:
             # The rows last: until then there is no gym.
             _load(database, tables)
         migrate(database)
-        _begin_again(database)
     finally:
         database.close()
     return number - 1
@@ -173,7 +171,7 @@ def _dump(database: Database, to: Path) -> None:
         ):
             source.backup(copy)
     else:
-        _run("pg_dump", "--format=custom", "--no-owner", "--exclude-schema=dbos", f"--file={to}",
+        _run("pg_dump", "--format=custom", "--no-owner", f"--file={to}",
              f"--dbname={_libpq(database)}")  # fmt: skip
 
 
@@ -218,9 +216,9 @@ def _refuse_used(database: Database, store: FileStore, settings: GymSettings) ->
 
 
 def _check(source: Path, tables: str) -> None:
-    """Read a backup through; it is whole, and for this kind of database."""
+    """Check that a backup is whole and of this kind of database."""
     hashes: dict[str, str] = {}
-    told: _Contents | None = None
+    listed: _Contents | None = None
     try:
         with tarfile.open(source) as tar:
             for entry in tar:
@@ -228,12 +226,12 @@ def _check(source: Path, tables: str) -> None:
                 if content is None or entry.name.startswith(("/", "..")) or "/../" in entry.name:
                     raise InputError(f"{source}: {entry.name!r} belongs in no backup")
                 if entry.name == _CONTENTS:
-                    told = msgspec.json.decode(content.read(), type=_Contents)
+                    listed = msgspec.json.decode(content.read(), type=_Contents)
                 else:
                     hashes[entry.name] = _hash(content)
     except (OSError, tarfile.TarError, msgspec.MsgspecError) as error:
         raise InputError(f"{source}: cannot be read as a backup ({error})") from error
-    if told is None or told.hashes != hashes:
+    if listed is None or listed.hashes != hashes:
         raise InputError(f"{source}: this backup is damaged or was cut off", "Take another one.")
     if tables not in hashes:
         kind = "PostgreSQL" if _TABLES["postgresql"] in hashes else "SQLite"
@@ -251,11 +249,3 @@ def _write(read: Callable[[int], bytes], path: Path) -> None:
     with path.open("wb") as out:
         while piece := read(1 << 20):
             out.write(piece)
-
-
-def _begin_again(database: Database) -> None:
-    """Scans that were at work are queued anew; the workers of then are gone."""
-    at_work = Scan.state.in_((State.QUEUED, State.RUNNING))
-    with database.writing() as session:
-        session.execute(update(Scan).where(at_work).values(state=State.QUEUED, run=Scan.run + 1))
-        session.execute(delete(Worker))

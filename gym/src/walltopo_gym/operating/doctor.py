@@ -1,11 +1,10 @@
-"""What is well with an installation and what is not, said with what to do."""
+"""Check an installation; each finding says what to do."""
 
 from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from datetime import timedelta
 from typing import Final, Literal
 from urllib.parse import urlsplit
 from uuid import uuid4
@@ -16,11 +15,11 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from walltopo.core import WalltopoError
 from walltopo.pipeline.settings import load_settings
-from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
+from walltopo_gym.jobs.place import living
 from walltopo_gym.migrations.run import is_current
-from walltopo_gym.scans.models import Scan, Worker
-from walltopo_gym.scans.states import State
+from walltopo_gym.scans.models import Scan
+from walltopo_gym.scans.service import State
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import open_store
 
@@ -30,15 +29,15 @@ _HOME: Final = ("localhost", "127.0.0.1", "::1")
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing looked at; `state`: "well", "look" (works, but see to it) or "bad"."""
+    """One check; `state`: "well", "look" (works, but needs attention) or "bad"."""
 
     what: str
     state: Literal["well", "look", "bad"]
-    said: str
+    message: str
 
 
 def examine(settings: GymSettings) -> Iterator[Finding]:
-    """All of it; nothing is changed but a file that is written to the store and deleted again."""
+    """Run all checks. Nothing changes but a test file in the store."""
     yield _database(settings)
     yield _store(settings)
     yield _room(settings)
@@ -70,7 +69,7 @@ def _database(settings: GymSettings) -> Finding:
             database.close()
 
     found = _tried("database", connect)
-    if found.state == "well" and not found.said:
+    if found.state == "well" and not found.message:
         return Finding(
             "database", "look", "of another version; `walltopo gym migrate` brings it up"
         )
@@ -96,11 +95,11 @@ def _room(settings: GymSettings) -> Finding:
         free = shutil.disk_usage(settings.data).free / _MB
     except OSError as error:
         return Finding("room", "bad", str(error))
-    said = f"{free:,.0f} MB free, uploads are refused below {settings.keep_free_mb:,} MB"
+    message = f"{free:,.0f} MB free, uploads are refused below {settings.keep_free_mb:,} MB"
     state: Literal["well", "look", "bad"] = "well"
     if free < 5 * settings.keep_free_mb:
         state = "look" if free > settings.keep_free_mb else "bad"
-    return Finding("room", state, said)
+    return Finding("room", state, message)
 
 
 def _address(settings: GymSettings) -> Finding:
@@ -127,14 +126,13 @@ def _scan_settings(settings: GymSettings) -> Finding:
 def _workers(settings: GymSettings) -> Finding:
     database = Database(settings.database_url)
     try:
+        alive = living(settings, database)
         with database.reading() as session:
-            heard = Worker.at > now() - timedelta(seconds=settings.silent_s)
-            alive = session.scalar(select(func.count()).select_from(Worker).where(heard)) or 0
             queued = select(func.count()).select_from(Scan).where(Scan.state == State.QUEUED)
             waiting = session.scalar(queued) or 0
     except SQLAlchemyError as error:
         return Finding("workers", "bad", str(error).splitlines()[0])
     finally:
         database.close()
-    said = f"{alive} at work, {waiting} scans queued"
-    return Finding("workers", "look" if waiting and not alive else "well", said)
+    message = f"{alive} at work, {waiting} scans queued"
+    return Finding("workers", "look" if waiting and not alive else "well", message)

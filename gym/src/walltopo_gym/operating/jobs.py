@@ -1,4 +1,4 @@
-"""The scans that an operator may have to see to."""
+"""Scans that may need an operator."""
 
 from __future__ import annotations
 
@@ -9,19 +9,20 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.audit import log_change
-from walltopo_gym.attempts.models import JobAttempt
+from walltopo_gym.database.engine import Database
 from walltopo_gym.errors import NotFoundError
-from walltopo_gym.gyms.models import Gym, Wall
-from walltopo_gym.scans.asking import start
+from walltopo_gym.gyms.models import Gym
 from walltopo_gym.scans.models import Scan, ScanProgress
-from walltopo_gym.scans.states import State, move
+from walltopo_gym.scans.service import State, move, start
+from walltopo_gym.walls.models import Wall
 
 _SHOWN = (State.RUNNING, State.QUEUED, State.FAILED)
+_ASIDE = ["ERROR", "MAX_RECOVERY_ATTEMPTS_EXCEEDED"]  # DBOS's words for it
 
 
 def jobs(session: Session) -> Iterator[str]:
-    """A line each: those at work, those that wait, those that failed, and what was set aside of the
-    other background jobs."""
+    """Return a line for each running, waiting and failed scan, and for other jobs that were set
+    aside."""
     rows = session.execute(
         select(Scan, Wall.name, Gym.slug, ScanProgress)
         .join(Wall, Wall.id == Scan.wall_id)
@@ -31,13 +32,14 @@ def jobs(session: Session) -> Iterator[str]:
         .order_by(Scan.state.desc(), Scan.created_at)
     )
     for scan, wall, gym, progress in rows:
-        said = scan.error
+        detail = scan.error
         if scan.state == State.RUNNING and progress is not None:
-            said = f"{progress.stage}: {progress.doing} (heard of {progress.at:%Y-%m-%d %H:%M})"
-        yield f"{scan.id} {scan.state:<8} {gym}/{wall} {said}"
-    aside = select(JobAttempt).where(JobAttempt.next_at.is_(None)).order_by(JobAttempt.begun_at)
-    for row in session.scalars(aside):
-        yield f"{row.item} set aside {row.kind}: {row.error} ({row.tries} tries)"
+            detail = f"{progress.stage}: {progress.doing} (heard of {progress.at:%Y-%m-%d %H:%M})"
+        yield f"{scan.id} {scan.state:<8} {gym}/{wall} {detail}"
+    database: Database = session.info["database"]
+    for job in database.jobs.list_workflows(status=_ASIDE):
+        items = " ".join(map(str, job.input["args"][1:])) if job.input else job.workflow_id
+        yield f"{items} set aside {job.name}: {job.error or job.status}"
 
 
 def retry(session: Session, scan: UUID) -> None:
@@ -45,7 +47,7 @@ def retry(session: Session, scan: UUID) -> None:
 
     Raises
     ------
-    NotFoundError : there is none; ConflictError : it is at work, or its photos do not do.
+    NotFoundError : no such scan; ConflictError : it is running, or its photos are unusable.
     """
     row = _scan(session, scan)
     start(session, row)
@@ -53,11 +55,11 @@ def retry(session: Session, scan: UUID) -> None:
 
 
 def cancel(session: Session, scan: UUID) -> None:
-    """Stop working on a scan.
+    """Cancel a scan.
 
     Raises
     ------
-    NotFoundError : there is none; ConflictError : nobody works on it.
+    NotFoundError : no such scan; ConflictError : it is not running.
     """
     move(session, _scan(session, scan).id, State.CANCELLED)
     log_change(session, "scan.cancel", person=None, subject=str(scan))
@@ -66,5 +68,5 @@ def cancel(session: Session, scan: UUID) -> None:
 def _scan(session: Session, scan: UUID) -> Scan:
     row = session.get(Scan, scan)
     if row is None:
-        raise NotFoundError(f"no scan {scan}")
+        raise NotFoundError("not-there-scan-id", scan=scan)
     return row

@@ -1,4 +1,4 @@
-"""Deleting what nobody needs any more: expired rows, files that no row names, old originals."""
+"""Delete expired rows, unreferenced files and old originals."""
 
 from __future__ import annotations
 
@@ -17,37 +17,36 @@ from sqlalchemy.orm import Session
 from walltopo_gym.accounts.models import (
     ApiToken,
     Challenge,
-    Handover,
+    DeviceSignIn,
     KnownBrowser,
     MailedLink,
     OidcAttempt,
     SignIn,
     Try,
 )
-from walltopo_gym.attempts.models import JobAttempt
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
-from walltopo_gym.gyms.models import FloorPlan, Invitation
+from walltopo_gym.gyms.models import Invitation
 from walltopo_gym.operating.upkeep import alone
-from walltopo_gym.scans.models import Scan
-from walltopo_gym.scans.states import State
+from walltopo_gym.scans.models import Photo, Scan
+from walltopo_gym.scans.service import State
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore
-from walltopo_gym.uploads.models import Photo
-from walltopo_gym.webhooks.delivery import LAST_TRY
+from walltopo_gym.walls.models import FloorPlan
 from walltopo_gym.webhooks.models import WebhookEvent
+from walltopo_gym.webhooks.service import DELIVERY
 
 # A file is written before its row names it: younger ones may be waiting for theirs.
 _YOUNG: Final = timedelta(days=1)
-# What was given up: so long its reason can be read; a job then tries its item anew.
+# What was given up: so long its reason can be read.
 _GIVEN_UP: Final = timedelta(days=30)
-_EXPIRING: Final = (SignIn, ApiToken, Challenge, KnownBrowser, MailedLink, OidcAttempt, Handover,
-                    Invitation)  # fmt: skip
+_EXPIRING: Final = (SignIn, ApiToken, Challenge, KnownBrowser, MailedLink, OidcAttempt,
+                    DeviceSignIn, Invitation)  # fmt: skip
 
 
 @dataclass
 class Purged:
-    """What went, or would go; `failed`: files that could not be deleted, and why."""
+    """What was or would be deleted; `failed`: files that could not be deleted, and why."""
 
     rows: int = 0
     files: list[str] = field(default_factory=list)
@@ -55,7 +54,7 @@ class Purged:
     failed: list[tuple[str, str]] = field(default_factory=list)
 
     def does(self, name: str, delete_it: Callable[[], object]) -> bool:
-        """Delete one file; one that cannot be deleted is noted, and the others go on."""
+        """Delete one file; note a failure and go on."""
         try:
             delete_it()
         except (OSError, BaseError) as error:
@@ -67,11 +66,11 @@ class Purged:
 def purge(
     settings: GymSettings, database: Database, store: FileStore, *, really: bool = True
 ) -> Purged:
-    """Delete what has expired and what nothing names.
+    """Delete expired rows and unreferenced files.
 
     Parameters
     ----------
-    really : False: only say what would go.
+    really : False: only list them.
 
     Raises
     ------
@@ -94,22 +93,21 @@ def purge(
 
 
 def _expired(session: Session) -> Iterator[int]:
-    """Rows of each table that are good for nothing any more, deleted."""
+    """Delete the expired rows of each table and return their number."""
     for kind in _EXPIRING:
         yield len(
             session.scalars(delete(kind).where(kind.expires_at < now()).returning(kind.id)).all()
         )
     late = now() - _GIVEN_UP
-    events = delete(WebhookEvent).where(WebhookEvent.next_at < late, WebhookEvent.tries >= LAST_TRY)
+    given_up = WebhookEvent.next_at < late, WebhookEvent.tries >= DELIVERY.max_tries
+    events = delete(WebhookEvent).where(*given_up)
     yield len(session.scalars(events.returning(WebhookEvent.id)).all())
-    tried = delete(JobAttempt).where(JobAttempt.begun_at < late).returning(JobAttempt.item)
-    yield len(session.scalars(tried).all())
     old = delete(Try).where(Try.at < now() - timedelta(days=1)).returning(Try.id)
     yield len(session.scalars(old).all())
 
 
 def _is_named(settings: GymSettings, database: Database, key: str) -> bool:
-    """Whether a row names this file. Asked for each file just before it goes."""
+    """Return whether a row names this file. Checked for each file just before its deletion."""
     kind, _, rest = key.partition("/")
     ask = _NAMES.get(kind)
     if ask is None:
@@ -132,7 +130,7 @@ def _is_shown(session: Session, rest: str, settings: GymSettings) -> bool:
 
 
 def _is_wanted(session: Session, rest: str, settings: GymSettings) -> bool:
-    """An original is wanted while a scan may be made of it: for some time after its publication."""
+    """Return whether a scan may still need an original: until some time after its publication."""
     wanted = exists().where(Photo.sha256 == rest)
     if settings.keep_originals_days:
         late = now() - timedelta(days=settings.keep_originals_days)
@@ -161,7 +159,7 @@ _NAMES: Final[dict[str, Callable[[Session, str, GymSettings], bool]]] = {
 
 
 def _drop_incoming(settings: GymSettings, database: Database, purged: Purged) -> None:
-    """Half-sent photos and work folders whose row is gone."""
+    """Delete partly uploaded photos and work folders without a row."""
     with database.reading() as session:
         photos = {photo.hex for photo in session.scalars(select(Photo.id))}
         scans = {str(scan) for scan in session.scalars(select(Scan.id))}

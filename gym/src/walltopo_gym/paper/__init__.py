@@ -1,1 +1,1 @@
-"""Documents on paper: pages, tables and QR codes as PDF, in a font that has Europe's letters."""
+"""Printed documents: pages, tables and QR codes as PDF, in a font with Europe's letters."""

@@ -1,4 +1,4 @@
-"""QR codes as drawings of a page: dark squares on white, with the quiet zone that readers want."""
+"""QR codes as drawings: dark modules on white, with the quiet zone that scanners need."""
 
 from __future__ import annotations
 

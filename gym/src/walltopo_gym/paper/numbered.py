@@ -1,26 +1,26 @@
-"""A canvas that numbers its pages when it knows how many they are."""
+"""A canvas that numbers its pages once their total is known."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any, Final
 
-from walltopo.core import InputError
+from walltopo_gym.errors import RequestError
 
-MOST_PAGES: Final = 400
+MAX_PAGES: Final = 400
 
 
 def numbered(scale: float, foot: Callable[[Any, int, int], None]) -> Callable[..., Any]:
-    """What makes the canvas of a document.
+    """Return the canvas class of a document.
 
     Parameters
     ----------
-    scale : of the finished page; all is drawn for a page of scale 1.
-    foot : is given the canvas, the number of the page, and of how many.
+    scale : of the finished page; everything is drawn for a page of scale 1.
+    foot : receives the canvas, the page number and the number of pages.
 
     Raises
     ------
-    InputError : when there are more than `MOST_PAGES` pages.
+    RequestError : there are more than `MAX_PAGES` pages.
     """
     from reportlab.pdfgen.canvas import Canvas
 
@@ -30,8 +30,8 @@ def numbered(scale: float, foot: Callable[[Any, int, int], None]) -> Callable[..
             self._kept: list[dict[str, Any]] = []
 
         def showPage(self) -> None:  # noqa: N802 (reportlab's name)
-            if len(self._kept) >= MOST_PAGES:
-                raise InputError(f"more than {MOST_PAGES} pages", "Choose less of it.")
+            if len(self._kept) >= MAX_PAGES:
+                raise RequestError("pages-too-many", "pages-choose-less", most=MAX_PAGES)
             self._kept.append(dict(self.__dict__))
             self._startPage()
 

@@ -4,7 +4,7 @@
 sheet.heading("Women")
 sheet.table(["#", "Name", "Tops"], [["1", "Jana", "4T5z"]], widths=[1, 6, 2], right={0, 2})
 content = sheet.pdf()
-sheet.missing    # characters that the font lacks; tell whoever asked for the pages
+sheet.missing    # characters that the font lacks, for the user
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from io import BytesIO
 from typing import Any, Final, Literal
 
 from walltopo_gym.paper.codes import draw_code
-from walltopo_gym.paper.letters import BOLD, PLAIN, Letters
 from walltopo_gym.paper.numbered import numbered
+from walltopo_gym.paper.printable import BOLD, PLAIN, PrintableText
 
 Paper = Literal["a3", "a4", "a5", "a6", "a7"]
 _MM: Final = 72 / 25.4
@@ -33,20 +33,20 @@ _LINE: Final = "#c9ced6"
 
 
 class Sheet:
-    """A document that grows from above to below.
+    """A document that is filled from top to bottom.
 
     Parameters
     ----------
     title, subtitle : at its head, once; foot : at the bottom of each page, on the left.
-    page : how pages are numbered, with {page} and {pages}; code : address of a QR code beside the
-        title, with `code_note` below it.
+    page : page number text, with {page} and {pages}; code : address of a QR code beside the title,
+        with `code_note` below it.
     """
 
     def __init__(
         self, title: str, subtitle: str = "", *, foot: str = "", page: str = "{page} / {pages}",
         code: str = "", code_note: str = "", size: Paper = "a4",
     ) -> None:  # fmt: skip
-        self._letters = Letters()
+        self._letters = PrintableText()
         self._title, self._foot, self._page = title, foot, page
         self._scale = SIZES[size][0] / SIZES["a4"][0]
         self._size = tuple(length * _MM / self._scale for length in SIZES[size])
@@ -56,31 +56,30 @@ class Sheet:
 
     @property
     def missing(self) -> set[str]:
-        """Characters that the font lacks: a question mark stands in their place."""
+        """Return the characters that the font lacks; question marks replace them."""
         return self._letters.missing
 
     def heading(self, words: str, *, below: float = 30) -> None:
-        """Of a part; on a page with at least `below` millimetres (of A4) of what follows."""
+        """Add a heading, on a page with at least `below` millimetres (of A4) of room after it."""
         from reportlab.platypus import CondPageBreak
 
         self._parts.append(CondPageBreak(below * _MM))
         self._parts.append(self._paragraph(words, 13, bold=True, before=14))
 
     def text(self, words: str, *, quiet: bool = False) -> None:
-        """A paragraph."""
+        """Add a paragraph."""
         self._parts.append(self._paragraph(words, 9.5, colour=_QUIET if quiet else _INK, before=3))
 
     def table(
         self, head: Sequence[str], rows: Sequence[Sequence[str]], *, widths: Sequence[float],
         right: Collection[int] = (), bold: Collection[int] = (), dots: Sequence[str] = (),
     ) -> None:  # fmt: skip
-        """Rows below a head that is repeated on each page; an empty head is none.
+        """Add rows below a heading that is repeated on each page; an empty one is left out.
 
         Parameters
         ----------
-        widths : of the columns, as shares of the page; right : columns that end at one line;
-            bold : columns in bold letters; dots : for each row a colour ("#c32026") before its
-            first cell.
+        widths : of the columns, as shares of the page; right : right-aligned columns; bold : bold
+            columns; dots : for each row a colour ("#c32026") before its first cell.
         """
         from reportlab.platypus import Table
 
@@ -105,7 +104,7 @@ class Sheet:
         self._parts.append(Table(cells, columns, repeatRows=bool(head), style=style, spaceBefore=5))
 
     def picture(self, content: bytes, code: str, note: str = "") -> None:
-        """A picture (JPEG or PNG), with the QR code of an address beside it."""
+        """Add a picture (JPEG or PNG), with the QR code of an address beside it."""
         from reportlab.lib.utils import ImageReader
         from reportlab.platypus import Image, Table
 
@@ -122,11 +121,11 @@ class Sheet:
         self._parts.append(table)
 
     def pdf(self) -> bytes:
-        """The document; the same bytes for the same words.
+        """Return the document; the same bytes for the same content.
 
         Raises
         ------
-        InputError : more pages than `numbered.MOST_PAGES`.
+        RequestError : more pages than `numbered.MAX_PAGES`.
         """
         from reportlab.platypus import SimpleDocTemplate  # its frame keeps 6 points to itself
 
@@ -188,7 +187,7 @@ def _code(text: str, size: float) -> Any:
 
 
 def _dot(colour: str) -> Any:
-    """A spot of a colour, with a rim: white is seen, too."""
+    """Draw a spot of a colour, with a rim so that white is visible."""
 
     def draw(canvas: Any) -> None:
         canvas.setFillColor(colour)

@@ -1,1 +1,1 @@
-"""From a scan in review to the wall that all see: which route is which, and the change over."""
+"""Publication of scans: from review to the public wall, with the identity of its routes."""

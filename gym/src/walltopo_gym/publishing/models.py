@@ -14,9 +14,10 @@ from walltopo_gym.database.base import Base, Keyed
 
 
 class Route(Keyed, Base):
-    """A route from the day it is set to the day it is stripped, through any number of scans.
+    """A route from setting to stripping, over any number of scans.
 
-    `grade` is a label of the grade system; `stripped_at` is empty while it hangs.
+    `grade` is a label of the grade system; `stripped_at` is null while it is current. `by_hand`: a
+    setter added it without a scan; until a scan places it, no publication strips it.
     """
 
     __tablename__ = "routes"
@@ -33,15 +34,18 @@ class Route(Keyed, Base):
     set_on: Mapped[date]
     strip_on: Mapped[date | None]
     stripped_at: Mapped[datetime | None] = mapped_column(index=True)
+    by_hand: Mapped[bool] = mapped_column(default=False)
 
 
 class Placement(Base):
     """A route in one scan: its number there, the ids of its holds, and its style.
 
-    `steepness_deg` is the mean angle of the wall under its holds, positive where it overhangs;
-    empty where the version is older than the column. `hold_types`: type to number of holds.
-    `as_was`: what was said of the route on the day on which this version gave way to another one
-    (publishing/past.py); empty while it is the wall.
+    `steepness_deg` is the mean angle of the wall under its holds, positive for overhangs; null in
+    versions older than the column. `hold_types`: type to number of holds. `reach`: heights in
+    metres, of `walltopo_climb.movement.reach`, that reach the top; null until computed, or if it is
+    no climb (publishing/moves.py). `as_was`: the route's
+    facts on the day on which the next version replaced this one (publishing/versions.py); null in
+    the current version.
     """
 
     __tablename__ = "placements"
@@ -54,14 +58,15 @@ class Placement(Base):
     holds: Mapped[list[int]] = mapped_column(JSON)
     steepness_deg: Mapped[float | None]
     hold_types: Mapped[dict[str, int]] = mapped_column(JSON, default=dict)
+    reach: Mapped[list[float] | None] = mapped_column(JSON(none_as_null=True))
     as_was: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
 
 
 class Plan(Base):
-    """A publication that waits for its moment; `at` empty: for the rest of the wall's zone.
+    """A planned publication; without `at` it waits for the other walls of the zone.
 
-    `entries` and `found` are what the setter confirmed (`Placed.row` by number), `over_id` the
-    version that was published then; `error` says why it could not be done.
+    `entries` and `found` are the confirmed table (`Placed.row` by number), `over_id` the version
+    that was published then; `error`: why it failed.
     """
 
     __tablename__ = "plans"

@@ -1,41 +1,39 @@
-"""Publications for later: at a time, or when every wall of a zone has one.
+"""Planned publications: at a time, or when every wall of a zone has one.
 
-A plan keeps what the setter confirmed. When it is due it is carried out as if they pressed the
-button then; where that cannot be any more, the plan stays and says why.
+A plan keeps the confirmed table. When it is due, it is published as by the button; if that is
+impossible by then, the plan stays with the reason.
 """
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
-from datetime import date, timedelta
+from datetime import date
 from typing import Any, Final
 from uuid import UUID
 from zoneinfo import ZoneInfo
 
-from sqlalchemy import select
+from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
 from walltopo.core import WalltopoError
 from walltopo_gym.accounts.audit import log_change
-from walltopo_gym.attempts.bounded import Attempts
-from walltopo_gym.attempts.models import JobAttempt
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
 from walltopo_gym.errors import ConflictError
-from walltopo_gym.gyms.models import Gym, Wall
-from walltopo_gym.publishing.change import Entry, Placed, publish
+from walltopo_gym.gyms.models import Gym
+from walltopo_gym.jobs.queue import Failure
 from walltopo_gym.publishing.models import Plan
+from walltopo_gym.publishing.service import Entry, Placed, publish
 from walltopo_gym.scans.models import Scan
+from walltopo_gym.walls.models import Wall
 
 _LOG = logging.getLogger("walltopo_gym.publishing")
-_HOLDER: Final = "publication"
-_LEASE: Final = timedelta(minutes=1)  # a publication takes seconds
 _DATES: Final = {"set_on", "strip_on"}
 
 
 def rows_of(entries: Sequence[Entry]) -> list[dict[str, Any]]:
-    """Entries as JSON keeps them."""
+    """Return entries as JSON values."""
     return [
         {
             "number": entry.number,
@@ -50,64 +48,79 @@ def _plain(value: object) -> object:
     return str(value) if isinstance(value, UUID | date) else value
 
 
-def _facts(told: Mapping[str, Any]) -> dict[str, object]:
-    """As they were before they were JSON."""
-    read: dict[str, object] = dict(told)
-    for name in _DATES & told.keys():
-        read[name] = date.fromisoformat(told[name]) if told[name] else None
-    if told.get("grade_system_id"):
-        read["grade_system_id"] = UUID(told["grade_system_id"])
+def _facts(kept: Mapping[str, Any]) -> dict[str, object]:
+    """Return facts from their JSON values."""
+    read: dict[str, object] = dict(kept)
+    for name in _DATES & kept.keys():
+        read[name] = date.fromisoformat(kept[name]) if kept[name] else None
+    if kept.get("grade_system_id"):
+        read["grade_system_id"] = UUID(kept["grade_system_id"])
     return read
 
 
-def publish_due(database: Database) -> int:
-    """Carry out what is due; how many. Each zone, and each wall by itself, in one transaction."""
-    attempts = Attempts(database, "publication", _set_aside, _LEASE)
+def check_unplanned(session: Session, scan: UUID) -> None:
+    """Refuse to change a planned scan, because a plan names routes and holds as confirmed.
+
+    Raises
+    ------
+    ConflictError : a publication of the scan is planned.
+    """
+    if session.get(Plan, scan) is not None:
+        raise ConflictError("plan-first", "plan-take-back")
+
+
+def publish_due(database: Database, gym: UUID) -> None:
+    """Publish what is due in a gym: each zone, and each single wall, in one transaction.
+
+    Raises
+    ------
+    Exception : one of them failed and may be retried; the others are done.
+    """
     with database.reading() as session:
-        groups = _due(session, attempts)
-    done = 0
+        groups = _due(session, gym)
+    failure: Exception | None = None
     for scans in groups:
-        with database.writing() as session:
-            numbers = [attempts.begin(session, scan, _HOLDER) for scan in scans]
-        if not all(numbers):
-            continue  # another worker is at it, or one of them was set aside
         try:
             with database.writing() as session:
                 for scan in scans:
                     _carry_out(session, scan)
-                    attempts.end(session, scan)
-            done += len(scans)
         except WalltopoError as why:  # the gym has to decide: nothing is tried again
             _LOG.warning("planned publication of %s: %s", scans, why)
-            _note(database, attempts, scans, why)
+            with database.writing() as session:
+                _note(session, scans, str(why))
         except Exception as error:
-            for scan in scans:
-                attempts.fail(scan, error)
-    return done
+            failure = error
+    if failure is not None:
+        raise failure
 
 
-def _set_aside(session: Session, scan: UUID, why: str) -> None:
-    plan = session.get(Plan, scan)
-    if plan is not None:
-        plan.error = f"the scan could not be published ({why})"[:500]
+def note_failure(session: Session, failure: Failure, gym: str) -> None:
+    """Write a final failure into the plans."""
+    if failure.again_at is None:
+        for scans in _due(session, UUID(gym)):
+            _note(session, scans, f"the scan could not be published ({failure.shown})")
 
 
-def _due(session: Session, attempts: Attempts) -> list[list[UUID]]:
+def _note(session: Session, scans: Sequence[UUID], why: str) -> None:
+    change = update(Plan).where(Plan.scan_id.in_(scans))
+    session.execute(change.values(error=why[:500]))
+
+
+def _due(session: Session, gym: UUID) -> list[list[UUID]]:
     """Return the scans that are published together, by group."""
     waiting = session.execute(
-        select(Plan.scan_id, Plan.at, Scan.wall_id, Wall.gym_id, Wall.zone)
+        select(Plan.scan_id, Plan.at, Scan.wall_id, Wall.zone)
         .join(Scan, Scan.id == Plan.scan_id)
         .join(Wall, Wall.id == Scan.wall_id)
-        .outerjoin(JobAttempt, attempts.row_of(Plan.scan_id))
-        .where(Plan.error == "", attempts.is_due())
+        .where(Wall.gym_id == gym, Plan.error == "")
         .order_by(Plan.created_at)
     ).all()
     groups = [[row.scan_id] for row in waiting if row.at is not None and row.at <= now()]
-    zones: dict[tuple[UUID, str], dict[UUID, UUID]] = {}
+    zones: dict[str, dict[UUID, UUID]] = {}
     for row in waiting:
         if row.at is None:
-            zones.setdefault((row.gym_id, row.zone), {})[row.scan_id] = row.wall_id
-    for (gym, zone), planned in zones.items():
+            zones.setdefault(row.zone, {})[row.scan_id] = row.wall_id
+    for zone, planned in zones.items():
         walls = set(session.scalars(select(Wall.id).where(Wall.gym_id == gym, Wall.zone == zone)))
         if walls == set(planned.values()):
             groups.append(list(planned))
@@ -121,9 +134,9 @@ def _carry_out(session: Session, scan: UUID) -> None:
     row = session.get_one(Scan, scan)
     wall = session.get_one(Wall, row.wall_id)
     if wall.published_scan_id != plan.over_id:
-        raise ConflictError("another version was published meanwhile", "Look at it again.")
+        raise ConflictError("version-published", "look-at-it-again")
     zone = ZoneInfo(session.get_one(Gym, wall.gym_id).time_zone)
-    entries = [_entry(told) for told in plan.entries]
+    entries = [_entry(kept) for kept in plan.entries]
     found = {int(number): Placed(**row) for number, row in plan.found.items()}
     publish(session, row, wall.revision, entries, found, now().astimezone(zone).date())
     log_change(session, "scan.publish", person=plan.made_by, gym=wall.gym_id, subject=str(scan),
@@ -131,17 +144,6 @@ def _carry_out(session: Session, scan: UUID) -> None:
     session.delete(plan)
 
 
-def _entry(told: Mapping[str, Any]) -> Entry:
-    route = told["route"]
-    return Entry(told["number"], None if route is None else UUID(route), _facts(told["facts"]))
-
-
-def _note(
-    database: Database, attempts: Attempts, scans: Sequence[UUID], why: WalltopoError
-) -> None:  # fmt: skip
-    with database.writing() as session:
-        for scan in scans:
-            attempts.end(session, scan)
-            plan = session.get(Plan, scan)
-            if plan is not None:
-                plan.error = str(why)[:500]
+def _entry(kept: Mapping[str, Any]) -> Entry:
+    route = kept["route"]
+    return Entry(kept["number"], None if route is None else UUID(route), _facts(kept["facts"]))

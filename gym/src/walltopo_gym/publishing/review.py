@@ -1,83 +1,114 @@
-"""What a setter is shown of a scan before it is published."""
+"""The review of a scan before its publication, with its regressions against the last version."""
 
 from __future__ import annotations
 
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 from uuid import UUID
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from walltopo.describe.matching.routes import Line, compare
+from walltopo.describe.matching.routes import RouteMatch, compare
 from walltopo.scans import routes as found
-from walltopo.scans.attributes import Attributes, Hold
 from walltopo.scans.folder import ScanFolder
-from walltopo.scans.manifest import Manifest
-from walltopo_gym.gyms.models import Wall
+from walltopo.scans.manifest import Joined, Manifest
 from walltopo_gym.publishing.models import Placement, Route
-from walltopo_gym.publishing.worse import worse_than
+from walltopo_gym.publishing.version_holds import read_holds
+from walltopo_gym.scans.artifacts import download_files, read_manifest
 from walltopo_gym.scans.models import Scan
-from walltopo_gym.scans.shelf import take_files
 from walltopo_gym.storage.files import FileStore
+from walltopo_gym.walls.models import Wall
+
+# Below this share of the former value a warning appears. A reset changes holds, not the wall.
+_MIN_AREA: Final = 0.8
+
+_MIN_HOLDS: Final = 0.6
+
+_MIN_PLACED: Final = 0.8
+
+
+def regressions_against(before: Manifest | None, after: Manifest) -> list[str]:
+    """Return regressions in words; empty without any.
+
+    Parameters
+    ----------
+    before : of the published version, None for the first one.
+    after : of the scan.
+    """
+    warnings = []
+    photos, placed = _figure(after, "sparse", "photos"), _figure(after, "sparse", "registered")
+    if placed < _MIN_PLACED * photos:
+        warnings.append(
+            f"Only {placed:.0f} of {photos:.0f} photos could be placed: parts may be missing."
+        )
+    if before is None:
+        return warnings
+    areas = [_figure(scan, "dense", "area") for scan in (before, after)]
+    if areas[1] < _MIN_AREA * areas[0]:
+        warnings.append(
+            f"The wall has {areas[1]:.0f} m², the published version {areas[0]:.0f} m²: "
+            "routes beyond its edge would count as stripped."
+        )
+    holds = [_figure(scan, "classify", "holds") for scan in (before, after)]
+    if holds[1] < _MIN_HOLDS * holds[0]:
+        warnings.append(
+            f"{holds[1]:.0f} holds were found, {holds[0]:.0f} in the published version."
+        )
+    return warnings
+
+
+def _figure(scan: Manifest, stage: str, name: str) -> float:
+    record = scan.stages.get(stage)
+    return float(record.metrics.get(name, 0.0)) if record is not None else 0.0
 
 
 @dataclass(frozen=True)
 class Review:
-    """The lines to confirm, the routes of the scan by number, the wall's revision, and where the
-    scan is worse than the last one."""
+    """The lines to confirm, the scan's routes by number, the wall's revision, the regressions, and
+    what a partial rescan replaced."""
 
-    lines: list[Line[UUID]]
+    lines: list[RouteMatch[UUID]]
     routes: dict[int, found.Route]
     revision: int
     warnings: list[str]
+    joined: Joined | None
 
 
 def found_routes(store: FileStore, scan: UUID) -> dict[int, found.Route]:
-    """The routes of a scan by their numbers."""
+    """Return the routes of a scan by number."""
     with tempfile.TemporaryDirectory() as name:
         folder = ScanFolder(Path(name))
-        take_files(store, scan, folder, "routes")
+        download_files(store, scan, folder, "routes")
         return {route.id: route for route in found.Routes.load(folder.routes).routes}
 
 
 def review(session: Session, store: FileStore, scan: Scan) -> Review:
-    """Compare a scan with what hangs."""
+    """Compare a scan with the published version."""
     wall = session.get_one(Wall, scan.wall_id)
     routes = found_routes(store, scan.id)
     new = {number: route.holds for number, route in routes.items()}
     before = wall.published_scan_id
-    warnings = worse_than(
-        None if before is None else _manifest(store, before), _manifest(store, scan.id)
-    )
+    after = read_manifest(store, scan.id)
+    joined = after.joined if scan.part else None  # an amendment has the files of its original
+    warnings = regressions_against(None if before is None else read_manifest(store, before), after)
+    if scan.part and scan.reference_id != before:
+        warnings.append(
+            "Another version was published since this scan began: where nothing was photographed, "
+            "its changes are missing here. Scan the photos again."
+        )
     if before is None:
-        lines: list[Line[UUID]] = compare({}, (), new, ())
-        return Review(lines, routes, wall.revision, warnings)
-    hanging = session.scalars(
+        lines: list[RouteMatch[UUID]] = compare({}, (), new, ())
+        return Review(lines, routes, wall.revision, warnings, joined)
+    current = session.scalars(
         select(Placement)
         .join(Route, Route.id == Placement.route_id)
         .where(Placement.scan_id == before, Route.stripped_at.is_(None))
         .order_by(Placement.number)
     )
-    old = {placement.route_id: placement.holds for placement in hanging}
-    old_holds, _ = _holds(store, before)
-    new_holds, unit = _holds(store, scan.id)
-    lines = compare(old, old_holds, new, new_holds, unit)
-    return Review(lines, routes, wall.revision, warnings)
-
-
-def _manifest(store: FileStore, scan: UUID) -> Manifest:
-    with tempfile.TemporaryDirectory() as name:
-        folder = ScanFolder(Path(name))
-        take_files(store, scan, folder, "manifest")
-        return Manifest.load(folder.manifest)
-
-
-def _holds(store: FileStore, scan: UUID) -> tuple[tuple[Hold, ...], float]:
-    """The holds of a scan, and its units a metre."""
-    with tempfile.TemporaryDirectory() as name:
-        folder = ScanFolder(Path(name))
-        take_files(store, scan, folder, "attributes")
-        found = Attributes.load(folder.attributes)
-    return found.instances, found.unit
+    old = {placement.route_id: placement.holds for placement in current}
+    there, here = read_holds(store, before), read_holds(store, scan.id)
+    lines = compare(old, tuple(there.by_id.values()), new, tuple(here.by_id.values()), here.unit)
+    return Review(lines, routes, wall.revision, warnings, joined)

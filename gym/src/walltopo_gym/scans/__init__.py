@@ -1,1 +1,1 @@
-"""Scans of a wall: their photos, and the job that makes a wall of them."""
+"""Scans of a wall: uploads, photo checks, and the job that runs the product's stages."""

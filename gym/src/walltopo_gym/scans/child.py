@@ -1,7 +1,7 @@
-"""The process that scans: `python -m walltopo_gym.scans.child`.
+"""The scanning process: `python -m walltopo_gym.scans.child`.
 
-Native code of ten stages, fed with photos from anywhere: here it may crash, or be killed, and
-costs one scan. It ends when its parent does, so that a scan that goes on elsewhere is alone.
+It runs native code on untrusted photos, so a crash here costs one scan only. It ends when its
+parent does, so that a scan never runs twice at once.
 """
 
 from __future__ import annotations
@@ -20,19 +20,20 @@ from walltopo.pipeline.forecast import Forecast
 from walltopo.pipeline.runner import scan
 from walltopo.pipeline.settings import load_settings
 from walltopo.scans.manifest import StageRecord
-from walltopo_gym.scans.job import Advanced, Ended, Failed, Job, Noted, Said, Step
+from walltopo_gym.errors import without_folders
+from walltopo_gym.scans.job import Advanced, Ended, Failed, Job, Noted, ProcessMessage, Step
 
 _AT_LEAST_S = 0.2  # between two lines that only count
 
 
 class _Teller:
-    """Tells the parent what the pipeline tells its listener."""
+    """Forwards the pipeline's progress to the parent."""
 
     def __init__(self, out: int) -> None:
         self._out = os.fdopen(out, "wb", buffering=0)
-        self._stage, self._count, self._told = "", 0, 0.0
+        self._stage, self._count, self._reported_at = "", 0, 0.0
 
-    def say(self, what: Said) -> None:
+    def say(self, what: ProcessMessage) -> None:
         self._out.write(msgspec.json.encode(what) + b"\n")
 
     def step(self, what: str, total: int | None = None) -> None:
@@ -41,9 +42,9 @@ class _Teller:
 
     def advance(self, count: int = 1) -> None:
         self._count += count
-        if time.monotonic() - self._told >= _AT_LEAST_S:
+        if time.monotonic() - self._reported_at >= _AT_LEAST_S:
             self.say(Advanced(self._count))
-            self._count, self._told = 0, time.monotonic()
+            self._count, self._reported_at = 0, time.monotonic()
 
     def note(self, message: str) -> None:
         self.say(Noted(message))
@@ -65,7 +66,7 @@ class _Teller:
 
 
 def main() -> None:
-    """Read one job from stdin, tell on stdout; end when stdin ends."""
+    """Read one job from stdin and write messages to stdout; end when stdin ends."""
     teller = _Teller(os.dup(1))
     os.dup2(2, 1)  # what libraries print goes to the operator's log
     job = msgspec.json.decode(sys.stdin.buffer.readline(), type=Job)
@@ -74,7 +75,8 @@ def main() -> None:
         config = Path(job.config) if job.config else None
         scan(job.photos, job.out, load_settings(config, job.settings), listener=teller)
     except WalltopoError as error:
-        teller.say(Failed(error.message, error.hint, defect=False))
+        message, hint = without_folders(error.message), without_folders(error.hint)
+        teller.say(Failed(message, hint, defect=False))
     except Exception as error:
         traceback.print_exc()
         teller.say(Failed(f"{type(error).__name__}: {error}", "", defect=True))

@@ -1,4 +1,4 @@
-"""What the process that scans is asked, and what it says; lines of JSON."""
+"""Messages to and from the process that scans, as lines of JSON."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import msgspec
 
 
 class Job(msgspec.Struct, frozen=True):
-    """Scan these photos.
+    """The task of a scanning process.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ class Job(msgspec.Struct, frozen=True):
 
 
 class Step(msgspec.Struct, frozen=True, tag="step"):
-    """Something of a stage begins; `total` items, where that is known."""
+    """A step of a stage begins; `total` items, if known."""
 
     stage: str
     doing: str
@@ -31,29 +31,29 @@ class Step(msgspec.Struct, frozen=True, tag="step"):
 
 
 class Advanced(msgspec.Struct, frozen=True, tag="advanced"):
-    """So many items more are done."""
+    """`count` more items are done."""
 
     count: int
 
 
 class Noted(msgspec.Struct, frozen=True, tag="noted"):
-    """Something that a setter may want to know."""
+    """A note for the setter."""
 
     text: str
 
 
 class Ended(msgspec.Struct, frozen=True, tag="ended"):
-    """A stage is done, its files are in the scan folder."""
+    """A stage is done; its files are in the scan folder."""
 
     stage: str
 
 
 class Failed(msgspec.Struct, frozen=True, tag="failed"):
-    """The scan came to nothing; `defect`: by a fault of the program."""
+    """The scan failed; `defect`: by a fault of the program."""
 
     message: str
     hint: str
     defect: bool
 
 
-Said: TypeAlias = Step | Advanced | Noted | Ended | Failed
+ProcessMessage: TypeAlias = Step | Advanced | Noted | Ended | Failed

@@ -1,7 +1,7 @@
-"""Flat pictures of a wall from the front: drawn once when a scan is done, then only cut and faded.
+"""Pictures of a wall from the front: drawn once when a scan is done, then only cropped and faded.
 
-Beside the picture a second one of the same size says which hold each pixel shows. A route's picture
-is made of the two in some milliseconds, without the mesh.
+A second picture of the same size has the hold of each pixel. A route's picture is composed of the
+two in some milliseconds, without the mesh.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _UP: Final = np.array([0.0, 0.0, 1.0])
 
 
 def keep_front(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
-    """Draw a finished scan from the front, and keep that."""
+    """Draw a finished scan from the front and store the pictures."""
     from PIL import Image
 
     from walltopo.publish.atlas.visible_faces import front_direction
@@ -56,7 +56,7 @@ def keep_front(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
 
 
 def wall_picture(store: FileStore, scan: UUID) -> bytes:
-    """The wall as far as it has holds, a JPEG of WIDTH × HEIGHT.
+    """Return the part of the wall with holds as a JPEG of WIDTH × HEIGHT.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def wall_picture(store: FileStore, scan: UUID) -> bytes:
 
 
 def route_picture(store: FileStore, scan: UUID, holds: Collection[int]) -> bytes:
-    """A route in colour, with a white rim around its holds, the rest of the wall faded.
+    """Return a picture of a route in colour, with a white rim around its holds and the rest faded.
 
     Raises
     ------
@@ -104,12 +104,12 @@ def _read(store: FileStore, scan: UUID, name: str) -> Image.Image:
     try:
         content = store.read(f"{_prefix(scan)}/{name}.png")
     except NotFoundError as error:
-        raise NotFoundError("there is no picture of this version") from error
+        raise NotFoundError("picture-none") from error
     return Image.open(BytesIO(content))
 
 
 def _around(lit: NDArray[np.bool_]) -> tuple[int, int, int, int]:
-    """Left, top, right, bottom of what is lit, with room around it."""
+    """Return left, top, right and bottom of the highlighted pixels, with a margin."""
     rows, columns = (np.flatnonzero(lit.any(axis=axis)) for axis in (1, 0))
     middle = np.array([columns[0] + columns[-1], rows[0] + rows[-1]]) / 2.0
     half = np.array([np.ptp(columns), np.ptp(rows)]) / 2.0 * _ROOM + 20.0
@@ -119,7 +119,7 @@ def _around(lit: NDArray[np.bool_]) -> tuple[int, int, int, int]:
 
 
 def _framed(image: Image.Image, box: tuple[int, int, int, int]) -> Image.Image:
-    """The box of a picture, widened to WIDTH × HEIGHT; outside of the picture it is paper."""
+    """Return a crop, widened to WIDTH × HEIGHT; it is white outside of the picture."""
     from PIL import Image
 
     left, top, right, bottom = box

@@ -1,4 +1,4 @@
-"""One scan in a child process, watched: how far it is, whether it shall go on."""
+"""One scan in a watched child process."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from contextlib import suppress
 import msgspec
 import psutil
 
-from walltopo_gym.scans.job import Advanced, Ended, Failed, Job, Noted, Said, Step
+from walltopo_gym.scans.job import Advanced, Ended, Failed, Job, Noted, ProcessMessage, Step
 
-_MOST_NOTES = 50
+_MAX_NOTES = 50
 
 
 class RunningScan:
-    """A child that scans; `told` is notified whenever it says something, or ends.
+    """A scanning child process; `news` is notified at each message and at its end.
 
     Parameters
     ----------
-    job : what it is asked.
+    job : its task.
     """
 
     def __init__(self, job: Job) -> None:
-        self.told = threading.Condition()
+        self.news = threading.Condition()
         self.step = Step("", "starting", None)
         self.done = 0
-        self.notes: deque[str] = deque(maxlen=_MOST_NOTES)
+        self.notes: deque[str] = deque(maxlen=_MAX_NOTES)
         self.ended: list[str] = []
         self.failure: Failed | None = None
         self.exit: int | None = None
@@ -48,7 +48,7 @@ class RunningScan:
         self._listener.start()
 
     def memory_mb(self) -> float:
-        """What it and its own children hold at this moment, in MB; what they share counts twice."""
+        """Return the memory of the process and its children in MB; shared memory counts twice."""
         held = 0.0
         with suppress(psutil.Error):
             child = psutil.Process(self._child.pid)
@@ -58,7 +58,7 @@ class RunningScan:
         return held
 
     def stop(self) -> None:
-        """End it, if it has not ended, with all that it started."""
+        """Kill the process and its children, if it has not ended."""
         with suppress(ProcessLookupError):
             os.killpg(self._child.pid, signal.SIGKILL)
         self._child.wait()
@@ -71,23 +71,23 @@ class RunningScan:
         assert self._child.stdout is not None
         with self._child.stdout as lines:
             for line in lines:
-                said = msgspec.json.decode(line, type=Said)
-                with self.told:
-                    self._take(said)
-                    self.told.notify_all()
+                message = msgspec.json.decode(line, type=ProcessMessage)
+                with self.news:
+                    self._take(message)
+                    self.news.notify_all()
         code = self._child.wait()
-        with self.told:
+        with self.news:
             self.exit = code
-            self.told.notify_all()
+            self.news.notify_all()
 
-    def _take(self, said: Said) -> None:
-        if isinstance(said, Step):
-            self.step, self.done = said, 0
-        elif isinstance(said, Advanced):
-            self.done += said.count
-        elif isinstance(said, Noted):
-            self.notes.append(said.text)
-        elif isinstance(said, Ended):
-            self.ended.append(said.stage)
+    def _take(self, message: ProcessMessage) -> None:
+        if isinstance(message, Step):
+            self.step, self.done = message, 0
+        elif isinstance(message, Advanced):
+            self.done += message.count
+        elif isinstance(message, Noted):
+            self.notes.append(message.text)
+        elif isinstance(message, Ended):
+            self.ended.append(message.stage)
         else:
-            self.failure = said
+            self.failure = message

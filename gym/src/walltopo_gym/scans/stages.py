@@ -1,4 +1,4 @@
-"""The steps of a scan's job, each of which may be done again: fetch, one a stage, finish."""
+"""The steps of a scan's job: fetch, one per stage, finish. Each may be repeated."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import logging
 import shutil
 import threading
 import time
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from pathlib import Path
 from uuid import UUID
@@ -14,40 +15,47 @@ from uuid import UUID
 from sqlalchemy import select, update
 
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.scale import Scale
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
 from walltopo_gym.errors import ConflictError
+from walltopo_gym.scans.artifacts import (
+    download_scan,
+    drop_joined,
+    store_public_files,
+    upload_stage,
+)
+from walltopo_gym.scans.distance import distance_settings
 from walltopo_gym.scans.job import Failed, Job
-from walltopo_gym.scans.models import Scan, ScanProgress
+from walltopo_gym.scans.models import Photo, Scan, ScanEdits, ScanProgress
 from walltopo_gym.scans.pictures import keep_front
+from walltopo_gym.scans.queues import routes_changed
+from walltopo_gym.scans.receiving import suffix_of
 from walltopo_gym.scans.running import RunningScan
-from walltopo_gym.scans.shelf import shelve_stage, take_scan, take_visible
-from walltopo_gym.scans.states import State, move
+from walltopo_gym.scans.service import State, move
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore
-from walltopo_gym.uploads.models import Photo
-from walltopo_gym.uploads.receiving import suffix_of
 
 _LOG = logging.getLogger("walltopo_gym.scans")
 _LOOK_S = 0.5  # how often the row is written, and looked at
 
 
 class WorkerStopsError(BaseException):
-    """The worker lets go of a scan in the middle of a step, which has then no result.
+    """The worker abandons a scan in the middle of a step, which then has no result.
 
-    No `Exception`: DBOS writes those down as what the step came to. The workflow stays as it is,
-    and goes on when a worker is there again.
+    It is not an `Exception`, because DBOS stores those as the step's result. The workflow stays as
+    it is and resumes when a worker is there again.
     """
 
 
 @dataclass
 class ScanSteps:
-    """What a worker does for a scan.
+    """The implementation of a scan's steps on a worker.
 
     Parameters
     ----------
     work : folder for scan folders on this worker's disk.
-    running : the children, by scan and run.
+    running : the child processes, by scan and run.
     """
 
     settings: GymSettings
@@ -57,13 +65,8 @@ class ScanSteps:
     running: dict[tuple[UUID, int], RunningScan] = field(default_factory=dict)
     stopping: threading.Event = field(default_factory=threading.Event)
 
-    @classmethod
-    def of(cls, settings: GymSettings, database: Database, store: FileStore) -> ScanSteps:
-        """With its scan folders in the data folder."""
-        return cls(settings, database, store, settings.data / "work")
-
     def claim(self, scan: UUID, run: int) -> bool:
-        """Begin; False where the scan was cancelled, started anew or deleted meanwhile."""
+        """Begin a scan; False if it was cancelled, restarted or deleted meanwhile."""
         try:
             with self.database.writing() as session:
                 move(session, scan, State.RUNNING, run=run)
@@ -71,38 +74,42 @@ class ScanSteps:
         except ConflictError as error:
             _LOG.info("scan %s, run %s: not begun (%s)", scan, run, error)
             return False
+        if drop_joined(self.store, scan):
+            shutil.rmtree(self._folder(scan).root.parent, ignore_errors=True)
         return True
 
     def stage(self, scan: UUID, run: int, stage: str) -> str:
-        """See one stage to its end; empty where all is well, else why not."""
+        """Run one stage to its end; return why it failed, empty on success."""
         child = self.running.get((scan, run))
         if child is None:
             child = self.running[scan, run] = RunningScan(self._prepare(scan))
         limit = time.monotonic() + self.settings.stage_minutes * 60
         seen = None
         while True:
-            with child.told:
-                child.told.wait_for(lambda: stage in child.ended or child.exit is not None, _LOOK_S)
+            with child.news:
+                child.news.wait_for(lambda: stage in child.ended or child.exit is not None, _LOOK_S)
                 state = (child.step, child.done, tuple(child.notes))
                 is_done, failure, code = stage in child.ended, child.failure, child.exit
             if self.stopping.is_set() or self.running.get((scan, run)) is not child:
                 raise WorkerStopsError
             if is_done:
-                shelve_stage(self.store, scan, self._folder(scan), stage)
+                upload_stage(self.store, scan, self._folder(scan), stage)
                 return ""
             if failure is not None:
-                return told(failure)
+                return failure_message(failure)
             if code is not None:
-                return told(Failed(f"the scan ended in {stage} (exit code {code})", "", True))
+                return failure_message(
+                    Failed(f"the scan ended in {stage} (exit code {code})", "", True)
+                )
             too_much = self._too_much(stage, child, limit)
             if too_much is not None:
-                return told(too_much)
+                return failure_message(too_much)
             if not self._tell(scan, run, state if state != seen else None):
-                return told(Failed("cancelled", "", defect=False))
+                return failure_message(Failed("cancelled", "", defect=False))
             seen = state
 
     def _too_much(self, stage: str, child: RunningScan, limit: float) -> Failed | None:
-        """Whether a stage takes more than it may, of time or of memory."""
+        """Return a failure if a stage exceeds its limits of time or memory."""
         hint = "Fewer photos make a scan faster and smaller."
         if time.monotonic() > limit:
             minutes = self.settings.stage_minutes
@@ -113,16 +120,19 @@ class ScanSteps:
         return None
 
     def finish(self, scan: UUID, run: int) -> None:
-        """Hand the wall over to the setter."""
+        """Put the scan into review."""
         folder = self._folder(scan)
-        files = take_visible(self.store, folder)
+        files = store_public_files(self.store, folder)
         keep_front(self.store, scan, folder)
         with self.database.writing() as session:
             move(session, scan, State.REVIEW, run=run)
-            session.execute(update(Scan).where(Scan.id == scan).values(files=files))
+            session.execute(
+                update(Scan).where(Scan.id == scan).values(files=files, scale=_scale_of(folder))
+            )
+            routes_changed(session, scan)
 
     def fail(self, scan: UUID, run: int, why: str) -> None:
-        """Say why it came to nothing; unless somebody has cancelled it, or started it anew."""
+        """Store why the scan failed, unless it was cancelled or restarted."""
         failure = json.loads(why)
         error, hint = failure["message"], failure["hint"]
         if failure["defect"]:
@@ -133,18 +143,19 @@ class ScanSteps:
             session.execute(change.values(state=State.FAILED, error=error[:2000], hint=hint[:2000]))
 
     def stop(self) -> None:
-        """End all children; what they had not finished is done again."""
+        """Kill all child processes; unfinished stages are repeated."""
         self.stopping.set()
-        self.abandon()
+        self.keep(())
 
-    def abandon(self) -> None:
-        """End all children: their scans are others' now."""
-        while self.running:
-            _, child = self.running.popitem()
-            child.stop()
+    def keep(self, workflows: Collection[str]) -> None:
+        """Kill all child processes but those of these workflows; other workers have the other
+        scans."""
+        for scan, run in list(self.running):
+            if f"{scan}-{run}" not in workflows:
+                self.running.pop((scan, run)).stop()
 
     def release(self, scan: UUID, run: int) -> None:
-        """End what still runs, and free this worker's disk."""
+        """Kill what still runs, and free this worker's disk."""
         child = self.running.pop((scan, run), None)
         if child is not None:
             child.stop()
@@ -154,9 +165,11 @@ class ScanSteps:
         return ScanFolder(self.work / str(scan) / "scan")
 
     def _prepare(self, scan: UUID) -> Job:
-        """Photos, what was done before, and the reference, on this worker's disk."""
+        """Download photos, earlier results and the reference to this worker's disk."""
         with self.database.reading() as session:
-            reference = session.get_one(Scan, scan).reference_id
+            row = session.get_one(Scan, scan)
+            reference, part = row.reference_id, row.part
+            distance, is_edited = row.distance, session.get(ScanEdits, scan) is not None
             usable = select(Photo).where(Photo.scan_id == scan, Photo.state == "usable")
             photos = list(session.scalars(usable.order_by(Photo.created_at, Photo.id)))
         folder = self._folder(scan)
@@ -165,17 +178,20 @@ class ScanSteps:
             path = sources / f"{number:04d}{suffix_of(photo.name)}"
             if not path.exists():
                 self.store.fetch(photo.original, path)
-        take_scan(self.store, scan, folder)
-        words = []
+        download_scan(self.store, scan, folder)
+        if not is_edited:  # the edits of an earlier run were for its coordinates
+            folder.edits.unlink(missing_ok=True)
+        words = distance_settings(distance, folder.root.parent / "points.toml") if distance else []
         if reference is not None:
             before = ScanFolder(folder.root.parent / "reference")
-            take_scan(self.store, reference, before)
+            download_scan(self.store, reference, before)
             words.append(f"sparse.reference={json.dumps(str(before.root.absolute()))}")
+            words += ["sparse.part=true"] if part else []
         config = str(self.settings.scan_settings or "")
         return Job(str(sources), str(folder.root), config, words)
 
     def _tell(self, scan: UUID, run: int, state: object) -> bool:
-        """Write down how far it is; False where it shall not go on."""
+        """Store the progress; return False if the scan shall not go on."""
         with self.database.reading() as session:
             row = session.get(Scan, scan)
             if row is None or row.run != run or row.state != State.RUNNING:
@@ -192,6 +208,13 @@ class ScanSteps:
         return True
 
 
-def told(failure: Failed) -> str:
-    """As a step's result, which DBOS keeps."""
+def failure_message(failure: Failed) -> str:
+    """Return a failure as a step's result, which DBOS stores."""
     return json.dumps({"message": failure.message, "hint": failure.hint, "defect": failure.defect})
+
+
+def _scale_of(folder: ScanFolder) -> dict[str, object]:
+    """Return where the metres of a scan come from, for `Scan.scale`."""
+    scale = Scale.load(folder.scale)
+    plates = [plate.label for plate in scale.plates if plate.used]
+    return {"method": scale.method, "metric": scale.metric, "plates": plates}

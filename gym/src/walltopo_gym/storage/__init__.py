@@ -1,1 +1,1 @@
-"""Where files lie: a folder, or an S3 bucket."""
+"""File storage: a folder, or an S3 bucket."""

@@ -1,6 +1,6 @@
 """The store of files by key, over obstore: a folder by default, S3 by a URL.
 
-A file is there whole or not at all, and is never changed: keys name content, or one version of it.
+A file is stored whole or not at all and never changes: its key names its content or one version.
 """
 
 from __future__ import annotations
@@ -14,10 +14,11 @@ from pathlib import Path
 from typing import Final
 
 import obstore
-from obstore.store import LocalStore, ObjectStore, from_url
+from obstore.store import LocalStore, ObjectStore
 
-from walltopo.core import SettingsError
-from walltopo.core.files import atomic_path
+from walltopo.core import InputError, SettingsError
+from walltopo.scans import object_store
+from walltopo.scans.object_store import fetch_file
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.settings import GymSettings
 
@@ -31,44 +32,44 @@ class FileStore:
 
     Parameters
     ----------
-    store : obstore's.
+    objects : obstore's store.
     """
 
-    def __init__(self, store: ObjectStore) -> None:
-        self._store = store
+    def __init__(self, objects: ObjectStore) -> None:
+        self.objects = objects
 
     def put(self, key: str, source: Path | bytes) -> None:
-        """Keep a file under a key; what was there gives way."""
-        obstore.put(self._store, key, source)
+        """Store a file under a key, replacing an existing one."""
+        obstore.put(self.objects, key, source)
 
     def has(self, key: str) -> bool:
-        """Whether there is such a file."""
+        """Return whether a file exists."""
         try:
-            obstore.head(self._store, key)
+            obstore.head(self.objects, key)
         except FileNotFoundError:
             return False
         return True
 
     def read(self, key: str) -> bytes:
-        """A small file whole.
+        """Return the content of a small file.
 
         Raises
         ------
-        NotFoundError : there is none.
+        NotFoundError : there is no such file.
         """
         return b"".join(self.chunks(key))
 
     def chunks(self, key: str) -> Iterator[bytes]:
-        """A file piece by piece.
+        """Yield the content of a file in pieces.
 
         Raises
         ------
-        NotFoundError : there is none; before the first piece.
+        NotFoundError : there is no such file; raised before the first piece.
         """
         try:
-            found = obstore.get(self._store, key)
+            found = obstore.get(self.objects, key)
         except FileNotFoundError as error:
-            raise NotFoundError("this file is not there") from error
+            raise NotFoundError("file-gone") from error
         return (bytes(piece) for piece in found.stream(min_chunk_size=_CHUNK))
 
     def fetch(self, key: str, path: Path) -> None:
@@ -76,64 +77,68 @@ class FileStore:
 
         Raises
         ------
-        NotFoundError : there is none.
+        NotFoundError : there is no such file.
         """
-        pieces = self.chunks(key)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with atomic_path(path) as temporary, temporary.open("wb") as out:
-            for piece in pieces:
-                out.write(piece)
+        try:
+            fetch_file(self.objects, key, path)
+        except FileNotFoundError as error:
+            raise NotFoundError("file-gone") from error
+
+    def copy_below(self, prefix: str, target: str) -> None:
+        """Copy all files below a prefix to another one; in a folder, copies share their bytes."""
+        for key in self.keys(prefix):
+            obstore.copy(self.objects, key, target + key.removeprefix(prefix))
 
     def keys(self, prefix: str) -> list[str]:
-        """The keys below a prefix, sorted."""
-        pages = obstore.list(self._store, prefix)
+        """Return the keys below a prefix, sorted."""
+        pages = obstore.list(self.objects, prefix)
         return sorted(str(item["path"]) for page in pages for item in page)
 
     def entries(self, prefix: str) -> Iterator[tuple[str, int, datetime]]:
-        """Key, bytes, and the moment of writing of each file below a prefix."""
-        for page in obstore.list(self._store, prefix):
+        """Return key, size in bytes and modification time of each file below a prefix."""
+        for page in obstore.list(self.objects, prefix):
             for item in page:
                 yield str(item["path"]), int(item["size"]), item["last_modified"]
 
     def drop(self, keys: list[str]) -> None:
-        """Delete files; those that are gone already are passed over."""
+        """Delete files; missing ones are ignored."""
         for key in keys:
             try:
-                obstore.delete(self._store, key)
+                obstore.delete(self.objects, key)
             except FileNotFoundError:
                 continue
 
 
 def open_store(settings: GymSettings) -> FileStore:
-    """The store of the settings.
+    """Return the store of the settings.
 
     Raises
     ------
-    SettingsError : the URL is none that is understood.
+    SettingsError : the URL is not supported.
     """
     if not settings.objects:
         return FileStore(LocalStore(settings.data / "files", mkdir=True))
     try:
-        return FileStore(from_url(settings.objects))
-    except Exception as error:  # obstore raises its own class for each kind of store
-        raise SettingsError(f"objects: {settings.objects!r} cannot be used ({error})") from error
+        return FileStore(object_store.open_store(settings.objects))
+    except InputError as error:
+        raise SettingsError(f"objects: {error.message}") from error
 
 
 def private_folder(folder: Path) -> Path:
-    """Return a folder that its owner alone can enter; made where it is not there.
+    """Return a folder that only its owner can enter; create it if it is missing.
 
-    A gym's data folder has the database, photos with their places, and secrets.
+    A gym's data folder has the database, photos with their locations, and secrets.
     """
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     if stat.S_IMODE(folder.stat().st_mode) & 0o077:
         try:
             folder.chmod(0o700)
-        except PermissionError:  # another user's: whoever made it decides
+        except PermissionError:  # another user's folder: its owner decides
             _LOG.warning("%s: other users of this machine can enter it (chmod 700 it)", folder)
     return folder
 
 
 def hash_of_file(path: Path) -> str:
-    """SHA-256 of a file's content, in hex digits."""
+    """Return the SHA-256 of a file's content in hex digits."""
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()

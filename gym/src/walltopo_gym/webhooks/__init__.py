@@ -1,1 +1,1 @@
-"""Telling a gym's own programs what has changed."""
+"""Webhooks: messages to a gym's own programs about changes."""

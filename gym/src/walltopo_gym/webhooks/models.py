@@ -1,4 +1,4 @@
-"""Tables of webhooks, and of what is to be told."""
+"""Tables of webhooks and their messages."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from walltopo_gym.database.base import Base, Keyed
 
 
 class Webhook(Keyed, Base):
-    """An address of a gym's own program; `secret` signs what is sent there, so it is kept whole.
+    """An address of a gym's own program; `secret` signs the messages, so it is stored in plain
+    text.
 
-    `told_at`: when a message was taken last.
+    `last_delivered_at`: time of the last delivery.
     """
 
     __tablename__ = "webhooks"
@@ -24,14 +25,13 @@ class Webhook(Keyed, Base):
     gym_id: Mapped[UUID] = mapped_column(ForeignKey("gyms.id", ondelete="CASCADE"), index=True)
     url: Mapped[str] = mapped_column(String(500))
     secret: Mapped[str] = mapped_column(String(100))
-    told_at: Mapped[datetime | None]
+    last_delivered_at: Mapped[datetime | None]
 
 
 class WebhookEvent(Keyed, Base):
-    """Something to be told to one address: written with the change itself, gone when it was told.
+    """A message to one address: written with the change itself, deleted after delivery.
 
-    `tries` so far; `begun_at`: when a try began that has not ended; `next_at`: when it is tried
-    again; `error`: what came of the last try.
+    `tries`: number of failures; `next_at`: time of the next try; `error`: result of the last try.
     """
 
     __tablename__ = "webhook_events"
@@ -41,6 +41,5 @@ class WebhookEvent(Keyed, Base):
     )
     body: Mapped[dict[str, Any]] = mapped_column(JSON)
     tries: Mapped[int] = mapped_column(default=0)
-    next_at: Mapped[datetime] = mapped_column(default=now, index=True)
-    begun_at: Mapped[datetime | None]
+    next_at: Mapped[datetime] = mapped_column(default=now)
     error: Mapped[str] = mapped_column(String(300), default="")

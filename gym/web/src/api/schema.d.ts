@@ -14,9 +14,8 @@ export interface paths {
         get?: never;
         /**
          * Put Score Event
-         * @description Say what was seen, under an id that one's device has made, so that it arrives once however
-         *     often it is sent. Judges speak for everybody; others for themselves, where the competition
-         *     lets them.
+         * @description Store a score event under an id that the device made, so that it is stored once. Judges score
+         *     everybody; competitors score themselves if the competition lets them.
          */
         put: operations["put_score_event"];
         post?: never;
@@ -35,7 +34,7 @@ export interface paths {
         };
         /**
          * List Score Events
-         * @description Who entered what, in the order in which it came.
+         * @description Return score events with their authors, in order of arrival.
          */
         get: operations["list_score_events"];
         put?: never;
@@ -55,7 +54,7 @@ export interface paths {
         };
         /**
          * List Marks
-         * @description What competitors have on a problem.
+         * @description Return the competitors' marks on a problem.
          */
         get: operations["list_marks"];
         put?: never;
@@ -75,12 +74,404 @@ export interface paths {
         };
         /**
          * List Appeals
-         * @description What competitors object to, the latest first, and what was decided last.
+         * @description Return appeals, the latest first, with their latest decisions.
          */
         get: operations["list_appeals"];
         put?: never;
         post?: never;
         delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/board": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Competition Board
+         * @description Return the board; while it is frozen, only judges see later results.
+         */
+        get: operations["read_competition_board"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/board/why": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Explain Order
+         * @description Explain the order of two competitors.
+         */
+        get: operations["explain_order"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/board/events": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Watch Competition Board
+         * @description Stream the board and then its changes, a few times a second at most, until the competition
+         *     stops running.
+         */
+        get: operations["watch_competition_board"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/results.csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Results Table
+         * @description Return the board as CSV, a line per competitor.
+         */
+        get: operations["read_results_table"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/results.pdf": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Results Paper
+         * @description Return the board as PDF.
+         */
+        get: operations["read_results_paper"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Competitions
+         * @description Return the gym's competitions, the latest first. Only setters see drafts.
+         */
+        get: operations["list_competitions"];
+        put?: never;
+        /**
+         * Make Competition
+         * @description Create a competition as a draft.
+         */
+        post: operations["make_competition"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Competition
+         * @description Return a competition without its scores.
+         */
+        get: operations["read_competition"];
+        put?: never;
+        post?: never;
+        /**
+         * Drop Competition
+         * @description Delete a competition for good, unless it has scores.
+         */
+        delete: operations["drop_competition"];
+        options?: never;
+        head?: never;
+        /**
+         * Change Competition
+         * @description Change a competition. Accepted texts stay as they were accepted.
+         */
+        patch: operations["change_competition"];
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/sheet": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put Competition Sheet
+         * @description Change categories, rounds and problems; those with an id keep it.
+         */
+        put: operations["put_competition_sheet"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/state": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put Competition State
+         * @description Open a competition for entries, begin or end it, or go back. Beginning it begins its first
+         *     round.
+         */
+        put: operations["put_competition_state"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/frozen": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Freeze Board
+         * @description Freeze the board for all but judges, or unfreeze it.
+         */
+        put: operations["freeze_board"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/rounds/{one}/state": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put Round State
+         * @description Begin or end a round. A round with a quota draws its starters when it begins.
+         */
+        put: operations["put_round_state"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/rounds/{one}/starters": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Starters
+         * @description Return the starters of a round, by category and in running order.
+         */
+        get: operations["list_starters"];
+        /**
+         * Put Starters
+         * @description Set the running order of a category; in a round with a quota also its starters. Starters who
+         *     are not named come last.
+         */
+        put: operations["put_starters"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/rounds/{one}/starters/draw": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Draw Starters
+         * @description Draw a new running order while the round has no scores: by lot, or, with a quota, from the
+         *     ranks of the round before, whose best comes last.
+         */
+        post: operations["draw_starters"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/entries": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Entries
+         * @description Return all competitors by bib.
+         */
+        get: operations["list_entries"];
+        put?: never;
+        /**
+         * Make Entry
+         * @description Add a competitor, with an account or without.
+         */
+        post: operations["make_entry"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/entries/{entry}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        /**
+         * Change Competitor
+         * @description Change or withdraw a competitor.
+         */
+        patch: operations["change_competitor"];
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/entries/import": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Import Entries
+         * @description Import a start list: all of its lines, or none if one has an error.
+         */
+        post: operations["import_entries"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/entries/{entry}/waiver": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Sign Waiver
+         * @description Record that a competitor accepted the text on paper.
+         */
+        post: operations["sign_waiver"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/mine": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Own Entry
+         * @description Return one's own entry and results; the entry is null if one has not entered.
+         */
+        get: operations["read_own_entry"];
+        /**
+         * Enter Competition
+         * @description Enter a competition, or change one's entry. This accepts the text.
+         */
+        put: operations["enter_competition"];
+        post?: never;
+        /**
+         * Withdraw
+         * @description Withdraw from a competition; repeating it is fine. Results stay.
+         */
+        delete: operations["withdraw"];
         options?: never;
         head?: never;
         patch?: never;
@@ -96,9 +487,9 @@ export interface paths {
         get?: never;
         /**
          * Put Ascent
-         * @description Tell what one did; under an id that one's phone has made, so that it arrives once however
-         *     often it is sent. Sent again with other words it is corrected; taken back it stays. The answer
-         *     is what it says now: a late copy of an older `edit` changes nothing.
+         * @description Store an ascent under an id that the phone made, so that it is stored once. Sending it again
+         *     with other fields corrects it. A withdrawn ascent stays. The response is the stored state: a
+         *     late copy of an older `edit` changes nothing.
          */
         put: operations["put_ascent"];
         post?: never;
@@ -117,7 +508,7 @@ export interface paths {
         };
         /**
          * List Ascents
-         * @description One's own ascents, the last that arrived first.
+         * @description Return one's own ascents in order of arrival, the latest first.
          */
         get: operations["list_ascents"];
         put?: never;
@@ -140,7 +531,7 @@ export interface paths {
         post?: never;
         /**
          * Drop Ascent
-         * @description Take an ascent back; again, too.
+         * @description Withdraw an ascent; repeating it is fine.
          */
         delete: operations["drop_ascent"];
         options?: never;
@@ -157,18 +548,18 @@ export interface paths {
         };
         /**
          * Read Opinion
-         * @description What one thinks of a route; empty where one has not said.
+         * @description Return one's own opinion of a route; empty if there is none.
          */
         get: operations["read_opinion"];
         /**
          * Put Opinion
-         * @description Say what one thinks of a route; a late copy of an older `edit` changes nothing.
+         * @description Store one's opinion of a route. A late copy of an older `edit` changes nothing.
          */
         put: operations["put_opinion"];
         post?: never;
         /**
          * Drop Opinion
-         * @description Have no opinion of a route any more.
+         * @description Delete one's opinion of a route.
          */
         delete: operations["drop_opinion"];
         options?: never;
@@ -176,7 +567,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/competitions/{competition}/board": {
+    "/api/v1/gyms/{gym}/logbook": {
         parameters: {
             query?: never;
             header?: never;
@@ -184,157 +575,12 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Competition Board
-         * @description Who stands where. While the board is frozen all but judges see it as it was then.
+         * Read Logbook
+         * @description Return own ascents and opinions in this gym; former routes are in `/me/ascents`.
          */
-        get: operations["read_competition_board"];
+        get: operations["read_logbook"];
         put?: never;
         post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/competitions/{competition}/board/why": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Explain Order
-         * @description Why one stands before another, or shares a rank with them.
-         */
-        get: operations["explain_order"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/competitions/{competition}/board/events": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Watch Competition Board
-         * @description The board, then what is otherwise in it, some times a second at most; ends when the
-         *     competition does not run.
-         */
-        get: operations["watch_competition_board"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/competitions/{competition}/results.csv": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Read Results Table
-         * @description The board as a table, a line each competitor.
-         */
-        get: operations["read_results_table"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/competitions/{competition}/results.pdf": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Read Results Paper
-         * @description The board on pages to print.
-         */
-        get: operations["read_results_paper"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/routes": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Routes
-         * @description What hangs in the gym, wall by wall.
-         */
-        get: operations["list_routes"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/routes/{route}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Read Route
-         * @description A route, whether it hangs or not.
-         */
-        get: operations["read_route"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        /**
-         * Change Route
-         * @description Change what is said of a route.
-         */
-        patch: operations["change_route"];
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/routes/{route}/strip": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Strip Route
-         * @description Take a route off the wall without a new scan.
-         */
-        post: operations["strip_route"];
         delete?: never;
         options?: never;
         head?: never;
@@ -350,7 +596,7 @@ export interface paths {
         };
         /**
          * List Tallies
-         * @description Of each route that hangs on a wall.
+         * @description Tallies of each current route of a wall.
          */
         get: operations["list_tallies"];
         put?: never;
@@ -370,7 +616,7 @@ export interface paths {
         };
         /**
          * List Gym Tallies
-         * @description Of each route that hangs in the gym.
+         * @description Tallies of each current route of the gym.
          */
         get: operations["list_gym_tallies"];
         put?: never;
@@ -381,7 +627,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/routes/{route}/story": {
+    "/api/v1/gyms/{gym}/routes/{route}/history": {
         parameters: {
             query?: never;
             header?: never;
@@ -389,13 +635,835 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Story
-         * @description Of one route, whether it hangs or not, and the versions of the wall in which it hung.
+         * Read Route History
+         * @description Tallies of one route, current or former, and the versions of the wall that had it.
          */
-        get: operations["read_story"];
+        get: operations["read_route_history"];
         put?: never;
         post?: never;
         delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/routes/{route}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Route
+         * @description Return a route, current or stripped.
+         */
+        get: operations["read_route"];
+        put?: never;
+        post?: never;
+        /**
+         * Drop Route
+         * @description Delete a route that was added by hand by mistake, while no climber has used it.
+         */
+        delete: operations["drop_route"];
+        options?: never;
+        head?: never;
+        /**
+         * Change Route
+         * @description Change a route's facts.
+         */
+        patch: operations["change_route"];
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/routes/{route}/comments": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Comments
+         * @description Return members' comments on a route, the newest first.
+         */
+        get: operations["list_comments"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/routes/{route}/comments/{person}/report": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Report Comment
+         * @description Report a comment to the gym. Repeated reports count once.
+         */
+        put: operations["report_comment"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/reports": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Reports
+         * @description Return reported comments without a decision, the newest first.
+         */
+        get: operations["list_reports"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/reports/{report}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Dismiss Report
+         * @description Keep a reported comment and close its reports.
+         */
+        delete: operations["dismiss_report"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/routes/{route}/comments/{person}/hidden": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Hide Comment
+         * @description Hide a comment from all but its author, and close its reports.
+         */
+        put: operations["hide_comment"];
+        post?: never;
+        /**
+         * Show Comment
+         * @description Show a hidden comment again; repeating it is fine.
+         */
+        delete: operations["show_comment"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/sessions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Climbing Sessions
+         * @description Return one's own sessions in this gym, the latest first.
+         */
+        get: operations["list_climbing_sessions"];
+        put?: never;
+        /**
+         * Start Climbing Session
+         * @description Begin a session now. Without a start, the first ascent begins it.
+         */
+        post: operations["start_climbing_session"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/sessions/{visit}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Climbing Session
+         * @description Return a session with its ascents.
+         */
+        get: operations["read_climbing_session"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/sessions/{visit}/end": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * End Climbing Session
+         * @description End a session now. Without an end, it ends by itself.
+         */
+        post: operations["end_climbing_session"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/progress": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Progress
+         * @description Return one's own progress in this gym.
+         */
+        get: operations["read_progress"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/progress/{part}.csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Progress Table
+         * @description Return one part of one's progress as CSV.
+         */
+        get: operations["read_progress_table"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/profile": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Profile
+         * @description Return one's own visibility settings.
+         */
+        get: operations["read_profile"];
+        /**
+         * Put Profile
+         * @description Change one's own visibility settings.
+         */
+        put: operations["put_profile"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/people/{person}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Person
+         * @description Return a person who shares a gym with the viewer; 404 for all others.
+         */
+        get: operations["read_person"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/pins/{ascent}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Pin Ascent
+         * @description Pin an ascent to one's profile; repeating it is fine.
+         */
+        put: operations["pin_ascent"];
+        post?: never;
+        /**
+         * Unpin Ascent
+         * @description Unpin an ascent; repeating it is fine.
+         */
+        delete: operations["unpin_ascent"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/follows": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Follows
+         * @description Return followed people and followers.
+         */
+        get: operations["list_follows"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/following/{person}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Follow Person
+         * @description Follow a person of one's gyms; if their ascents are not open, send a request.
+         */
+        put: operations["follow_person"];
+        post?: never;
+        /**
+         * Unfollow Person
+         * @description Unfollow a person; repeating it is fine.
+         */
+        delete: operations["unfollow_person"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/followers/{person}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Accept Follower
+         * @description Accept a request to follow.
+         */
+        put: operations["accept_follower"];
+        post?: never;
+        /**
+         * Drop Follower
+         * @description Remove a follower or decline a request, without a notice.
+         */
+        delete: operations["drop_follower"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/feed": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Set Feed
+         * @description Turn the feed on or off.
+         */
+        put: operations["set_feed"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/feed": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Feed
+         * @description Return sessions of followed people in this gym.
+         */
+        get: operations["read_feed"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/routes/{route}/friends": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Friends Here
+         * @description Return the followed people who topped a route.
+         */
+        get: operations["list_friends_here"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/board": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Board
+         * @description Return the board by points: the sum of the best ten routes of a period, of people who agreed
+         *     to be listed.
+         */
+        get: operations["read_board"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/routes": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Routes
+         * @description Return the current routes of a gym, wall by wall.
+         */
+        get: operations["list_routes"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/routes/{route}/strip": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Strip Route
+         * @description Strip a route without a new scan.
+         */
+        post: operations["strip_route"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/routes/{route}/restore": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Restore Route
+         * @description Undo the stripping of a route without a new scan.
+         */
+        post: operations["restore_route"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/walls/{wall}/routes": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Wall Routes
+         * @description Return the current routes of a wall, whether it has a published scan or not.
+         */
+        get: operations["list_wall_routes"];
+        put?: never;
+        /**
+         * Make Routes
+         * @description Add routes to a wall without a scan; a later scan can place them.
+         */
+        post: operations["make_routes"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/walls/{wall}/routes/import": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Import Routes
+         * @description Check a table of routes, or add its routes: all of them, or none if a line has an error.
+         */
+        post: operations["import_routes"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/walls/{wall}/picture": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Wall Picture
+         * @description Return a picture of the published version from the front.
+         */
+        get: operations["read_wall_picture"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/routes/{route}/picture": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Route Picture
+         * @description Return a picture of a route in the published version.
+         */
+        get: operations["read_route_picture"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/scans/{scan}/draft": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Draft
+         * @description Return which routes publishing the scan would keep, add and strip.
+         */
+        get: operations["read_draft"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/scans/{scan}/publish": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Publish Scan
+         * @description Publish a scan with these routes, in one transaction.
+         */
+        post: operations["publish_scan"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/scans/{scan}/discard": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Discard Scan
+         * @description Discard a scan in review. Its files are kept; a scan of photos can be started again.
+         */
+        post: operations["discard_scan"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/scans/{scan}/distance": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Scale Scan
+         * @description Scale a scan in review by a known distance: it runs again from the stage `scale` on. The
+         *     edits of the scan are dropped. A version of a published wall has the scale of that version.
+         */
+        post: operations["scale_scan"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/walls/{wall}/put-back": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Put Back Scan
+         * @description Roll back to a former version.
+         */
+        post: operations["put_back_scan"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/walls/{wall}/published": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Published
+         * @description Return files and routes of the published version, and the routes that were added by hand.
+         */
+        get: operations["read_published"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/scans/{scan}/files/{path}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read File
+         * @description Return a file of a version; before its publication only to setters.
+         */
+        get: operations["read_file"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/walls/{wall}/past": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Past
+         * @description Return the public versions of a wall, the earliest first.
+         */
+        get: operations["list_past"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/walls/{wall}/past/{scan}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Past
+         * @description Return a former version: its files, and its routes as they were on its last day.
+         */
+        get: operations["read_past"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/plans": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Plans
+         * @description Return the planned publications.
+         */
+        get: operations["list_plans"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/scans/{scan}/plan": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put Plan
+         * @description Plan the publication of a scan with these routes, replacing an earlier plan.
+         */
+        put: operations["put_plan"];
+        post?: never;
+        /**
+         * Drop Plan
+         * @description Cancel a planned publication.
+         */
+        delete: operations["drop_plan"];
         options?: never;
         head?: never;
         patch?: never;
@@ -410,7 +1478,7 @@ export interface paths {
         };
         /**
          * List Walls
-         * @description The gym's walls from left to right.
+         * @description Return the gym's walls from left to right.
          */
         get: operations["list_walls"];
         put?: never;
@@ -434,23 +1502,75 @@ export interface paths {
         };
         /**
          * Read Wall
-         * @description One wall.
+         * @description Return a wall.
          */
         get: operations["read_wall"];
         put?: never;
         post?: never;
         /**
          * Drop Wall
-         * @description Take a wall away for good, with its scans and routes.
+         * @description Delete a wall for good, with its scans and routes.
          */
         delete: operations["drop_wall"];
         options?: never;
         head?: never;
         /**
          * Change Wall
-         * @description Rename a wall, or give it another place.
+         * @description Rename or move a wall.
          */
         patch: operations["change_wall"];
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/floor-plan": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Floor Plan
+         * @description Return the gym's floor plan.
+         */
+        get: operations["read_floor_plan"];
+        /**
+         * Put Floor Plan
+         * @description Place the gym's walls on the plan.
+         */
+        put: operations["put_floor_plan"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/floor-plan/picture": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Plan Picture
+         * @description Return the plan's picture.
+         */
+        get: operations["read_plan_picture"];
+        /**
+         * Put Plan Picture
+         * @description Set the plan's picture; walls keep their places on it.
+         */
+        put: operations["put_plan_picture"];
+        post?: never;
+        /**
+         * Drop Plan Picture
+         * @description Delete the plan's picture; repeating it is fine.
+         */
+        delete: operations["drop_plan_picture"];
+        options?: never;
+        head?: never;
+        patch?: never;
         trace?: never;
     };
     "/api/v1/gyms": {
@@ -462,13 +1582,13 @@ export interface paths {
         };
         /**
          * List Gyms
-         * @description The public gyms, the newest first.
+         * @description Return the public gyms, the newest first.
          */
         get: operations["list_gyms"];
         put?: never;
         /**
          * Make Gym
-         * @description Open a gym, as its owner.
+         * @description Create a gym as its owner.
          */
         post: operations["make_gym"];
         delete?: never;
@@ -486,7 +1606,7 @@ export interface paths {
         };
         /**
          * List Own Gyms
-         * @description The gyms that one belongs to.
+         * @description Return one's own gyms.
          */
         get: operations["list_own_gyms"];
         put?: never;
@@ -506,21 +1626,21 @@ export interface paths {
         };
         /**
          * Read Gym
-         * @description One gym.
+         * @description Return a gym.
          */
         get: operations["read_gym"];
         put?: never;
         post?: never;
         /**
          * Close Gym
-         * @description Close a gym for good, with its walls, scans and routes.
+         * @description Delete a gym for good, with its walls, scans and routes.
          */
         delete: operations["close_gym"];
         options?: never;
         head?: never;
         /**
          * Change Gym
-         * @description Change what is said of a gym, and who sees it.
+         * @description Change a gym's facts and visibility.
          */
         patch: operations["change_gym"];
         trace?: never;
@@ -534,7 +1654,7 @@ export interface paths {
         };
         /**
          * List Changes
-         * @description Who changed what in the gym, the newest first.
+         * @description Return the gym's audit log, the newest first.
          */
         get: operations["list_changes"];
         put?: never;
@@ -545,7 +1665,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/walls/{wall}/scans": {
+    "/api/v1/gyms/{gym}/grade-systems": {
         parameters: {
             query?: never;
             header?: never;
@@ -553,66 +1673,23 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Scans
-         * @description The wall's versions, the newest first.
+         * List Grade Systems
+         * @description Return the gym's grade systems.
          */
-        get: operations["list_scans"];
+        get: operations["list_grade_systems"];
         put?: never;
         /**
-         * Begin Scan
-         * @description Begin a version of the wall, to which photos are sent. It will lie in the frame of the one
-         *     that is published now.
+         * Make Grade System
+         * @description Add a grade system.
          */
-        post: operations["begin_scan"];
+        post: operations["make_grade_system"];
         delete?: never;
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/scans/{scan}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Read Scan
-         * @description One version of a wall, and how far it is.
-         */
-        get: operations["read_scan"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/scans/{scan}/events": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Watch Scan
-         * @description How far the scan is, whenever that changes; ends when nobody works on it any more.
-         *
-         *     Asked of the table, so that it is the same whichever worker tells, and on whichever server.
-         */
-        get: operations["watch_scan"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/scans/{scan}/start": {
+    "/api/v1/gyms/{gym}/grade-systems/{system}": {
         parameters: {
             query?: never;
             header?: never;
@@ -620,337 +1697,17 @@ export interface paths {
             cookie?: never;
         };
         get?: never;
-        put?: never;
         /**
-         * Start Scan
-         * @description Make a wall of the photos; again, where that failed or was cancelled.
+         * Change Grade System
+         * @description Change a grade system.
          */
-        post: operations["start_scan"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/scans/{scan}/cancel": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Cancel Scan
-         * @description Stop working on it; what is done is kept, should it be started again.
-         */
-        post: operations["cancel_scan"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/sign-up": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Ask For Account
-         * @description Have a link mailed with which an account is made. Says the same for every address.
-         */
-        post: operations["ask_for_account"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/sign-up/confirm": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Make Account
-         * @description Make the account, and sign in.
-         */
-        post: operations["make_account"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/session": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Begin Session
-         * @description Sign in. An address that is not known and a password that is wrong sound the same.
-         *
-         *     Where a second factor is on, the right password alone is told that its code is needed.
-         */
-        post: operations["begin_session"];
-        /**
-         * End Session
-         * @description Sign out in this browser.
-         */
-        delete: operations["end_session"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/me/sessions": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Sessions
-         * @description The browsers in which one is signed in.
-         */
-        get: operations["list_sessions"];
-        put?: never;
+        put: operations["change_grade_system"];
         post?: never;
         /**
-         * End Sessions
-         * @description Sign out everywhere, here too.
+         * Drop Grade System
+         * @description Delete a grade system.
          */
-        delete: operations["end_sessions"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/me/sessions/{sign_in}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        post?: never;
-        /**
-         * End Other Session
-         * @description Sign out in another browser.
-         */
-        delete: operations["end_other_session"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/me": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Read Me
-         * @description One's own account.
-         */
-        get: operations["read_me"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        /**
-         * Rename Me
-         * @description Change one's name.
-         */
-        patch: operations["rename_me"];
-        trace?: never;
-    };
-    "/api/v1/me/password": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        /**
-         * Change Password
-         * @description Choose another password; every other sign-in and all tokens end.
-         */
-        put: operations["change_password"];
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/password-reset": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Ask For Reset
-         * @description Have a link mailed with which another password is chosen. Says the same for every address.
-         */
-        post: operations["ask_for_reset"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/password-reset/confirm": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Reset Password
-         * @description Choose another password by a mailed link; every sign-in and all tokens end.
-         *
-         *     The browser is known from now on: who was shut out by others' guesses signs in with it.
-         */
-        post: operations["reset_password"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/me/second-factor": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Read Second Factor
-         * @description Whether one signs in with a second factor.
-         */
-        get: operations["read_second_factor"];
-        put?: never;
-        /**
-         * Begin Second Factor
-         * @description A secret for a program on the phone; asked for when its digits were confirmed.
-         */
-        post: operations["begin_second_factor"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/me/second-factor/confirm": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Confirm Second Factor
-         * @description Show that the phone makes the right digits; from now on signing in wants them.
-         */
-        post: operations["confirm_second_factor"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/me/second-factor/off": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * End Second Factor
-         * @description Sign in by the password alone again.
-         */
-        post: operations["end_second_factor"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/me/tokens": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Tokens
-         * @description One's tokens for programs.
-         */
-        get: operations["list_tokens"];
-        put?: never;
-        /**
-         * Make Token
-         * @description Make a token for a program.
-         */
-        post: operations["make_token"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/me/tokens/{token}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        post?: never;
-        /**
-         * Drop Token
-         * @description End a token.
-         */
-        delete: operations["drop_token"];
+        delete: operations["drop_grade_system"];
         options?: never;
         head?: never;
         patch?: never;
@@ -967,7 +1724,7 @@ export interface paths {
         put?: never;
         /**
          * Join Gym
-         * @description Become a member of a gym that lets everybody in.
+         * @description Become a member of an open gym.
          */
         post: operations["join_gym"];
         delete?: never;
@@ -1005,7 +1762,7 @@ export interface paths {
         };
         /**
          * List Members
-         * @description Who belongs to the gym.
+         * @description Return the members of the gym.
          */
         get: operations["list_members"];
         put?: never;
@@ -1028,14 +1785,14 @@ export interface paths {
         post?: never;
         /**
          * Drop Member
-         * @description Let a member go.
+         * @description Remove a member.
          */
         delete: operations["drop_member"];
         options?: never;
         head?: never;
         /**
          * Change Member
-         * @description Give a member another role.
+         * @description Change a member's role.
          */
         patch: operations["change_member"];
         trace?: never;
@@ -1049,7 +1806,7 @@ export interface paths {
         };
         /**
          * List Bans
-         * @description Whom the gym has excluded, the last one first.
+         * @description Return the banned people, the latest first.
          */
         get: operations["list_bans"];
         put?: never;
@@ -1070,13 +1827,13 @@ export interface paths {
         get?: never;
         /**
          * Ban Person
-         * @description Let somebody take part in the gym no more: no member, no new ascents, no comments.
+         * @description Ban a person: no membership, no new ascents, no comments.
          */
         put: operations["ban_person"];
         post?: never;
         /**
          * Drop Ban
-         * @description Let somebody join again.
+         * @description Lift a ban.
          */
         delete: operations["drop_ban"];
         options?: never;
@@ -1093,13 +1850,13 @@ export interface paths {
         };
         /**
          * List Invitations
-         * @description The invitations that are out.
+         * @description Return the valid invitations.
          */
         get: operations["list_invitations"];
         put?: never;
         /**
          * Make Invitation
-         * @description Make a link that lets whoever has it in.
+         * @description Create an invitation link.
          */
         post: operations["make_invitation"];
         delete?: never;
@@ -1120,7 +1877,7 @@ export interface paths {
         post?: never;
         /**
          * Drop Invitation
-         * @description Take an invitation back.
+         * @description Revoke an invitation.
          */
         delete: operations["drop_invitation"];
         options?: never;
@@ -1148,31 +1905,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/grade-systems": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Grade Systems
-         * @description How the gym grades its routes.
-         */
-        get: operations["list_grade_systems"];
-        put?: never;
-        /**
-         * Make Grade System
-         * @description Add a grade system.
-         */
-        post: operations["make_grade_system"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/grade-systems/{system}": {
+    "/api/v1/sign-up": {
         parameters: {
             query?: never;
             header?: never;
@@ -1180,17 +1913,141 @@ export interface paths {
             cookie?: never;
         };
         get?: never;
+        put?: never;
         /**
-         * Change Grade System
-         * @description Change a grade system.
+         * Ask For Account
+         * @description Mail a link for creating an account. The response is the same for every address.
          */
-        put: operations["change_grade_system"];
+        post: operations["ask_for_account"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/walls/{wall}/scans": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Scans
+         * @description Return the wall's versions, the newest first.
+         */
+        get: operations["list_scans"];
+        put?: never;
+        /**
+         * Begin Scan
+         * @description Create a version of the wall for uploads. It gets the coordinate frame of the published
+         *     version.
+         */
+        post: operations["begin_scan"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/walls/{wall}/amendments": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Amend Wall
+         * @description Create an amendment of the published version: the same mesh and photos, to be edited,
+         *     reviewed and published. An amendment that is in review already is returned.
+         */
+        post: operations["amend_wall"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/scans/{scan}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Scan
+         * @description Return a version of a wall and its progress.
+         */
+        get: operations["read_scan"];
+        put?: never;
         post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/scans/{scan}/events": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
         /**
-         * Drop Grade System
-         * @description Take a grade system away.
+         * Watch Scan
+         * @description Stream the progress of a scan until no worker works on it.
+         *
+         *     It is read from the table, so that any server can stream the progress of any worker.
          */
-        delete: operations["drop_grade_system"];
+        get: operations["watch_scan"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/scans/{scan}/start": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Start Scan
+         * @description Start a scan of the photos, also after a failure or a cancellation.
+         */
+        post: operations["start_scan"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/scans/{scan}/cancel": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Cancel Scan
+         * @description Cancel a scan; finished stages are kept for a restart.
+         */
+        post: operations["cancel_scan"];
+        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -1205,13 +2062,13 @@ export interface paths {
         };
         /**
          * List Photos
-         * @description The photos of a scan, in the order in which they were announced.
+         * @description Return the photos of a scan in the order of their announcement.
          */
         get: operations["list_photos"];
         put?: never;
         /**
          * Announce Photo
-         * @description Announce a photo; `Location` is where it goes, `Upload-Offset` how much is here already.
+         * @description Announce a photo; `Location` is its address, `Upload-Offset` the number of stored bytes.
          */
         post: operations["announce_photo"];
         delete?: never;
@@ -1229,7 +2086,7 @@ export interface paths {
         };
         /**
          * Read Overlap
-         * @description Which usable photos overlap: what hangs together becomes one wall, the rest is left out.
+         * @description Return the groups of overlapping photos. One group becomes the wall, the rest is left out.
          */
         get: operations["read_overlap"];
         put?: never;
@@ -1252,18 +2109,18 @@ export interface paths {
         post?: never;
         /**
          * Drop Photo
-         * @description Take a photo back.
+         * @description Delete a photo.
          */
         delete: operations["drop_photo"];
         options?: never;
         /**
          * Ask Offset
-         * @description How much of a photo is here.
+         * @description Return the number of stored bytes of a photo.
          */
         head: operations["ask_offset"];
         /**
          * Send Photo
-         * @description Send a photo's bytes from `Upload-Offset` on; when all are here it is stored.
+         * @description Append bytes to a photo from `Upload-Offset` on; a complete photo is stored.
          */
         patch: operations["send_photo"];
         trace?: never;
@@ -1277,7 +2134,7 @@ export interface paths {
         };
         /**
          * Read Thumbnail
-         * @description A small picture of the photo, of its pixels alone.
+         * @description Return a thumbnail of a photo, without its metadata.
          */
         get: operations["read_thumbnail"];
         put?: never;
@@ -1288,7 +2145,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/floor-plan": {
+    "/api/v1/scale-plates/{paper}/{number}.pdf": {
         parameters: {
             query?: never;
             header?: never;
@@ -1296,62 +2153,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Floor Plan
-         * @description Where the gym's walls are.
+         * Read Scale Plate
+         * @description Return a scale plate to print at 100 %. Plates in one scan need different numbers.
          */
-        get: operations["read_floor_plan"];
-        /**
-         * Put Floor Plan
-         * @description Say where the gym's walls are.
-         */
-        put: operations["put_floor_plan"];
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/floor-plan/picture": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Read Plan Picture
-         * @description The plan's picture.
-         */
-        get: operations["read_plan_picture"];
-        /**
-         * Put Plan Picture
-         * @description Let a picture be the plan; walls keep their places on it.
-         */
-        put: operations["put_plan_picture"];
-        post?: never;
-        /**
-         * Drop Plan Picture
-         * @description Do without a picture; again, too.
-         */
-        delete: operations["drop_plan_picture"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/scans/{scan}/draft": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Read Draft
-         * @description What publishing the scan would change: which route is which.
-         */
-        get: operations["read_draft"];
+        get: operations["read_scale_plate"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1360,7 +2165,51 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/scans/{scan}/publish": {
+    "/api/v1/stickers/{paper}/{count}.pdf": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Stickers
+         * @description Return sheets of stickers for bare walls, to print at 100 % and cut.
+         */
+        get: operations["read_stickers"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Me
+         * @description One's own account.
+         */
+        get: operations["read_me"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        /**
+         * Rename Me
+         * @description Change one's name.
+         */
+        patch: operations["rename_me"];
+        trace?: never;
+    };
+    "/api/v1/sign-up/confirm": {
         parameters: {
             query?: never;
             header?: never;
@@ -1370,17 +2219,37 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Publish Scan
-         * @description Let the scan be the wall, with these routes; all at once.
+         * Make Account
+         * @description Create the account and sign in.
          */
-        post: operations["publish_scan"];
+        post: operations["make_account"];
         delete?: never;
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/walls/{wall}/put-back": {
+    "/api/v1/me/password": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Change Password
+         * @description Change one's password. All other sign-ins and all tokens end.
+         */
+        put: operations["change_password"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/password-reset": {
         parameters: {
             query?: never;
             header?: never;
@@ -1390,125 +2259,17 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Put Back Scan
-         * @description Let a former version be the wall again.
+         * Ask For Reset
+         * @description Mail a link for choosing a new password. The response is the same for every address.
          */
-        post: operations["put_back_scan"];
+        post: operations["ask_for_reset"];
         delete?: never;
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/walls/{wall}/published": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Read Published
-         * @description What hangs: files and routes of the published version.
-         */
-        get: operations["read_published"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/scans/{scan}/files/{path}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Read File
-         * @description A file of a version; of one that was never published for setters alone.
-         */
-        get: operations["read_file"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/plans": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Plans
-         * @description What is to be published later.
-         */
-        get: operations["list_plans"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/scans/{scan}/plan": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        /**
-         * Put Plan
-         * @description Publish a scan later, with these routes; what was planned for it before gives way.
-         */
-        put: operations["put_plan"];
-        post?: never;
-        /**
-         * Drop Plan
-         * @description Do not publish it later.
-         */
-        delete: operations["drop_plan"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/scans/{scan}/editor/log": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Read Edit Log
-         * @description The log of edits and its version, for a scan in review.
-         */
-        get: operations["read_edit_log"];
-        put?: never;
-        /**
-         * Save Edit Log
-         * @description Save a log that was made on a version, and begin what follows from it.
-         */
-        post: operations["save_edit_log"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/scans/{scan}/editor/log/try": {
+    "/api/v1/password-reset/confirm": {
         parameters: {
             query?: never;
             header?: never;
@@ -1518,17 +2279,44 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Try Edit Log
-         * @description What a log makes of the scan; changes nothing.
+         * Reset Password
+         * @description Choose a new password by a mailed link. All sign-ins and tokens end.
+         *
+         *     The server recognises this browser from now on, so that failed attempts of others cannot lock
+         *     its owner out.
          */
-        post: operations["try_edit_log"];
+        post: operations["reset_password"];
         delete?: never;
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/scans/{scan}/editor/log/problems": {
+    "/api/v1/me/second-factor": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Second Factor
+         * @description Return whether the second factor is on.
+         */
+        get: operations["read_second_factor"];
+        put?: never;
+        /**
+         * Begin Second Factor
+         * @description Create a secret for an authenticator app. It takes effect once confirmed.
+         */
+        post: operations["begin_second_factor"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/second-factor/confirm": {
         parameters: {
             query?: never;
             header?: never;
@@ -1538,17 +2326,17 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Propose Problems
-         * @description Problems for a wish, on the holds of the wall as a log makes it; changes nothing.
+         * Confirm Second Factor
+         * @description Turn the second factor on by showing that the phone makes the right digits.
          */
-        post: operations["propose_problems"];
+        post: operations["confirm_second_factor"];
         delete?: never;
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/scans/{scan}/editor/log/ease": {
+    "/api/v1/me/second-factor/off": {
         parameters: {
             query?: never;
             header?: never;
@@ -1558,17 +2346,17 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Ease Route
-         * @description Which hold makes a route one grade easier or harder; changes nothing.
+         * End Second Factor
+         * @description Turn the second factor off.
          */
-        post: operations["ease_route"];
+        post: operations["end_second_factor"];
         delete?: never;
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/scans/{scan}/editor/log/state": {
+    "/api/v1/me/tokens": {
         parameters: {
             query?: never;
             header?: never;
@@ -1576,159 +2364,23 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Edit State
-         * @description Whether the scan's files show what is saved.
+         * List Tokens
+         * @description Return one's API tokens.
          */
-        get: operations["read_edit_state"];
+        get: operations["list_tokens"];
         put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/scans/{scan}/editor/photos": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
         /**
-         * Read Edit Photos
-         * @description A place of the wall in the photos that show it best.
+         * Make Token
+         * @description Create an API token.
          */
-        get: operations["read_edit_photos"];
-        put?: never;
-        post?: never;
+        post: operations["make_token"];
         delete?: never;
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/scans/{scan}/grade-ranges": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Read Grade Ranges
-         * @description About how hard the routes of a scan in review are: ranges, from their movement.
-         */
-        get: operations["read_grade_ranges"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/walls/{wall}/picture": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Read Wall Picture
-         * @description The published version from the front.
-         */
-        get: operations["read_wall_picture"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/routes/{route}/picture": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Read Route Picture
-         * @description A route in the version of the wall that is published.
-         */
-        get: operations["read_route_picture"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/routes/{route}/comments": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Comments
-         * @description What members wrote of a route, the newest first.
-         */
-        get: operations["list_comments"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/routes/{route}/comments/{person}/report": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        /**
-         * Report Comment
-         * @description Tell the gym that a comment should not be there; said again it counts once.
-         */
-        put: operations["report_comment"];
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/reports": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Reports
-         * @description Comments of the gym that were reported and not decided on, the newest first.
-         */
-        get: operations["list_reports"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/reports/{report}": {
+    "/api/v1/me/tokens/{token}": {
         parameters: {
             query?: never;
             header?: never;
@@ -1739,16 +2391,16 @@ export interface paths {
         put?: never;
         post?: never;
         /**
-         * Dismiss Report
-         * @description Leave a reported comment where it is.
+         * Drop Token
+         * @description Delete an API token.
          */
-        delete: operations["dismiss_report"];
+        delete: operations["drop_token"];
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/routes/{route}/comments/{person}/hidden": {
+    "/api/v1/session": {
         parameters: {
             query?: never;
             header?: never;
@@ -1756,23 +2408,25 @@ export interface paths {
             cookie?: never;
         };
         get?: never;
+        put?: never;
         /**
-         * Hide Comment
-         * @description Show a comment to nobody but its author, and settle what was reported of it.
+         * Begin Session
+         * @description Sign in. Unknown addresses and wrong passwords get the same response.
+         *
+         *     With a second factor, the right password alone answers that a code is needed.
          */
-        put: operations["hide_comment"];
-        post?: never;
+        post: operations["begin_session"];
         /**
-         * Show Comment
-         * @description Show a hidden comment again; again, too.
+         * End Session
+         * @description Sign out in this browser.
          */
-        delete: operations["show_comment"];
+        delete: operations["end_session"];
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/logbook": {
+    "/api/v1/me/sessions": {
         parameters: {
             query?: never;
             header?: never;
@@ -1780,63 +2434,23 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Logbook
-         * @description What one did here and thinks of it; of routes that hang no more see `/me/ascents`.
+         * List Sessions
+         * @description Return the browsers in which one is signed in.
          */
-        get: operations["read_logbook"];
+        get: operations["list_sessions"];
         put?: never;
         post?: never;
-        delete?: never;
+        /**
+         * End Sessions
+         * @description Sign out everywhere, including here.
+         */
+        delete: operations["end_sessions"];
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/me/profile": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Read Profile
-         * @description What one lets others know.
-         */
-        get: operations["read_profile"];
-        /**
-         * Put Profile
-         * @description Say what others may know.
-         */
-        put: operations["put_profile"];
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/people/{person}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Read Person
-         * @description Somebody who belongs to a gym that one belongs to; to others they are not there.
-         */
-        get: operations["read_person"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/me/pins/{ascent}": {
+    "/api/v1/me/sessions/{sign_in}": {
         parameters: {
             query?: never;
             header?: never;
@@ -1844,17 +2458,13 @@ export interface paths {
             cookie?: never;
         };
         get?: never;
-        /**
-         * Pin Ascent
-         * @description Let an ascent of one's own stand on one's profile; again, too.
-         */
-        put: operations["pin_ascent"];
+        put?: never;
         post?: never;
         /**
-         * Unpin Ascent
-         * @description Take an ascent off one's profile; again, too.
+         * End Other Session
+         * @description Sign out in another browser.
          */
-        delete: operations["unpin_ascent"];
+        delete: operations["end_other_session"];
         options?: never;
         head?: never;
         patch?: never;
@@ -1871,7 +2481,7 @@ export interface paths {
         put?: never;
         /**
          * Begin Passkey
-         * @description What a browser asks the device to make: `PublicKeyCredentialCreationOptions` as JSON.
+         * @description Return `PublicKeyCredentialCreationOptions` as JSON.
          */
         post: operations["begin_passkey"];
         delete?: never;
@@ -1889,7 +2499,7 @@ export interface paths {
         };
         /**
          * List Passkeys
-         * @description One's passkeys.
+         * @description Return one's passkeys.
          */
         get: operations["list_passkeys"];
         put?: never;
@@ -1916,7 +2526,7 @@ export interface paths {
         post?: never;
         /**
          * Drop Passkey
-         * @description Let a passkey sign in no more.
+         * @description Delete a passkey.
          */
         delete: operations["drop_passkey"];
         options?: never;
@@ -1935,7 +2545,7 @@ export interface paths {
         put?: never;
         /**
          * Begin Passkey Session
-         * @description What a browser asks the device to sign: `PublicKeyCredentialRequestOptions` as JSON.
+         * @description Return `PublicKeyCredentialRequestOptions` as JSON.
          */
         post: operations["begin_passkey_session"];
         delete?: never;
@@ -1964,7 +2574,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/me/handovers": {
+    "/api/v1/me/device-sign-ins": {
         parameters: {
             query?: never;
             header?: never;
@@ -1974,17 +2584,17 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Make Handover
-         * @description Offer to sign in on another device; what was offered before is good no more.
+         * Make Device Sign In
+         * @description Offer to sign in on another device. An earlier offer expires.
          */
-        post: operations["make_handover"];
+        post: operations["make_device_sign_in"];
         delete?: never;
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/me/handovers/{handover}": {
+    "/api/v1/me/device-sign-ins/{device_sign_in}": {
         parameters: {
             query?: never;
             header?: never;
@@ -1992,10 +2602,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Handover
-         * @description Whether somebody has taken the offer up, and with which code.
+         * Read Device Sign In
+         * @description Return whether the offer is claimed, and with which code.
          */
-        get: operations["read_handover"];
+        get: operations["read_device_sign_in"];
         put?: never;
         post?: never;
         delete?: never;
@@ -2004,7 +2614,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/me/handovers/{handover}/allow": {
+    "/api/v1/me/device-sign-ins/{device_sign_in}/allow": {
         parameters: {
             query?: never;
             header?: never;
@@ -2014,17 +2624,17 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Allow Handover
-         * @description Let in who shows this code.
+         * Allow Device Sign In
+         * @description Accept the browser that shows this code.
          */
-        post: operations["allow_handover"];
+        post: operations["allow_device_sign_in"];
         delete?: never;
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/session/handover/claim": {
+    "/api/v1/session/device-sign-in/claim": {
         parameters: {
             query?: never;
             header?: never;
@@ -2034,17 +2644,17 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Claim Handover
-         * @description Take up what a QR code offers.
+         * Claim Device Sign In
+         * @description Claim the offer of a QR code.
          */
-        post: operations["claim_handover"];
+        post: operations["claim_device_sign_in"];
         delete?: never;
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/session/handover": {
+    "/api/v1/session/device-sign-in": {
         parameters: {
             query?: never;
             header?: never;
@@ -2054,17 +2664,17 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Begin Session By Handover
-         * @description Sign in by a claim, once the other device has said yes.
+         * Begin Session By Device Sign In
+         * @description Sign in by a claim once the other device has accepted.
          */
-        post: operations["begin_session_by_handover"];
+        post: operations["begin_session_by_device_sign_in"];
         delete?: never;
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/me/data": {
+    "/api/v1/gyms/{gym}/scans/{scan}/editor/log": {
         parameters: {
             query?: never;
             header?: never;
@@ -2072,39 +2682,23 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Data
-         * @description All that is kept of one, whole.
+         * Read Edit Log
+         * @description Return the edit log of a scan in review, and its version.
          */
-        get: operations["read_data"];
+        get: operations["read_edit_log"];
         put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/me/ascents.csv": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
         /**
-         * Read Ascents Table
-         * @description One's ascents as a table.
+         * Save Edit Log
+         * @description Save an edit log that is based on a version, and start applying it.
          */
-        get: operations["read_ascents_table"];
-        put?: never;
-        post?: never;
+        post: operations["save_edit_log"];
         delete?: never;
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/me/delete": {
+    "/api/v1/gyms/{gym}/scans/{scan}/editor/log/try": {
         parameters: {
             query?: never;
             header?: never;
@@ -2114,17 +2708,57 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Delete Me
-         * @description Delete one's account with all that one did.
+         * Try Edit Log
+         * @description Return the state that an edit log leads to; change nothing.
          */
-        post: operations["delete_me"];
+        post: operations["try_edit_log"];
         delete?: never;
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/walls/{wall}/past": {
+    "/api/v1/gyms/{gym}/scans/{scan}/editor/log/problems": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Propose Problems
+         * @description Return proposed problems on the holds after an edit log; change nothing.
+         */
+        post: operations["propose_problems"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/scans/{scan}/editor/log/ease": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Ease Route
+         * @description Return the hold that makes a route one grade easier or harder; change nothing.
+         */
+        post: operations["ease_route"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/scans/{scan}/editor/log/state": {
         parameters: {
             query?: never;
             header?: never;
@@ -2132,10 +2766,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Past
-         * @description The versions of a wall that everybody may see, the first one first.
+         * Read Edit State
+         * @description Return whether the scan's files show the saved log.
          */
-        get: operations["list_past"];
+        get: operations["read_edit_state"];
         put?: never;
         post?: never;
         delete?: never;
@@ -2144,7 +2778,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/walls/{wall}/past/{scan}": {
+    "/api/v1/gyms/{gym}/scans/{scan}/editor/photos": {
         parameters: {
             query?: never;
             header?: never;
@@ -2152,10 +2786,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Past
-         * @description One of them: its files, and its routes as they were on its last day.
+         * Read Edit Photos
+         * @description Return crops of the photos that show a point of the wall best.
          */
-        get: operations["read_past"];
+        get: operations["read_edit_photos"];
         put?: never;
         post?: never;
         delete?: never;
@@ -2164,7 +2798,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/webhooks": {
+    "/api/v1/gyms/{gym}/scans/{scan}/grade-ranges": {
         parameters: {
             query?: never;
             header?: never;
@@ -2172,23 +2806,134 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Webhooks
-         * @description The gym's webhooks, and how they do.
+         * Read Grade Ranges
+         * @description Return estimated grade ranges of the routes of a scan in review.
          */
-        get: operations["list_webhooks"];
+        get: operations["read_grade_ranges"];
         put?: never;
-        /**
-         * Make Webhook
-         * @description Let an address be told; signed by Standard Webhooks.
-         */
-        post: operations["make_webhook"];
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/webhooks/{webhook}": {
+    "/api/v1/gyms/{gym}/hold-reports/{report}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put Hold Report
+         * @description Report a hold under an id that the phone made, so that it is stored once. A second open
+         *     report of the same hold and kind by the same person is answered with the first.
+         */
+        put: operations["put_hold_report"];
+        post?: never;
+        /**
+         * Drop Hold Report
+         * @description Delete one report for good, as for an abusive note.
+         */
+        delete: operations["drop_hold_report"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/hold-reports": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Hold Reports
+         * @description Return the holds to check, the first reported first. Holds of stripped routes are absent.
+         */
+        get: operations["list_hold_reports"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/hold-reports/{report}/done": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Close Hold Report
+         * @description Close all open reports of a report's hold; repeating it is fine.
+         */
+        put: operations["close_hold_report"];
+        post?: never;
+        /**
+         * Reopen Hold Report
+         * @description Open the reports again that were closed together; repeating it is fine.
+         */
+        delete: operations["reopen_hold_report"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/problems/{problem}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Problem
+         * @description Return a problem; one that is shared by link also for people who are not members.
+         */
+        get: operations["read_problem"];
+        /**
+         * Put Problem
+         * @description Store a problem under an id that the phone made, so that it is stored once. Sending it again
+         *     with other fields changes it. A deleted problem stays deleted. The response is the stored state:
+         *     a late copy of an older `edit` changes nothing.
+         */
+        put: operations["put_problem"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/walls/{wall}/problems": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Problems
+         * @description Return a wall's problems that all members see, and one's own, the newest first.
+         */
+        get: operations["list_problems"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/problems/{problem}": {
         parameters: {
             query?: never;
             header?: never;
@@ -2199,52 +2944,28 @@ export interface paths {
         put?: never;
         post?: never;
         /**
-         * Drop Webhook
-         * @description Tell an address nothing more.
+         * Drop Problem
+         * @description Delete one's own problem; repeating it is fine.
          */
-        delete: operations["drop_webhook"];
+        delete: operations["drop_problem"];
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/sessions": {
+    "/api/v1/gyms/{gym}/problems/{problem}/climbed": {
         parameters: {
             query?: never;
             header?: never;
             path?: never;
             cookie?: never;
         };
+        get?: never;
         /**
-         * List Climbing Sessions
-         * @description One's own sessions in this gym, the last first.
+         * Put Problem Climbed
+         * @description Store whether one has climbed a problem. A late copy of an older `edit` changes nothing.
          */
-        get: operations["list_climbing_sessions"];
-        put?: never;
-        /**
-         * Start Climbing Session
-         * @description Begin a session now; without this one begins with the first ascent.
-         */
-        post: operations["start_climbing_session"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/sessions/{visit}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Read Climbing Session
-         * @description A session with its ascents.
-         */
-        get: operations["read_climbing_session"];
-        put?: never;
+        put: operations["put_problem_climbed"];
         post?: never;
         delete?: never;
         options?: never;
@@ -2252,7 +2973,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/sessions/{visit}/end": {
+    "/api/v1/gyms/{gym}/walls/{wall}/problem-estimate": {
         parameters: {
             query?: never;
             header?: never;
@@ -2262,98 +2983,37 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * End Climbing Session
-         * @description End a session now; without this it ends by itself.
+         * Estimate Problem
+         * @description Estimate grade and reach of a problem before it is stored.
          */
-        post: operations["end_climbing_session"];
+        post: operations["estimate_problem"];
         delete?: never;
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/progress": {
+    "/api/v1/gyms/{gym}/problems/{problem}/promote": {
         parameters: {
             query?: never;
             header?: never;
             path?: never;
             cookie?: never;
         };
-        /**
-         * Read Progress
-         * @description How one gets on in this gym.
-         */
-        get: operations["read_progress"];
+        get?: never;
         put?: never;
-        post?: never;
+        /**
+         * Promote Problem
+         * @description Make a route of a problem that others see; repeating it is fine.
+         */
+        post: operations["promote_problem"];
         delete?: never;
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/progress/{part}.csv": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Read Progress Table
-         * @description A part of it as a table.
-         */
-        get: operations["read_progress_table"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/board": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Read Board
-         * @description Who has most points: the sum of the best ten routes of a period, of those who want to be
-         *     seen there.
-         */
-        get: operations["read_board"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/me/follows": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Follows
-         * @description Whom one follows, and who follows one.
-         */
-        get: operations["list_follows"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/me/following/{person}": {
+    "/api/v1/gyms/{gym}/problems/{problem}/report": {
         parameters: {
             query?: never;
             header?: never;
@@ -2362,58 +3022,10 @@ export interface paths {
         };
         get?: never;
         /**
-         * Follow Person
-         * @description Follow somebody of a gym of one's own; where they have not opened it they are asked.
+         * Report Problem
+         * @description Report a problem to the gym. Repeated reports count once.
          */
-        put: operations["follow_person"];
-        post?: never;
-        /**
-         * Unfollow Person
-         * @description Follow somebody no more; again, too.
-         */
-        delete: operations["unfollow_person"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/me/followers/{person}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        /**
-         * Accept Follower
-         * @description Let somebody follow who asked.
-         */
-        put: operations["accept_follower"];
-        post?: never;
-        /**
-         * Drop Follower
-         * @description Let somebody follow no more, or not at all; they are not told.
-         */
-        delete: operations["drop_follower"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/me/feed": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        /**
-         * Set Feed
-         * @description Turn the feed on or off.
-         */
-        put: operations["set_feed"];
+        put: operations["report_problem"];
         post?: never;
         delete?: never;
         options?: never;
@@ -2421,7 +3033,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/feed": {
+    "/api/v1/gyms/{gym}/problem-reports": {
         parameters: {
             query?: never;
             header?: never;
@@ -2429,10 +3041,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Feed
-         * @description What those climbed in this gym whom one follows.
+         * List Problem Reports
+         * @description Return reported problems without a decision, the newest first.
          */
-        get: operations["read_feed"];
+        get: operations["list_problem_reports"];
         put?: never;
         post?: never;
         delete?: never;
@@ -2441,7 +3053,51 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/routes/{route}/friends": {
+    "/api/v1/gyms/{gym}/problem-reports/{report}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Dismiss Problem Report
+         * @description Keep a reported problem and close the report.
+         */
+        delete: operations["dismiss_problem_report"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/problems/{problem}/hidden": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Hide Problem
+         * @description Hide a problem from all but its author and setters, and close its reports.
+         */
+        put: operations["hide_problem"];
+        post?: never;
+        /**
+         * Show Problem
+         * @description Show a hidden problem again; repeating it is fine.
+         */
+        delete: operations["show_problem"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/reset-plans": {
         parameters: {
             query?: never;
             header?: never;
@@ -2449,11 +3105,145 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Friends Here
-         * @description Who of those whom one follows topped a route.
+         * List Reset Plans
+         * @description Return the plans, open ones first; to members without the setter role the open ones that
+         *     name them as forerunners.
          */
-        get: operations["list_friends_here"];
+        get: operations["list_reset_plans"];
         put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/reset-plans/people": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Find Reset People
+         * @description Return everybody with the setter role; or, by two letters or more, the first members whose
+         *     name has them.
+         */
+        get: operations["find_reset_people"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/reset-plans/{plan}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Reset Plan
+         * @description Return a plan with its routes, the proposals for them and their sign-off.
+         */
+        get: operations["read_reset_plan"];
+        /**
+         * Put Reset Plan
+         * @description Plan a reset under an id that the browser made, so that it is stored once; or change it.
+         */
+        put: operations["put_reset_plan"];
+        post?: never;
+        /**
+         * Drop Reset Plan
+         * @description Delete a plan. Routes, proposals and signed-off grades stay.
+         */
+        delete: operations["drop_reset_plan"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/reset-plans/{plan}/state": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put Reset State
+         * @description Set the state of a plan; after a publication of the wall that is impossible.
+         */
+        put: operations["put_reset_state"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/reset-plans/{plan}/forerun": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Forerun
+         * @description Return the routes of a plan, each with one's own proposal.
+         */
+        get: operations["read_forerun"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/reset-plans/{plan}/routes/{route}/proposal": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put Proposal
+         * @description Propose grade, risk, intensity and complexity of a route, or change one's proposal.
+         */
+        put: operations["put_proposal"];
+        post?: never;
+        /**
+         * Drop Proposal
+         * @description Delete one's proposal for a route.
+         */
+        delete: operations["drop_proposal"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/reset-plans/{plan}/routes/{route}/sign-off": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put Sign Off
+         * @description Write the agreed grade to a route, and record who signed it off.
+         */
+        put: operations["put_sign_off"];
         post?: never;
         delete?: never;
         options?: never;
@@ -2470,7 +3260,7 @@ export interface paths {
         };
         /**
          * Read Insights
-         * @description Grades against the gym's wish, routes, setters, and what to strip next.
+         * @description Return grades against targets, figures of routes and setters, and stripping suggestions.
          */
         get: operations["read_insights"];
         put?: never;
@@ -2490,7 +3280,7 @@ export interface paths {
         };
         /**
          * Read Style Insights
-         * @description Which styles are climbed and liked, by groups of at least five climbers.
+         * @description Return which styles are climbed and liked, by groups of at least five climbers.
          */
         get: operations["read_style_insights"];
         put?: never;
@@ -2510,7 +3300,7 @@ export interface paths {
         };
         /**
          * Read Hold Insights
-         * @description Which holds hang where, which are free, which are due for washing.
+         * @description Return holds on walls, free holds, and walls that are due for washing.
          */
         get: operations["read_hold_insights"];
         put?: never;
@@ -2530,9 +3320,30 @@ export interface paths {
         };
         /**
          * List Resets
-         * @description What each reset of a wall changed, the last one first.
+         * @description Return what each reset of a wall changed, the latest first.
          */
         get: operations["list_resets"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/walls/{wall}/lacking-grades": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Lacking Grades
+         * @description Return what the gym's grade targets lack once all routes of a wall are stripped: the wishes
+         *     for its reset.
+         */
+        get: operations["list_lacking_grades"];
         put?: never;
         post?: never;
         delete?: never;
@@ -2550,7 +3361,7 @@ export interface paths {
         };
         /**
          * Read Insights Table
-         * @description A part of it as a table.
+         * @description Return one part of the insights as CSV.
          */
         get: operations["read_insights_table"];
         put?: never;
@@ -2561,7 +3372,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/insights/wish": {
+    "/api/v1/gyms/{gym}/insights/targets": {
         parameters: {
             query?: never;
             header?: never;
@@ -2570,10 +3381,10 @@ export interface paths {
         };
         get?: never;
         /**
-         * Put Wish
-         * @description Say which grades the gym would like to have on its walls.
+         * Put Targets
+         * @description Set the gym's grade targets.
          */
-        put: operations["put_wish"];
+        put: operations["put_targets"];
         post?: never;
         delete?: never;
         options?: never;
@@ -2591,7 +3402,7 @@ export interface paths {
         get?: never;
         /**
          * Put Stock
-         * @description Say which holds the gym has, and when they are due for washing.
+         * @description Set the gym's stock of holds and its washing interval.
          */
         put: operations["put_stock"];
         post?: never;
@@ -2612,7 +3423,7 @@ export interface paths {
         put?: never;
         /**
          * Wash Wall
-         * @description The holds of a wall were washed now.
+         * @description Record that a wall's holds were washed now.
          */
         post: operations["wash_wall"];
         delete?: never;
@@ -2633,7 +3444,7 @@ export interface paths {
         post?: never;
         /**
          * Drop Washing
-         * @description They were not.
+         * @description Delete a recorded washing.
          */
         delete: operations["drop_washing"];
         options?: never;
@@ -2650,7 +3461,7 @@ export interface paths {
         };
         /**
          * Read Screen
-         * @description What the screen in the hall shows now.
+         * @description Return the current content of the hall screen.
          */
         get: operations["read_screen"];
         put?: never;
@@ -2670,12 +3481,12 @@ export interface paths {
         };
         /**
          * Read Hall
-         * @description What is chosen for the screen.
+         * @description Return the screen's settings.
          */
         get: operations["read_hall"];
         /**
          * Put Hall
-         * @description Choose what the screen shows.
+         * @description Change the screen's settings.
          */
         put: operations["put_hall"];
         post?: never;
@@ -2696,12 +3507,12 @@ export interface paths {
         put?: never;
         /**
          * Make Hall Key
-         * @description A new link that opens the screen of a private gym; the one before opens it no more.
+         * @description Create a new link to a private gym's screen; the earlier link is void.
          */
         post: operations["make_hall_key"];
         /**
          * Drop Hall Key
-         * @description Take the link back; screens that were opened by it show nothing more.
+         * @description Revoke the link; screens that it opened go blank.
          */
         delete: operations["drop_hall_key"];
         options?: never;
@@ -2720,7 +3531,7 @@ export interface paths {
         put?: never;
         /**
          * Open Screen
-         * @description Let this browser, in which nobody is signed in, be the screen of a private gym.
+         * @description Open a private gym's screen in this anonymous browser.
          */
         post: operations["open_screen"];
         delete?: never;
@@ -2738,7 +3549,7 @@ export interface paths {
         };
         /**
          * Read Poster
-         * @description What is new, to hang up: wall by wall with its picture and a code that leads there.
+         * @description Return a poster of new routes: each wall with its picture and a code that leads there.
          */
         get: operations["read_poster"];
         put?: never;
@@ -2758,7 +3569,7 @@ export interface paths {
         };
         /**
          * Read Cards
-         * @description A card for each route, several on a sheet of A4, with lines to cut along.
+         * @description Return route cards, several on a sheet of A4, with lines to cut along.
          */
         get: operations["read_cards"];
         put?: never;
@@ -2778,7 +3589,7 @@ export interface paths {
         };
         /**
          * Read Calendar
-         * @description What comes, to subscribe to: resets, routes that go, competitions.
+         * @description Return the calendar for subscriptions: resets, strippings, competitions.
          */
         get: operations["read_calendar"];
         put?: never;
@@ -2798,7 +3609,7 @@ export interface paths {
         };
         /**
          * Read New Routes
-         * @description New routes, to subscribe to.
+         * @description Return the feed of new routes.
          */
         get: operations["read_new_routes"];
         put?: never;
@@ -2818,7 +3629,7 @@ export interface paths {
         };
         /**
          * Read Short Link
-         * @description Where the short address of a route leads: a tag at the wall or a card's code.
+         * @description Return the target of a route's short address, from a tag or a card.
          */
         get: operations["read_short_link"];
         put?: never;
@@ -2837,15 +3648,15 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Wishes
-         * @description What one wants to be told.
+         * Read Preferences
+         * @description Return one's own message preferences.
          */
-        get: operations["read_wishes"];
+        get: operations["read_preferences"];
         /**
-         * Put Wishes
-         * @description Say what one wants to be told.
+         * Put Preferences
+         * @description Set message preferences.
          */
-        put: operations["put_wishes"];
+        put: operations["put_preferences"];
         post?: never;
         delete?: never;
         options?: never;
@@ -2863,7 +3674,7 @@ export interface paths {
         get?: never;
         /**
          * Put Push
-         * @description Let this browser be told; again, too. It was perhaps somebody else's before.
+         * @description Subscribe this browser, also again. Another person may have used it before.
          */
         put: operations["put_push"];
         post?: never;
@@ -2885,7 +3696,7 @@ export interface paths {
         post?: never;
         /**
          * Drop Push
-         * @description Tell a browser nothing more.
+         * @description Unsubscribe a browser.
          */
         delete: operations["drop_push"];
         options?: never;
@@ -2904,7 +3715,7 @@ export interface paths {
         put?: never;
         /**
          * Try Push
-         * @description Send a message to a browser now, to see whether it arrives.
+         * @description Send a test message to a browser now.
          */
         post: operations["try_push"];
         delete?: never;
@@ -2921,18 +3732,18 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Wishes By Link
-         * @description Of what the person is told in whose mail the link stands.
+         * Read Preferences By Link
+         * @description Return the preferences of the person whose mail has the link.
          */
-        get: operations["read_wishes_by_link"];
+        get: operations["read_preferences_by_link"];
         /**
-         * Put Wishes By Link
-         * @description Be told of less, or again of what one was told, by the link of a mail.
+         * Put Preferences By Link
+         * @description Turn messages off or on by the link of a mail.
          */
-        put: operations["put_wishes_by_link"];
+        put: operations["put_preferences_by_link"];
         /**
          * End Mails
-         * @description No weekly mail any more: by the mail program's own button (RFC 8058).
+         * @description Turn the weekly mail off by the mail program's own button (RFC 8058).
          */
         post: operations["end_mails"];
         delete?: never;
@@ -2941,7 +3752,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/competitions": {
+    "/api/v1/gyms/{gym}/webhooks": {
         parameters: {
             query?: never;
             header?: never;
@@ -2949,155 +3760,23 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Competitions
-         * @description The gym's competitions, the latest first; drafts are told to setters.
+         * List Webhooks
+         * @description Return the gym's webhooks and their state.
          */
-        get: operations["list_competitions"];
+        get: operations["list_webhooks"];
         put?: never;
         /**
-         * Make Competition
-         * @description Make a competition, as a draft.
+         * Make Webhook
+         * @description Add a webhook, signed by Standard Webhooks.
          */
-        post: operations["make_competition"];
+        post: operations["make_webhook"];
         delete?: never;
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/competitions/{competition}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Read Competition
-         * @description All of a competition but its scores.
-         */
-        get: operations["read_competition"];
-        put?: never;
-        post?: never;
-        /**
-         * Drop Competition
-         * @description Take a competition away for good, while nobody has scored in it.
-         */
-        delete: operations["drop_competition"];
-        options?: never;
-        head?: never;
-        /**
-         * Change Competition
-         * @description Say something else of a competition. Who accepted a text accepted the one of that day.
-         */
-        patch: operations["change_competition"];
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/competitions/{competition}/sheet": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        /**
-         * Put Competition Sheet
-         * @description Change categories, rounds and problems; those whose id is given stay the same ones.
-         */
-        put: operations["put_competition_sheet"];
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/competitions/{competition}/state": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        /**
-         * Put Competition State
-         * @description Open it for entries, begin or end it, or go back. With it begins its first round.
-         */
-        put: operations["put_competition_state"];
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/competitions/{competition}/frozen": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        /**
-         * Freeze Board
-         * @description Let the board stand still for all but judges, from now; or go on.
-         */
-        put: operations["freeze_board"];
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/competitions/{competition}/rounds/{one}/state": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        /**
-         * Put Round State
-         * @description Begin or end a round; one with a quota draws who is in it when it begins.
-         */
-        put: operations["put_round_state"];
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/competitions/{competition}/entries": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Entries
-         * @description All competitors, by their bibs.
-         */
-        get: operations["list_entries"];
-        put?: never;
-        /**
-         * Make Entry
-         * @description Let somebody take part, with an account or without.
-         */
-        post: operations["make_entry"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/competitions/{competition}/entries/{entry}": {
+    "/api/v1/gyms/{gym}/webhooks/{webhook}": {
         parameters: {
             query?: never;
             header?: never;
@@ -3107,125 +3786,11 @@ export interface paths {
         get?: never;
         put?: never;
         post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
         /**
-         * Change Competitor
-         * @description Say something else of a competitor, or let them withdraw.
+         * Drop Webhook
+         * @description Delete a webhook.
          */
-        patch: operations["change_competitor"];
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/competitions/{competition}/entries/import": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Import Entries
-         * @description Take a start list in from a table: all of its lines, or, where one has an error, none.
-         */
-        post: operations["import_entries"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/competitions/{competition}/entries/{entry}/waiver": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Sign Waiver
-         * @description Note that somebody accepted the text on paper.
-         */
-        post: operations["sign_waiver"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/competitions/{competition}/mine": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Read Own Entry
-         * @description One's own entry and results; no entry where one has not entered.
-         */
-        get: operations["read_own_entry"];
-        /**
-         * Enter Competition
-         * @description Enter a competition, or say otherwise what one said. The text is accepted by it.
-         */
-        put: operations["enter_competition"];
-        post?: never;
-        /**
-         * Withdraw
-         * @description Take part no more; again, too. What one climbed stays noted.
-         */
-        delete: operations["withdraw"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/competitions/{competition}/rounds/{one}/starters": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Starters
-         * @description Who climbs in a round, category by category and in running order.
-         */
-        get: operations["list_starters"];
-        /**
-         * Put Starters
-         * @description Let a category climb in another order; in a round with a quota also let others be in it. Who
-         *     is not named, and is in it anyway, comes last.
-         */
-        put: operations["put_starters"];
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/competitions/{competition}/rounds/{one}/starters/draw": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Draw Starters
-         * @description Draw a running order anew while nobody has scored in the round: by lot, or, with a quota,
-         *     from the ranks of the round before, whose best comes last.
-         */
-        post: operations["draw_starters"];
-        delete?: never;
+        delete: operations["drop_webhook"];
         options?: never;
         head?: never;
         patch?: never;
@@ -3240,11 +3805,71 @@ export interface paths {
         };
         /**
          * Read Server
-         * @description This server.
+         * @description Return facts of this server.
          */
         get: operations["read_server"];
         put?: never;
         post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/data": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Data
+         * @description Return all data of one's account.
+         */
+        get: operations["read_data"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/ascents.csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Ascents Table
+         * @description Return one's ascents as CSV.
+         */
+        get: operations["read_ascents_table"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/delete": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Delete Me
+         * @description Delete one's account with all of its data.
+         */
+        post: operations["delete_me"];
         delete?: never;
         options?: never;
         head?: never;
@@ -3274,9 +3899,19 @@ export interface components {
              */
             language?: "en" | "de" | "cs" | "fr";
         };
+        /** AgreedGrade */
+        AgreedGrade: {
+            /**
+             * Grade System Id
+             * Format: uuid
+             */
+            grade_system_id: string;
+            /** Grade */
+            grade: string;
+        };
         /**
          * AppealFacts
-         * @description An appeal and its decision (`n` 1: upheld), once there is one.
+         * @description An appeal and its decision (`n` 1: upheld), if there is one.
          */
         AppealFacts: {
             event: components["schemas"]["EventFacts"];
@@ -3318,13 +3953,13 @@ export interface components {
         };
         /**
          * Audience
-         * @description Who sees an item, in rising order; `GYM`: who belongs to a gym that one belongs to.
+         * @description Audiences of an item, in rising order; `GYM`: members of a common gym.
          * @enum {string}
          */
         Audience: "nobody" | "followers" | "gym";
         /**
          * AuditLine
-         * @description Who changed what, and when.
+         * @description An entry of the audit log.
          */
         AuditLine: {
             /**
@@ -3345,7 +3980,7 @@ export interface components {
         };
         /**
          * BanFacts
-         * @description Somebody whom the gym has excluded.
+         * @description A banned person.
          */
         BanFacts: {
             /**
@@ -3365,8 +4000,9 @@ export interface components {
         };
         /**
          * BoardFacts
-         * @description Some lines of a board, `of` how many. `own` is one's own place, or the place that one would
-         *     have; `shown`: others see one on boards. `best`, `flash`: of the rule of points.
+         * @description Some lines of a board; `of` is their total number. `own` is the viewer's place, actual or
+         *     hypothetical; `shown`: others see the viewer on boards. `best`, `flash`: constants of the point
+         *     rule.
          */
         BoardFacts: {
             /** Period */
@@ -3388,11 +4024,11 @@ export interface components {
             flash: number;
         };
         /**
-         * BoardTold
-         * @description A board. With `frozen_at` it is as it was then. `seq`: of the last score event in it, `at`
-         *     when that arrived.
+         * BoardView
+         * @description A board; frozen since `frozen_at`. `seq` and `at`: number and arrival of its last score
+         *     event.
          */
-        BoardTold: {
+        BoardView: {
             /**
              * Competition Id
              * Format: uuid
@@ -3421,7 +4057,7 @@ export interface components {
         };
         /**
          * BodyFacts
-         * @description How tall somebody is and how far they reach, fingertip to fingertip, in centimetres.
+         * @description Height and reach, fingertip to fingertip, in centimetres.
          */
         BodyFacts: {
             /** Height Cm */
@@ -3431,7 +4067,7 @@ export interface components {
         };
         /**
          * Browser
-         * @description One browser in which one is signed in.
+         * @description A browser in which the person is signed in.
          */
         Browser: {
             /**
@@ -3451,13 +4087,13 @@ export interface components {
         };
         /**
          * Category
-         * @description What boards may be divided by, beside the year of birth.
+         * @description Divisions of boards, beside the year of birth.
          * @enum {string}
          */
         Category: "" | "women" | "men" | "other";
         /**
          * CategoryBody
-         * @description A category; without an id a new one.
+         * @description A category; a new one if it has no id.
          */
         CategoryBody: {
             /** Id */
@@ -3477,7 +4113,7 @@ export interface components {
         };
         /**
          * CategoryFacts
-         * @description A category; `entries`: who takes part in it.
+         * @description A category; `entries`: its number of competitors.
          */
         CategoryFacts: {
             /**
@@ -3501,7 +4137,7 @@ export interface components {
         };
         /**
          * CategoryLines
-         * @description A category, the first first.
+         * @description The lines of a category, in order of rank.
          */
         CategoryLines: {
             /**
@@ -3514,9 +4150,13 @@ export interface components {
             /** Lines */
             lines: components["schemas"]["Line"][];
         };
+        /** ChosenState */
+        ChosenState: {
+            state: components["schemas"]["ResetState"];
+        };
         /**
          * CircuitFacts
-         * @description A circuit that has a board of its own.
+         * @description A circuit with a board of its own.
          */
         CircuitFacts: {
             /** Label */
@@ -3525,8 +4165,62 @@ export interface components {
             colour: string;
         };
         /**
+         * ClimberProblem
+         * @description A problem on the wall as it is now.
+         *
+         *     `holds` are those that are on the wall, with their ids in the published version; `gone` counts
+         *     the others. `author` is empty for people who are not members. `climbed_at` is one's own ascent.
+         *     `route_id`: the route that a setter made of it. `hidden`: only its author and setters see it.
+         */
+        ClimberProblem: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /** Name */
+            name: string;
+            /** Grade System Id */
+            grade_system_id: string | null;
+            /** Grade */
+            grade: string;
+            share: components["schemas"]["Share"];
+            /** Matching */
+            matching: boolean;
+            /** Note */
+            note: string;
+            /** Holds */
+            holds: components["schemas"]["HoldUse"][];
+            /** Gone */
+            gone: number;
+            /** Author Id */
+            author_id: string | null;
+            /** Author */
+            author: string;
+            /** Climbers */
+            climbers: number;
+            /** Climbed At */
+            climbed_at: string | null;
+            /** Remix Of */
+            remix_of: string | null;
+            /** Route Id */
+            route_id: string | null;
+            /** Hidden */
+            hidden: boolean;
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
+        };
+        /**
          * Comment
-         * @description A comment, under its author's name; `hidden`: shown to its author and the gym alone.
+         * @description A comment with its author's name; `hidden`: only its author and the gym see it.
          */
         Comment: {
             /**
@@ -3581,7 +4275,7 @@ export interface components {
         };
         /**
          * CompetitionSheet
-         * @description All of a competition but its scores. `entered`: one takes part oneself.
+         * @description A competition without its scores. `entered`: whether the viewer takes part.
          */
         CompetitionSheet: {
             /**
@@ -3634,7 +4328,7 @@ export interface components {
         };
         /**
          * CompetitionWords
-         * @description What is said of a competition; of a change, what is left out stays.
+         * @description Fields of a competition; a change keeps omitted fields.
          */
         CompetitionWords: {
             /** Name */
@@ -3662,7 +4356,7 @@ export interface components {
         };
         /**
          * Complaint
-         * @description Why a comment should not be there; may be empty.
+         * @description The reason of a report; may be empty.
          */
         Complaint: {
             /**
@@ -3673,7 +4367,7 @@ export interface components {
         };
         /**
          * Confirmation
-         * @description The link that was mailed, and what the account shall be.
+         * @description The mailed link and the new account's name and password.
          */
         Confirmation: {
             /** Token */
@@ -3688,7 +4382,7 @@ export interface components {
         };
         /**
          * Credentials
-         * @description What one signs in with.
+         * @description An address, a password and an optional second factor.
          */
         Credentials: {
             /**
@@ -3708,8 +4402,19 @@ export interface components {
             code?: string | null;
         };
         /**
+         * DeleteAccount
+         * @description The password, so that an unattended browser cannot delete the account.
+         */
+        DeleteAccount: {
+            /**
+             * Password
+             * Format: password
+             */
+            password: string;
+        };
+        /**
          * Delivery
-         * @description A message that was not taken yet: `next_at` it is tried again.
+         * @description An undelivered message; `next_at`: time of the next try.
          */
         Delivery: {
             /**
@@ -3734,6 +4439,18 @@ export interface components {
             /** Error */
             error: string;
         };
+        /**
+         * DeviceSignInFacts
+         * @description The state of an offer; `code` and `browser` are empty until it is claimed.
+         */
+        DeviceSignInFacts: {
+            /** Browser */
+            browser: string;
+            /** Code */
+            code: string;
+            /** Allowed */
+            allowed: boolean;
+        };
         /** Digits */
         Digits: {
             /** Code */
@@ -3741,7 +4458,9 @@ export interface components {
         };
         /**
          * Draft
-         * @description What a scan in review would change; `warnings`: where it looks worse than the last one.
+         * @description The changes that publishing a scan would make; `warnings`: regressions since the last
+         *     version. `unplaced`: routes that were added by hand; an entry may name one of them, and then
+         *     this scan places it.
          */
         Draft: {
             /** Revision */
@@ -3750,10 +4469,14 @@ export interface components {
             warnings: string[];
             /** Lines */
             lines: components["schemas"]["DraftLine"][];
+            /** Unplaced */
+            unplaced: components["schemas"]["RouteFacts"][];
+            joined: components["schemas"]["Joined"] | null;
         };
         /**
          * DraftLine
-         * @description One line of the table to confirm.
+         * @description One line of the table to confirm. `photographed`: a hold of the route is in the photos of a
+         *     partial rescan; always true for a scan of the whole wall.
          */
         DraftLine: {
             /**
@@ -3773,12 +4496,13 @@ export interface components {
             went: number[];
             /** Moved */
             moved: number[];
+            /** Photographed */
+            photographed: boolean;
         };
         /**
          * EditWords
-         * @description Which edit of a device this is, so that a copy of an older one that arrives late changes
-         *     nothing: `number` grows with each edit of the device, `age_s` is how long ago it was made when
-         *     it is sent, by the device's own clock.
+         * @description The origin of an edit, by which late copies of older edits are ignored. `number` grows with
+         *     each edit of the device; `age_s` is the edit's age when it is sent, by the device's clock.
          */
         EditWords: {
             /**
@@ -3796,7 +4520,7 @@ export interface components {
         };
         /**
          * EntryBody
-         * @description A competitor; without a bib the next free one.
+         * @description A competitor. Without a bib the next free one is given.
          */
         EntryBody: {
             /** Name */
@@ -3834,7 +4558,7 @@ export interface components {
         };
         /**
          * EntryChange
-         * @description What shall be otherwise of a competitor; what is left out stays.
+         * @description Changes of a competitor; omitted fields stay.
          */
         EntryChange: {
             /** Name */
@@ -3858,7 +4582,7 @@ export interface components {
         };
         /**
          * EntryFacts
-         * @description A competitor; `waiver_at`: when the text was accepted last.
+         * @description A competitor; `waiver_at`: when the text was last accepted.
          */
         EntryFacts: {
             /**
@@ -3897,8 +4621,8 @@ export interface components {
         };
         /**
          * EventBody
-         * @description What was seen: `n` is the number of the try; `device` and `number`, which counts up there,
-         *     say in which order one device said it. `made_at`, `sent_at`: by the device's clock.
+         * @description A score event: `n` is the number of the try. `device` and its counter `number` give the order
+         *     in which one device sent events; `made_at` and `sent_at` are by the device's clock.
          */
         EventBody: {
             /**
@@ -3935,8 +4659,8 @@ export interface components {
         };
         /**
          * EventFacts
-         * @description A score event. `seq`, `at`: when it came to the server; `climbed_at`: `made_at` without the
-         *     error of the device's clock; `counts`: no other one stands in its place.
+         * @description A score event. `seq`, `at`: its arrival at the server; `climbed_at`: `made_at` corrected by
+         *     the error of the device's clock; `counts`: no other event strikes it.
          */
         EventFacts: {
             /**
@@ -3986,7 +4710,7 @@ export interface components {
         };
         /**
          * EventPage
-         * @description Some events, the first first; `next`: ask after this one for more.
+         * @description A page of events in order; `next`: the cursor of the next page.
          */
         EventPage: {
             /** Items */
@@ -3995,20 +4719,8 @@ export interface components {
             next: number | null;
         };
         /**
-         * Farewell
-         * @description The password once more: nobody goes by a browser that was left open.
-         */
-        Farewell: {
-            /**
-             * Password
-             * Format: password
-             */
-            password: string;
-        };
-        /**
          * FaultFacts
-         * @description What is wrong in a line of a table, and what to do; its head is line 1. Codes as those of any
-         *     refusal.
+         * @description An error in a line of a table, with a hint; the heading is line 1. Codes as in any error.
          */
         FaultFacts: {
             /** Line */
@@ -4039,7 +4751,7 @@ export interface components {
         };
         /**
          * Feed
-         * @description The last first; nothing where one has turned it off.
+         * @description Sessions, the latest first; empty if the feed is off.
          */
         Feed: {
             /** On */
@@ -4049,7 +4761,7 @@ export interface components {
         };
         /**
          * FeedItem
-         * @description A session of somebody whom one follows.
+         * @description A session of a followed person.
          */
         FeedItem: {
             /**
@@ -4096,7 +4808,7 @@ export interface components {
         };
         /**
          * FeedWish
-         * @description Whether one likes to see a feed.
+         * @description Whether the feed is on.
          */
         FeedWish: {
             /** On */
@@ -4118,7 +4830,7 @@ export interface components {
         };
         /**
          * FollowState
-         * @description Whether one was let follow already.
+         * @description Whether the follow is accepted already.
          */
         FollowState: {
             /** Accepted */
@@ -4126,7 +4838,7 @@ export interface components {
         };
         /**
          * Follows
-         * @description Both ways; `feed`: one likes to see what those climb whom one follows.
+         * @description Followed people and followers; `feed`: whether the feed is on.
          */
         Follows: {
             /** Following */
@@ -4137,17 +4849,40 @@ export interface components {
             feed: boolean;
         };
         /**
+         * ForerunSheet
+         * @description A plan's routes for one forerunner, who does not see what others propose.
+         */
+        ForerunSheet: {
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /** Wall Name */
+            wall_name: string;
+            /**
+             * Day
+             * Format: date
+             */
+            day: string;
+            /** Note */
+            note: string;
+            state: components["schemas"]["ResetState"];
+            /** Routes */
+            routes: components["schemas"]["RouteToForerun"][];
+        };
+        /**
          * Format
          * @description How rounds make one ranking.
          *
-         *     Festival and night have one round. In rounds whoever came further stands before, and equal
-         *     scores are told apart by the round before. A league adds its rounds up.
+         *     Festival and night have one round. With rounds, the later round reached ranks first, and the
+         *     round before breaks ties. A league adds its rounds up.
          * @enum {string}
          */
         Format: "festival" | "rounds" | "league" | "night";
         /**
          * FriendFacts
-         * @description Somebody's best ascent of a route.
+         * @description A person's best ascent of a route.
          */
         FriendFacts: {
             /**
@@ -4187,8 +4922,65 @@ export interface components {
             high?: string | null;
         };
         /**
+         * GradeBounds
+         * @description The easiest and the hardest grade of a range, inclusive, on two scales.
+         */
+        GradeBounds: {
+            /** Low */
+            low: string;
+            /** High */
+            high: string;
+            /** Low V */
+            low_v: string;
+            /** High V */
+            high_v: string;
+        };
+        /**
+         * GradeOutlierFacts
+         * @description A route whose grade lies outside of the range that its movement and the gym's other grades
+         *     suggest: "soft" if the grade is above, "hard" if it is below, by `by` steps of the Font scale.
+         */
+        GradeOutlierFacts: {
+            /** Low */
+            low: string;
+            /** High */
+            high: string;
+            /** Low V */
+            low_v: string;
+            /** High V */
+            high_v: string;
+            /**
+             * Route Id
+             * Format: uuid
+             */
+            route_id: string;
+            /**
+             * Side
+             * @enum {string}
+             */
+            side: "soft" | "hard";
+            /** By */
+            by: number;
+        };
+        /**
+         * GradeProgressFacts
+         * @description The number of current routes of a grade, and how many of them are topped.
+         */
+        GradeProgressFacts: {
+            /** System */
+            system: string;
+            /** Grade */
+            grade: string;
+            /** Colour */
+            colour: string;
+            /** Done */
+            done: number;
+            /** Of */
+            of: number;
+        };
+        /**
          * GradeRange
-         * @description Of the route with this number in the scan.
+         * @description The range of the route with this number in the scan.
          */
         GradeRange: {
             /** Low */
@@ -4204,12 +4996,12 @@ export interface components {
         };
         /**
          * GradeRanges
-         * @description About how hard the routes of a scan are, as if each were new to the gym.
+         * @description Estimated ranges of a scan's routes, as if each were new to the gym.
          *
-         *     `state`: "waiting" while they are worked out. `graded`: routes of the gym that they lean on, 0:
-         *     on the problems of a board alone; `voted`: those of them that count by climbers' votes.
-         *     `coverage`: share of routes whose grade is in such a range. Routes that the model finds no way
-         *     up have none.
+         *     `state`: "waiting" while they are computed. `graded`: number of the gym's routes that they are
+         *     based on, 0: on the problems of a training board alone; `voted`: those of them that count by
+         *     climbers' votes. `coverage`: share of routes whose grade is in such a range. Routes without a
+         *     feasible sequence have no range.
          */
         GradeRanges: {
             /**
@@ -4244,8 +5036,71 @@ export interface components {
             grades: components["schemas"]["Grade"][];
         };
         /**
+         * GradeTarget
+         * @description Routes of a grade (empty: any) on a kind of wall (empty: any): the current number and the
+         *     target (None: no target).
+         */
+        GradeTarget: {
+            /** System */
+            system: string | null;
+            /** Grade */
+            grade: string;
+            /** Colour */
+            colour: string;
+            /** Steepness */
+            steepness: string;
+            /** Current */
+            current: number;
+            /** Target */
+            target: number | null;
+        };
+        /**
+         * GradeTargetCell
+         * @description The target number of routes of a grade, of a kind of wall (empty: any), or of both.
+         */
+        GradeTargetCell: {
+            /** System */
+            system?: string | null;
+            /**
+             * Grade
+             * @default
+             */
+            grade?: string;
+            /**
+             * Steepness
+             * @default
+             * @enum {string}
+             */
+            steepness?: "" | "slab" | "vertical" | "slight" | "steep" | "roof";
+            /** Routes */
+            routes: number;
+        };
+        /**
+         * GradeTargets
+         * @description All targets; they replace the earlier ones.
+         */
+        GradeTargets: {
+            /** Cells */
+            cells: components["schemas"]["GradeTargetCell"][];
+        };
+        /**
+         * GradeWish
+         * @description A wished number of routes of a grade.
+         */
+        GradeWish: {
+            /**
+             * System
+             * Format: uuid
+             */
+            system: string;
+            /** Grade */
+            grade: string;
+            /** Routes */
+            routes: number;
+        };
+        /**
          * GroupFacts
-         * @description Climbers of the bands or categories `parts`, put together where they were few.
+         * @description Climbers of the bands or categories `parts`; small ones are merged.
          */
         GroupFacts: {
             /** Key */
@@ -4257,7 +5112,7 @@ export interface components {
         };
         /**
          * GymChange
-         * @description What shall be otherwise; what is left out stays.
+         * @description Changes of a gym; omitted fields stay.
          */
         GymChange: {
             /** Name */
@@ -4272,10 +5127,12 @@ export interface components {
             joining?: ("open" | "invitation") | null;
             /** Boards */
             boards?: ("off" | "one" | "categories") | null;
+            /** Features Off */
+            features_off?: ("competitions" | "hall" | "insights")[] | null;
         };
         /**
          * GymFacts
-         * @description A gym; `role` is the asker's in it.
+         * @description A gym; `role` is the viewer's, `features_off` the features that the gym has turned off.
          */
         GymFacts: {
             /**
@@ -4306,6 +5163,8 @@ export interface components {
              * @enum {string}
              */
             boards: "off" | "one" | "categories";
+            /** Features Off */
+            features_off: ("competitions" | "hall" | "insights")[];
             /**
              * Created At
              * Format: date-time
@@ -4316,7 +5175,7 @@ export interface components {
         };
         /**
          * GymName
-         * @description A gym that both belong to.
+         * @description A gym of both people.
          */
         GymName: {
             /** Slug */
@@ -4326,7 +5185,7 @@ export interface components {
         };
         /**
          * HallFacts
-         * @description The same; `key_made_at`: since when there is a link that opens a private gym's screen.
+         * @description The screen's settings; `key_made_at`: creation time of the link to a private gym's screen.
          */
         HallFacts: {
             /** Parts */
@@ -4342,7 +5201,7 @@ export interface components {
         };
         /**
          * HallKey
-         * @description A link to the screen, told this once.
+         * @description A link to the screen, shown once.
          */
         HallKey: {
             /** Link */
@@ -4355,8 +5214,8 @@ export interface components {
         };
         /**
          * HallWords
-         * @description What the screen shows: `parts` in their order, each for `seconds`. Routes are new for `days`.
-         *     `board`: who agreed to it is shown to everybody.
+         * @description The screen's settings: `parts` in order, each for `seconds`. Routes are new for `days`.
+         *     `board`: the screen shows the people who agreed to it.
          */
         HallWords: {
             /** Parts */
@@ -4369,22 +5228,10 @@ export interface components {
             board: boolean;
         };
         /**
-         * HandoverFacts
-         * @description How far an offer is; `code` and `browser` of who took it up, empty until somebody has.
+         * HoldCount
+         * @description The number of `holds` of one colour, type and size on one wall.
          */
-        HandoverFacts: {
-            /** Browser */
-            browser: string;
-            /** Code */
-            code: string;
-            /** Allowed */
-            allowed: boolean;
-        };
-        /**
-         * Hanging
-         * @description Holds of one colour, type and size on one wall; `holds` of them.
-         */
-        Hanging: {
+        HoldCount: {
             /**
              * Wall Id
              * Format: uuid
@@ -4400,40 +5247,94 @@ export interface components {
             holds: number;
         };
         /**
-         * HangingFacts
-         * @description Of the routes of one grade that hang now: how many one has topped.
-         */
-        HangingFacts: {
-            /** System */
-            system: string;
-            /** Grade */
-            grade: string;
-            /** Colour */
-            colour: string;
-            /** Done */
-            done: number;
-            /** Of */
-            of: number;
-        };
-        /**
          * HoldInsights
-         * @description Of all walls.
+         * @description Holds, stock and wear of all walls.
          */
         HoldInsights: {
             /** Wash After */
             wash_after: number;
             /** Holds */
-            holds: components["schemas"]["Hanging"][];
+            holds: components["schemas"]["HoldCount"][];
             /** Stock */
             stock: components["schemas"]["Stock"][];
             /** Wear */
             wear: components["schemas"]["Wear"][];
         };
         /**
-         * Insights
-         * @description What hangs; `today` is the gym's day, `enough` how many people a group has at least.
+         * HoldReportFacts
+         * @description One person's report of a hold. The reporter's name is not disclosed.
+         */
+        HoldReportFacts: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            kind: components["schemas"]["walltopo_gym__hold_reports__service__Kind"];
+            /** Note */
+            note: string;
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
+        };
+        /**
+         * HoldToCheck
+         * @description A reported hold with its reports, the earliest first.
          *
-         *     `odd` stays empty while fewer than `odd_from` routes tell of the gym's scale; `odd_graded` do.
+         *     `hold` is its id in the version `scan_id`, null if only the route is known; `current_hold` its
+         *     id in the published version. `earlier`: it was reported in an earlier scan, so that its place in
+         *     the published one is not known. `people` counts the reporters.
+         */
+        HoldToCheck: {
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /** Wall Name */
+            wall_name: string;
+            /**
+             * Scan Id
+             * Format: uuid
+             */
+            scan_id: string;
+            /** Hold */
+            hold: number | null;
+            /** Current Hold */
+            current_hold: number | null;
+            /** Earlier */
+            earlier: boolean;
+            /** Route Id */
+            route_id: string | null;
+            /** Route Name */
+            route_name: string;
+            /** Grade */
+            grade: string;
+            /** Colour */
+            colour: string;
+            /** People */
+            people: number;
+            /** Done At */
+            done_at: string | null;
+            /** Reports */
+            reports: components["schemas"]["HoldReportFacts"][];
+        };
+        /**
+         * HoldUse
+         * @description A hold by its id in a version of the wall, and what it is for.
+         */
+        HoldUse: {
+            /** Hold */
+            hold: number;
+            use: components["schemas"]["Use"];
+        };
+        /**
+         * Insights
+         * @description Figures of the current routes; `today` is the gym's day, `enough` the minimum group size.
+         *
+         *     `outliers` is empty while fewer than `outliers_from` routes are graded (`outliers_graded`).
          */
         Insights: {
             /**
@@ -4445,20 +5346,20 @@ export interface components {
             enough: number;
             /** Wash After */
             wash_after: number;
-            /** Wishes */
-            wishes: components["schemas"]["Wished"][];
+            /** Targets */
+            targets: components["schemas"]["GradeTarget"][];
             /** Routes */
             routes: components["schemas"]["RouteInsight"][];
             /** Setters */
             setters: components["schemas"]["SetterInsight"][];
             /** Strip */
             strip: components["schemas"]["Suggestion"][];
-            /** Odd */
-            odd: components["schemas"]["OddFacts"][];
-            /** Odd Graded */
-            odd_graded: number;
-            /** Odd From */
-            odd_from: number;
+            /** Outliers */
+            outliers: components["schemas"]["GradeOutlierFacts"][];
+            /** Outliers Graded */
+            outliers_graded: number;
+            /** Outliers From */
+            outliers_from: number;
         };
         /**
          * InvitationFacts
@@ -4480,8 +5381,49 @@ export interface components {
             expires_at: string;
         };
         /**
+         * Joined
+         * @description What a partial rescan replaced: the share of the wall's surface, by how many millimetres old
+         *     and new surface differ along the seam (null if they nowhere meet), and counts of holds: not
+         *     photographed, photographed and unchanged, gone, and new.
+         */
+        Joined: {
+            /** Replaced Share */
+            replaced_share: number;
+            /** Seam Mm */
+            seam_mm: number | null;
+            /** Stays */
+            stays: number;
+            /** Same */
+            same: number;
+            /** Gone */
+            gone: number;
+            /** Added */
+            added: number;
+        };
+        /**
+         * KnownDistance
+         * @description Two points of the wall in the scan's own frame, and their distance in metres.
+         */
+        KnownDistance: {
+            /** Points */
+            points: [
+                [
+                    number,
+                    number,
+                    number
+                ],
+                [
+                    number,
+                    number,
+                    number
+                ]
+            ];
+            /** Metres */
+            metres: number;
+        };
+        /**
          * KnownFacts
-         * @description Somebody whom one follows or who follows one; not `accepted`: it is only asked for.
+         * @description A follower or a followed person; `accepted` is false for a request.
          */
         KnownFacts: {
             /**
@@ -4495,9 +5437,24 @@ export interface components {
             accepted: boolean;
         };
         /**
+         * LackingGrade
+         * @description Routes of a grade that the target lacks.
+         */
+        LackingGrade: {
+            /**
+             * System
+             * Format: uuid
+             */
+            system: string;
+            /** Grade */
+            grade: string;
+            /** Routes */
+            routes: number;
+        };
+        /**
          * Line
-         * @description A competitor's place. `rank` is null for who has nothing yet or is out (`out`: why); `tied`:
-         *     shares it. `points` of all rounds, empty where they are not added up.
+         * @description A competitor's place. `rank` is null without a result or if disqualified (`out`); `tied`: the
+         *     rank is shared. `points` sums all rounds, empty if rounds are not added up.
          */
         Line: {
             /**
@@ -4547,7 +5504,7 @@ export interface components {
         };
         /**
          * LogbookFacts
-         * @description Of the routes that hang: one's ascents, the last climbed first, and one's opinions.
+         * @description Own ascents on the current routes, the latest first, and own opinions.
          */
         LogbookFacts: {
             /** Ascents */
@@ -4557,7 +5514,7 @@ export interface components {
         };
         /**
          * MadeClaim
-         * @description What signs in once the other device has said yes, and the code by which it knows this one.
+         * @description A claim's secret, and the code that both devices show.
          */
         MadeClaim: {
             /** Claim */
@@ -4566,10 +5523,10 @@ export interface components {
             code: string;
         };
         /**
-         * MadeHandover
-         * @description An offer: `link` is what the QR code shows, told this once.
+         * MadeDeviceSignIn
+         * @description An offer. `link` is the content of the QR code and is shown once.
          */
-        MadeHandover: {
+        MadeDeviceSignIn: {
             /**
              * Id
              * Format: uuid
@@ -4585,7 +5542,7 @@ export interface components {
         };
         /**
          * MadeInvitation
-         * @description An invitation just made: its link is told this once.
+         * @description A new invitation; its link is shown once.
          */
         MadeInvitation: {
             /** Link */
@@ -4595,7 +5552,7 @@ export interface components {
         };
         /**
          * MadeToken
-         * @description A token just made: its secret is told this once.
+         * @description A new API token with its secret, which is shown once.
          */
         MadeToken: {
             /**
@@ -4622,7 +5579,7 @@ export interface components {
         };
         /**
          * MadeWebhook
-         * @description A webhook just made: the secret that signs its messages is told this once.
+         * @description A new webhook; the secret that signs its messages is shown once.
          */
         MadeWebhook: {
             /**
@@ -4635,8 +5592,8 @@ export interface components {
         };
         /**
          * MarkFacts
-         * @description What somebody has on a problem: tries, and in which one zone and top came; `event_ids`: of
-         *     the events that count, as they arrived.
+         * @description A competitor's mark on a problem: tries, and the tries that reached zone and top.
+         *     `event_ids`: the events that count, in order of arrival.
          */
         MarkFacts: {
             /**
@@ -4672,7 +5629,7 @@ export interface components {
         };
         /**
          * Member
-         * @description Somebody in a gym.
+         * @description A member of a gym.
          */
         Member: {
             /**
@@ -4691,7 +5648,7 @@ export interface components {
         };
         /**
          * MonthFacts
-         * @description A month, such as "2026-03"; each route once in it.
+         * @description Counts of a month, such as "2026-03"; each route counts once.
          */
         MonthFacts: {
             /** Month */
@@ -4706,8 +5663,24 @@ export interface components {
             flashes: number;
         };
         /**
+         * MovesFacts
+         * @description Suggested moves of a version, computed after its publication.
+         *
+         *     `routes`: numbers of the routes with moves in the version's file `moves.json`. "failed": they
+         *     could not be computed.
+         */
+        MovesFacts: {
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "waiting" | "ready" | "failed";
+            /** Routes */
+            routes: number[];
+        };
+        /**
          * NewAscent
-         * @description What one did on a route; `tries` of that day, `climbed_at` by one's own clock.
+         * @description An ascent of a route: `tries` of that day, `climbed_at` by the climber's clock.
          */
         NewAscent: {
             /**
@@ -4735,7 +5708,7 @@ export interface components {
         };
         /**
          * NewBan
-         * @description Why; for the gym's own memory.
+         * @description The reason of a ban, for the gym alone.
          */
         NewBan: {
             /**
@@ -4746,7 +5719,7 @@ export interface components {
         };
         /**
          * NewCompetition
-         * @description All of a competition in one go.
+         * @description A complete new competition.
          */
         NewCompetition: {
             /** Categories */
@@ -4794,7 +5767,7 @@ export interface components {
         };
         /**
          * NewGym
-         * @description A gym to open; `slug` is its part of the address, made from the name where it is left out.
+         * @description A new gym; `slug` is its part of the address, derived from the name by default.
          */
         NewGym: {
             /** Name */
@@ -4828,8 +5801,34 @@ export interface components {
             joining?: "open" | "invitation";
         };
         /**
+         * NewHoldReport
+         * @description A report of a hold by its id in the version `scan_id`, or of a route without a hold.
+         */
+        NewHoldReport: {
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /**
+             * Scan Id
+             * Format: uuid
+             */
+            scan_id: string;
+            /** Hold */
+            hold?: number | null;
+            /** Route Id */
+            route_id?: string | null;
+            kind: components["schemas"]["walltopo_gym__hold_reports__service__Kind"];
+            /**
+             * Note
+             * @default
+             */
+            note?: string;
+        };
+        /**
          * NewInvitation
-         * @description An invitation: as what, for how long, for how many.
+         * @description The role, lifetime and number of uses of an invitation.
          */
         NewInvitation: {
             /**
@@ -4851,7 +5850,7 @@ export interface components {
         };
         /**
          * NewOpinion
-         * @description What one thinks, and which edit of it this is.
+         * @description A complete opinion of a route and the origin of the edit.
          */
         NewOpinion: {
             /**
@@ -4876,7 +5875,7 @@ export interface components {
         };
         /**
          * NewPasskey
-         * @description What `navigator.credentials.create` gave, as JSON; `name` is for its owner.
+         * @description The result of `navigator.credentials.create` as JSON; `name` is chosen by the owner.
          */
         NewPasskey: {
             /** Name */
@@ -4898,7 +5897,7 @@ export interface components {
         };
         /**
          * NewPlan
-         * @description What is confirmed now, and when it shall be so: `at`, or with the whole zone (null).
+         * @description A confirmed table and its time: `at`, or with the whole zone (null).
          */
         NewPlan: {
             /** Revision */
@@ -4909,8 +5908,74 @@ export interface components {
             at?: string | null;
         };
         /**
+         * NewProblem
+         * @description A complete problem; the ids of its holds are those of the version `scan_id`.
+         */
+        NewProblem: {
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /**
+             * Scan Id
+             * Format: uuid
+             */
+            scan_id: string;
+            /** Holds */
+            holds: components["schemas"]["HoldUse"][];
+            /** Name */
+            name: string;
+            /** Grade System Id */
+            grade_system_id?: string | null;
+            /**
+             * Grade
+             * @default
+             */
+            grade?: string;
+            /** @default private */
+            share?: components["schemas"]["Share"];
+            /**
+             * Matching
+             * @default true
+             */
+            matching?: boolean;
+            /**
+             * Note
+             * @default
+             */
+            note?: string;
+            /** Remix Of */
+            remix_of?: string | null;
+            edit?: components["schemas"]["EditWords"] | null;
+        };
+        /**
+         * NewProposal
+         * @description One's proposal for a route; what is null or empty is left open.
+         */
+        NewProposal: {
+            /** Grade System Id */
+            grade_system_id?: string | null;
+            /**
+             * Grade
+             * @default
+             */
+            grade?: string;
+            /** Risk */
+            risk?: number | null;
+            /** Intensity */
+            intensity?: number | null;
+            /** Complexity */
+            complexity?: number | null;
+            /**
+             * Note
+             * @default
+             */
+            note?: string;
+        };
+        /**
          * NewPush
-         * @description What a browser gave (PushSubscription.toJSON).
+         * @description A browser's push subscription (PushSubscription.toJSON).
          */
         NewPush: {
             /** Endpoint */
@@ -4921,8 +5986,85 @@ export interface components {
             secret: string;
         };
         /**
+         * NewResetPlan
+         * @description A planned reset; it replaces the earlier words of the same plan.
+         *
+         *     `setters` have the setter role; `forerunners` are members who propose grades besides the
+         *     setters.
+         */
+        NewResetPlan: {
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /**
+             * Day
+             * Format: date
+             */
+            day: string;
+            /**
+             * Note
+             * @default
+             */
+            note?: string;
+            /** Wishes */
+            wishes?: components["schemas"]["GradeWish"][];
+            /** Setters */
+            setters?: string[];
+            /** Forerunners */
+            forerunners?: string[];
+        };
+        /**
+         * NewRoute
+         * @description A route that has no scan yet, with a name or a colour.
+         *
+         *     `id` is the sender's choice: a repeated request with it adds nothing. Without `set_on` it was
+         *     set today.
+         */
+        NewRoute: {
+            /** Id */
+            id?: string | null;
+            /**
+             * Name
+             * @default
+             */
+            name?: string;
+            /**
+             * Colour
+             * @default
+             */
+            colour?: string;
+            /** Grade System Id */
+            grade_system_id?: string | null;
+            /**
+             * Grade
+             * @default
+             */
+            grade?: string;
+            /**
+             * Setter
+             * @default
+             */
+            setter?: string;
+            /** Tags */
+            tags?: string[];
+            /** Set On */
+            set_on?: string | null;
+            /** Strip On */
+            strip_on?: string | null;
+        };
+        /**
+         * NewRoutes
+         * @description One route, or many: all of them are added, or none.
+         */
+        NewRoutes: {
+            /** Routes */
+            routes: components["schemas"]["NewRoute"][];
+        };
+        /**
          * NewSecret
-         * @description For the phone: the secret to type, and as an address to show as a QR code.
+         * @description The secret of a second factor, as text and as an address for a QR code.
          */
         NewSecret: {
             /** Secret */
@@ -4932,7 +6074,7 @@ export interface components {
         };
         /**
          * NewToken
-         * @description A token for a program.
+         * @description A request for an API token.
          */
         NewToken: {
             /** Name */
@@ -4947,7 +6089,7 @@ export interface components {
         };
         /**
          * NewWall
-         * @description A wall; `place` orders the gym's walls from left to right, `zone` joins those that are set
+         * @description A wall; `place` orders the gym's walls from left to right, `zone` joins walls that are set
          *     together.
          */
         NewWall: {
@@ -4971,7 +6113,7 @@ export interface components {
         };
         /**
          * NewsFacts
-         * @description The same, the browsers, and `key`: of this server, by which browsers know it.
+         * @description Message preferences, subscribed browsers, and the server's public push `key`.
          */
         NewsFacts: {
             /**
@@ -4980,10 +6122,10 @@ export interface components {
              */
             digest?: boolean;
             /**
-             * Fresh
+             * New Routes
              * @default false
              */
-            fresh?: boolean;
+            new_routes?: boolean;
             /**
              * Soon
              * @default false
@@ -4994,6 +6136,11 @@ export interface components {
              * @default false
              */
             competitions?: boolean;
+            /**
+             * Hold Reports
+             * @default false
+             */
+            hold_reports?: boolean;
             /**
              * Language
              * @default en
@@ -5017,7 +6164,9 @@ export interface components {
         };
         /**
          * NewsKinds
-         * @description Of what one is told: `digest` by mail, the others in browsers.
+         * @description Message preferences: `digest` by mail, the others by push.
+         *
+         *     `hold_reports`: to setters about new hold reports, to climbers when theirs are done.
          */
         NewsKinds: {
             /**
@@ -5026,10 +6175,10 @@ export interface components {
              */
             digest?: boolean;
             /**
-             * Fresh
+             * New Routes
              * @default false
              */
-            fresh?: boolean;
+            new_routes?: boolean;
             /**
              * Soon
              * @default false
@@ -5040,10 +6189,15 @@ export interface components {
              * @default false
              */
             competitions?: boolean;
+            /**
+             * Hold Reports
+             * @default false
+             */
+            hold_reports?: boolean;
         };
         /**
          * NewsWords
-         * @description What one wants to be told, all of it, each time; `quiet_from` and `quiet_to` are hours.
+         * @description All message preferences; `quiet_from` and `quiet_to` are hours.
          */
         NewsWords: {
             /**
@@ -5052,10 +6206,10 @@ export interface components {
              */
             digest?: boolean;
             /**
-             * Fresh
+             * New Routes
              * @default false
              */
-            fresh?: boolean;
+            new_routes?: boolean;
             /**
              * Soon
              * @default false
@@ -5066,6 +6220,11 @@ export interface components {
              * @default false
              */
             competitions?: boolean;
+            /**
+             * Hold Reports
+             * @default false
+             */
+            hold_reports?: boolean;
             /**
              * Language
              * @default en
@@ -5084,35 +6243,8 @@ export interface components {
             quiet_to?: number;
         };
         /**
-         * OddFacts
-         * @description A route whose grade lies outside of the range that its movement and the gym's other grades
-         *     say: "soft" where the grade is above, "hard" where it is below, `by` steps of the Font scale.
-         */
-        OddFacts: {
-            /** Low */
-            low: string;
-            /** High */
-            high: string;
-            /** Low V */
-            low_v: string;
-            /** High V */
-            high_v: string;
-            /**
-             * Route Id
-             * Format: uuid
-             */
-            route_id: string;
-            /**
-             * Side
-             * @enum {string}
-             */
-            side: "soft" | "hard";
-            /** By */
-            by: number;
-        };
-        /**
          * OfGradeFacts
-         * @description Routes of one grade that were topped, each once; `worth`: points of a top.
+         * @description The topped routes of one grade; `worth`: points of a top.
          */
         OfGradeFacts: {
             /** Grade */
@@ -5126,7 +6258,7 @@ export interface components {
         };
         /**
          * OpinionWords
-         * @description What one thinks of a route; all of it, each time.
+         * @description A complete opinion of a route.
          */
         OpinionWords: {
             /**
@@ -5150,8 +6282,8 @@ export interface components {
         };
         /**
          * Order
-         * @description Why one stands before another: `before` is "first", "second", or "" where they share a rank
-         *     or one has none. `steps`: what they were compared by, down to what decides.
+         * @description The comparison of two competitors: `before` is "first", "second", or "" for a shared or
+         *     missing rank. `steps`: the compared criteria, down to the deciding one.
          */
         Order: {
             /**
@@ -5174,7 +6306,7 @@ export interface components {
         };
         /**
          * OrderBody
-         * @description Who of a category is in the round, the first to climb first.
+         * @description Starters of a category in a round, in running order.
          */
         OrderBody: {
             /**
@@ -5187,19 +6319,22 @@ export interface components {
         };
         /**
          * OverlapFacts
-         * @description Which photos hang together by what they show; `groups` of their ids, the largest first.
+         * @description Groups of overlapping photos: `groups` of ids, the largest first.
          *
-         *     `pending`: photos came or went since, and it is being found out anew.
+         *     `pending`: photos came or went, and the groups are being recomputed. `shifts` join the photos of
+         *     each group, and have all consecutive photos that overlap.
          */
         OverlapFacts: {
             /** Pending */
             pending: boolean;
             /** Groups */
             groups: string[][];
+            /** Shifts */
+            shifts: components["schemas"]["ShiftFacts"][];
         };
         /**
          * OwnAscent
-         * @description An ascent as its climber alone sees it.
+         * @description An ascent with its private fields, for its climber.
          */
         OwnAscent: {
             /**
@@ -5235,7 +6370,7 @@ export interface components {
         };
         /**
          * OwnEntry
-         * @description One's own entry, the text to accept, and what one has on each problem.
+         * @description One's own entry, the text to accept, and one's marks.
          */
         OwnEntry: {
             entry: components["schemas"]["EntryFacts"] | null;
@@ -5246,7 +6381,7 @@ export interface components {
         };
         /**
          * OwnEntryBody
-         * @description Oneself as a competitor; `waiver`: the text that one has read and accepts, as it is.
+         * @description One's own entry; `waiver`: the accepted text, verbatim.
          */
         OwnEntryBody: {
             /**
@@ -5281,8 +6416,43 @@ export interface components {
             waiver?: string;
         };
         /**
+         * OwnHoldReport
+         * @description One's own report as it is stored; `done_at` is null while it is open.
+         */
+        OwnHoldReport: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /**
+             * Scan Id
+             * Format: uuid
+             */
+            scan_id: string;
+            /** Hold */
+            hold: number | null;
+            /** Route Id */
+            route_id: string | null;
+            kind: components["schemas"]["walltopo_gym__hold_reports__service__Kind"];
+            /** Note */
+            note: string;
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
+            /** Done At */
+            done_at: string | null;
+        };
+        /**
          * OwnOpinion
-         * @description What one thinks of a route.
+         * @description One's own opinion of a route.
          */
         OwnOpinion: {
             /**
@@ -5317,10 +6487,40 @@ export interface components {
              */
             password: string;
         };
+        /**
+         * OwnProposal
+         * @description One's own proposal as it is stored.
+         */
+        OwnProposal: {
+            /** Grade System Id */
+            grade_system_id: string | null;
+            /** Grade */
+            grade: string;
+            /** Risk */
+            risk: number | null;
+            /** Intensity */
+            intensity: number | null;
+            /** Complexity */
+            complexity: number | null;
+            /** Note */
+            note: string;
+            /**
+             * Changed At
+             * Format: date-time
+             */
+            changed_at: string;
+        };
         /** Page[AuditLine] */
         Page_AuditLine_: {
             /** Items */
             items: components["schemas"]["AuditLine"][];
+            /** Next */
+            next: string | null;
+        };
+        /** Page[ClimberProblem] */
+        Page_ClimberProblem_: {
+            /** Items */
+            items: components["schemas"]["ClimberProblem"][];
             /** Next */
             next: string | null;
         };
@@ -5345,6 +6545,13 @@ export interface components {
             /** Next */
             next: string | null;
         };
+        /** Page[ProblemReportFacts] */
+        Page_ProblemReportFacts_: {
+            /** Items */
+            items: components["schemas"]["ProblemReportFacts"][];
+            /** Next */
+            next: string | null;
+        };
         /** Page[ReportFacts] */
         Page_ReportFacts_: {
             /** Items */
@@ -5361,7 +6568,7 @@ export interface components {
         };
         /**
          * PasskeyFacts
-         * @description A passkey of one's own.
+         * @description One of the person's passkeys.
          */
         PasskeyFacts: {
             /**
@@ -5394,7 +6601,7 @@ export interface components {
         };
         /**
          * Past
-         * @description A version of the wall in which the route hung; its number and holds there.
+         * @description A version of the wall that had the route, with its number and holds there.
          */
         Past: {
             /**
@@ -5414,7 +6621,7 @@ export interface components {
         };
         /**
          * PastVersion
-         * @description A version that was the wall once, or is; `published_at`: since when.
+         * @description A version that was published once; `published_at`: since when.
          */
         PastVersion: {
             /**
@@ -5440,7 +6647,7 @@ export interface components {
         };
         /**
          * PersonFacts
-         * @description Somebody as the asker may see them; what is not shown is null, not empty.
+         * @description A person as the viewer may see them; hidden fields are null.
          */
         PersonFacts: {
             /**
@@ -5465,8 +6672,8 @@ export interface components {
         };
         /**
          * PhotoFacts
-         * @description A photo of a scan, or a video of so many `frames`; `reason` says why it is of no
-         *     use, or why a video was not seen to its end.
+         * @description A photo of a scan, or a video of so many `frames`; `reason`: why it is unusable, or why a
+         *     video was not read to its end. `plate_frames`: in how many frames a scale plate was seen.
          */
         PhotoFacts: {
             /**
@@ -5488,10 +6695,12 @@ export interface components {
             height: number | null;
             /** Frames */
             frames: number;
+            /** Plate Frames */
+            plate_frames: number;
         };
         /**
          * PlanFacts
-         * @description A publication that waits; `error` says why it could not be done.
+         * @description A planned publication; `error`: why it failed.
          */
         PlanFacts: {
             /**
@@ -5515,8 +6724,43 @@ export interface components {
             error: string;
         };
         /**
+         * PlanWithRoutes
+         * @description A plan with its routes.
+         */
+        PlanWithRoutes: {
+            plan: components["schemas"]["ResetPlanFacts"];
+            /** Routes */
+            routes: components["schemas"]["PlannedRoute"][];
+        };
+        /**
+         * PlannedRoute
+         * @description A route of a plan, with all proposals and their median.
+         */
+        PlannedRoute: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Name */
+            name: string;
+            /** Colour */
+            colour: string;
+            /** Setter */
+            setter: string;
+            /** Grade System Id */
+            grade_system_id: string | null;
+            /** Grade */
+            grade: string;
+            sign_off: components["schemas"]["SignOffFacts"] | null;
+            own: components["schemas"]["OwnProposal"] | null;
+            /** Proposals */
+            proposals: components["schemas"]["ProposalFacts"][];
+            median: components["schemas"]["ProposalMedian"] | null;
+        };
+        /**
          * ProblemBody
-         * @description A problem; of one with a route the route says name, colour, grade and wall.
+         * @description A problem. With a route, name, colour, grade and wall come from the route.
          */
         ProblemBody: {
             /** Id */
@@ -5556,8 +6800,38 @@ export interface components {
             category_ids?: string[];
         };
         /**
+         * ProblemClimbed
+         * @description Whether one has climbed a problem; `climbed_at` is null: not.
+         */
+        ProblemClimbed: {
+            /** Climbed At */
+            climbed_at: string | null;
+            edit?: components["schemas"]["EditWords"] | null;
+        };
+        /**
+         * ProblemComplaint
+         * @description The reason of a report; may be empty.
+         */
+        ProblemComplaint: {
+            /**
+             * Reason
+             * @default
+             */
+            reason?: string;
+        };
+        /**
+         * ProblemEstimate
+         * @description What the movement model says of a problem. `grades` is null if it finds no moves for an
+         *     adult; its error is that of the ranges of routes.
+         */
+        ProblemEstimate: {
+            grades: components["schemas"]["GradeBounds"] | null;
+            /** Heights */
+            heights: components["schemas"]["ReachFacts"][];
+        };
+        /**
          * ProblemFacts
-         * @description A problem as it is in its competition, whatever became of its route.
+         * @description A problem of a competition; later changes of its route do not show.
          */
         ProblemFacts: {
             /**
@@ -5583,7 +6857,7 @@ export interface components {
         };
         /**
          * ProblemHead
-         * @description A problem, for a column's head.
+         * @description A problem in a column's heading.
          */
         ProblemHead: {
             /**
@@ -5598,7 +6872,7 @@ export interface components {
         };
         /**
          * ProblemMark
-         * @description What a competitor has on a problem, and the events that say so.
+         * @description A competitor's mark on a problem, and its events.
          */
         ProblemMark: {
             /**
@@ -5616,8 +6890,21 @@ export interface components {
             events: components["schemas"]["EventFacts"][];
         };
         /**
+         * ProblemOfHolds
+         * @description The holds of a problem in the published version `scan_id`.
+         */
+        ProblemOfHolds: {
+            /**
+             * Scan Id
+             * Format: uuid
+             */
+            scan_id: string;
+            /** Holds */
+            holds: components["schemas"]["HoldUse"][];
+        };
+        /**
          * ProblemPoints
-         * @description What one problem is worth.
+         * @description The points of one problem.
          */
         ProblemPoints: {
             /** Flash */
@@ -5628,11 +6915,49 @@ export interface components {
             zone: number;
         };
         /**
+         * ProblemReportFacts
+         * @description A reported problem as it read then. The reporter's name is not disclosed.
+         */
+        ProblemReportFacts: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Problem Id
+             * Format: uuid
+             */
+            problem_id: string;
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /**
+             * Author Id
+             * Format: uuid
+             */
+            author_id: string;
+            /** Author */
+            author: string;
+            /** Text */
+            text: string;
+            /** Reason */
+            reason: string;
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
+        };
+        /**
          * ProfileWords
-         * @description What one lets others know; all of it, each time. `on_boards`: whether one is ranked at all;
-         *     `on_screens`: whether everybody may see that, in the hall and on the gym's website.
+         * @description The complete visibility settings. `on_boards`: boards list the person; `on_screens`: public
+         *     boards do too, in the hall and on the gym's website.
          *
-         *     Body data is shown to whom `show_body` names, and used for nothing else.
+         *     Body data is shown to the audience in `show_body`, and the app chooses the body of suggested
+         *     moves by it.
          */
         ProfileWords: {
             /**
@@ -5662,7 +6987,7 @@ export interface components {
         };
         /**
          * Progress
-         * @description How far a running scan is: in words, and in numbers where they are known.
+         * @description The progress of a running scan: in words, and in numbers if they are known.
          */
         Progress: {
             /** Stage */
@@ -5683,7 +7008,7 @@ export interface components {
         };
         /**
          * ProgressFacts
-         * @description All of it; `streak` and `longest` are weeks in a row with a session.
+         * @description A climber's progress; `streak` and `longest` are weeks in a row with a session.
          */
         ProgressFacts: {
             /** Sessions */
@@ -5706,16 +7031,64 @@ export interface components {
             months: components["schemas"]["MonthFacts"][];
             /** Weeks */
             weeks: components["schemas"]["WeekFacts"][];
-            /** Hanging */
-            hanging: components["schemas"]["HangingFacts"][];
+            /** Current */
+            current: components["schemas"]["GradeProgressFacts"][];
             /** Steepness */
             steepness: components["schemas"]["StyleFacts"][];
             /** Holds */
             holds: components["schemas"]["StyleFacts"][];
         };
         /**
+         * ProposalFacts
+         * @description A forerunner's proposal.
+         */
+        ProposalFacts: {
+            /** Grade System Id */
+            grade_system_id: string | null;
+            /** Grade */
+            grade: string;
+            /** Risk */
+            risk: number | null;
+            /** Intensity */
+            intensity: number | null;
+            /** Complexity */
+            complexity: number | null;
+            /** Note */
+            note: string;
+            /**
+             * Changed At
+             * Format: date-time
+             */
+            changed_at: string;
+            /** Person Name */
+            person_name: string;
+        };
+        /**
+         * ProposalMedian
+         * @description The median of a route's proposals.
+         *
+         *     Parameters
+         *     ----------
+         *     proposals : their number. grade : of the most used grade system; of an even number of grades the
+         *         easier one of the two in the middle; empty if nobody proposed one.
+         */
+        ProposalMedian: {
+            /** Proposals */
+            proposals: number;
+            /** Grade System Id */
+            grade_system_id: string | null;
+            /** Grade */
+            grade: string;
+            /** Risk */
+            risk: number | null;
+            /** Intensity */
+            intensity: number | null;
+            /** Complexity */
+            complexity: number | null;
+        };
+        /**
          * Publication
-         * @description The confirmed table; `revision` is the wall's, as it stood in the draft.
+         * @description The confirmed table; `revision` is the wall's, as the draft had it.
          */
         Publication: {
             /** Revision */
@@ -5725,7 +7098,7 @@ export interface components {
         };
         /**
          * PushFacts
-         * @description A browser that is told; `endpoint` by which it knows itself.
+         * @description A subscribed browser; `endpoint` identifies it.
          */
         PushFacts: {
             /**
@@ -5749,8 +7122,18 @@ export interface components {
             revision: number;
         };
         /**
+         * ReachFacts
+         * @description Whether the movement model finds moves to the top for a climber of this height.
+         */
+        ReachFacts: {
+            /** Height M */
+            height_m: number;
+            /** Reached */
+            reached: boolean;
+        };
+        /**
          * RecoveryCodes
-         * @description Shown once; each is good once instead of the phone's digits.
+         * @description Recovery codes, shown once. Each replaces the phone's digits once.
          */
         RecoveryCodes: {
             /** Recovery Codes */
@@ -5763,7 +7146,7 @@ export interface components {
         };
         /**
          * ReportFacts
-         * @description A comment that somebody reported, as it read then; who reported it stays with the server.
+         * @description A reported comment as it read then. The reporter's name is not disclosed.
          */
         ReportFacts: {
             /**
@@ -5802,8 +7185,8 @@ export interface components {
         };
         /**
          * Reset
-         * @description Routes that stayed, came and went; `weeks` before and as many after it are compared: whole
-         *     ones, four at most, and none beyond the next version or the present.
+         * @description Numbers of routes that stayed, came and went. `weeks` before and after it are compared: at
+         *     most four whole weeks, none beyond the next version or the present.
          */
         Reset: {
             /**
@@ -5823,8 +7206,66 @@ export interface components {
             after: components["schemas"]["Side"];
         };
         /**
+         * ResetPersonFacts
+         * @description A person whom a plan names, or may name.
+         */
+        ResetPersonFacts: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Name */
+            name: string;
+        };
+        /**
+         * ResetPlanFacts
+         * @description A planned reset. `routes`: number of its routes now, `signed_off`: of them with an agreed
+         *     grade. `published_at` is null while the plan is open.
+         */
+        ResetPlanFacts: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /** Wall Name */
+            wall_name: string;
+            /**
+             * Day
+             * Format: date
+             */
+            day: string;
+            /** Note */
+            note: string;
+            state: components["schemas"]["ResetState"];
+            /** Published At */
+            published_at: string | null;
+            /** Wishes */
+            wishes: components["schemas"]["GradeWish"][];
+            /** Setters */
+            setters: components["schemas"]["ResetPersonFacts"][];
+            /** Forerunners */
+            forerunners: components["schemas"]["ResetPersonFacts"][];
+            /** Routes */
+            routes: number;
+            /** Signed Off */
+            signed_off: number;
+        };
+        /**
+         * ResetState
+         * @description States of a plan, in the order of a reset.
+         * @enum {string}
+         */
+        ResetState: "planned" | "set" | "forerun" | "published";
+        /**
          * Role
-         * @description In rising order; `GUEST` is whoever does not belong to the gym.
+         * @description Roles in rising order; `GUEST` is everybody outside the gym.
          * @enum {string}
          */
         Role: "guest" | "member" | "judge" | "setter" | "owner";
@@ -5838,7 +7279,7 @@ export interface components {
         };
         /**
          * RoundBody
-         * @description A round; each of `route_ids` becomes a problem after those in `problems`.
+         * @description A round. Each of `route_ids` becomes a problem after those in `problems`.
          */
         RoundBody: {
             /** Id */
@@ -5902,7 +7343,7 @@ export interface components {
         };
         /**
          * RoundHead
-         * @description A round, for a column's head.
+         * @description A round in a column's heading.
          */
         RoundHead: {
             /**
@@ -5923,8 +7364,8 @@ export interface components {
         };
         /**
          * RoundLine
-         * @description What a competitor has in a round; `marks`: problem to tries, zone and top (0: not), in
-         *     rounds of few problems.
+         * @description A competitor's result in a round. `marks`: problem to tries, zone and top (0: not reached),
+         *     in rounds of few problems.
          */
         RoundLine: {
             /**
@@ -5966,8 +7407,30 @@ export interface components {
             state: "waiting" | "running" | "ended";
         };
         /**
+         * RouteChange
+         * @description Changes of a route; a colour is what the setter says, whatever a scan found.
+         */
+        RouteChange: {
+            /** Name */
+            name?: string | null;
+            /** Grade System Id */
+            grade_system_id?: string | null;
+            /** Grade */
+            grade?: string | null;
+            /** Setter */
+            setter?: string | null;
+            /** Tags */
+            tags?: string[] | null;
+            /** Set On */
+            set_on?: string | null;
+            /** Strip On */
+            strip_on?: string | null;
+            /** Colour */
+            colour?: string | null;
+        };
+        /**
          * RouteEntry
-         * @description One route of the new scan: which one it is, or a new one.
+         * @description A route of the new scan: an existing route, or a new one.
          */
         RouteEntry: {
             /** Name */
@@ -5991,7 +7454,10 @@ export interface components {
         };
         /**
          * RouteFacts
-         * @description A route; `number`, `holds` and its style are those of the version that is published.
+         * @description A route; `number`, `holds` and style are those of the published version. `by_hand`: it was
+         *     added without a scan; while its `number` is null, the 3D view does not show it. `reach`: heights
+         *     in metres (1.20 to 1.95, in steps of .15) for which the movement model finds moves to the top;
+         *     null while they are computed, or if the route is no climb.
          */
         RouteFacts: {
             /**
@@ -6025,6 +7491,8 @@ export interface components {
             strip_on: string | null;
             /** Stripped At */
             stripped_at: string | null;
+            /** By Hand */
+            by_hand: boolean;
             /** Number */
             number?: number | null;
             /**
@@ -6041,12 +7509,23 @@ export interface components {
             hold_types?: {
                 [key: string]: number;
             };
+            /** Reach */
+            reach?: number[] | null;
+        };
+        /**
+         * RouteHistory
+         * @description Tallies of a route; `versions` from the latest to the first.
+         */
+        RouteHistory: {
+            tally: components["schemas"]["TallyFacts"];
+            /** Versions */
+            versions: components["schemas"]["Past"][];
         };
         /**
          * RouteInsight
-         * @description A route that hangs; `due`: its holds are due for washing. What would tell of fewer than five
-         *     people is null. Stars, flash rate and `off` (how many steps harder than its grade climbers find
-         *     it) are shrunk.
+         * @description A current route; `due`: its holds are due for washing. Figures of fewer than five people are
+         *     null. Stars, flash rate and `off` (steps by which climbers find it harder than its grade) are
+         *     shrunk.
          */
         RouteInsight: {
             /**
@@ -6060,7 +7539,7 @@ export interface components {
              */
             wall_id: string;
             /** Number */
-            number: number;
+            number: number | null;
             /** Name */
             name: string;
             /** Colour */
@@ -6108,34 +7587,93 @@ export interface components {
             due: boolean;
         };
         /**
-         * RouteWords
-         * @description What a setter says of a route; what is left out stays.
+         * RouteTable
+         * @description A table of routes as text; with `really` false it is only checked.
+         *
+         *     `id` is the sender's choice: a repeated request with it adds nothing. `without_wrong`: add the
+         *     right lines although others have errors.
          */
-        RouteWords: {
+        RouteTable: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Csv */
+            csv: string;
+            /**
+             * Really
+             * @default false
+             */
+            really?: boolean;
+            /**
+             * Without Wrong
+             * @default false
+             */
+            without_wrong?: boolean;
+        };
+        /**
+         * RouteTableFacts
+         * @description The content of a table, and how many of its routes are on the wall now.
+         */
+        RouteTableFacts: {
+            /** Routes */
+            routes: components["schemas"]["TableRoute"][];
+            /** Errors */
+            errors: components["schemas"]["FaultFacts"][];
+            /** Columns */
+            columns: string[];
+            /** Added */
+            added: number;
+        };
+        /**
+         * RouteToForerun
+         * @description A route of a plan, with one's own proposal.
+         */
+        RouteToForerun: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
             /** Name */
-            name?: string | null;
-            /** Grade System Id */
-            grade_system_id?: string | null;
-            /** Grade */
-            grade?: string | null;
+            name: string;
+            /** Colour */
+            colour: string;
             /** Setter */
-            setter?: string | null;
-            /** Tags */
-            tags?: string[] | null;
-            /** Set On */
-            set_on?: string | null;
-            /** Strip On */
-            strip_on?: string | null;
+            setter: string;
+            /** Grade System Id */
+            grade_system_id: string | null;
+            /** Grade */
+            grade: string;
+            sign_off: components["schemas"]["SignOffFacts"] | null;
+            own: components["schemas"]["OwnProposal"] | null;
         };
         /**
          * Rules
-         * @description By their names.
+         * @description Names of the rules.
          * @enum {string}
          */
         Rules: "points" | "shared" | "ifsc-2025" | "ifsc-2018" | "most";
         /**
+         * ScaleFacts
+         * @description Where a scan's metres come from: the labels of its scale plates, or the method.
+         */
+        ScaleFacts: {
+            /**
+             * Method
+             * @enum {string}
+             */
+            method: "measure" | "stickers" | "distance" | "poses" | "reference" | "none";
+            /** Metric */
+            metric: boolean;
+            /** Plates */
+            plates: string[];
+        };
+        /**
          * ScanFacts
-         * @description One version of a wall; `error` and `hint` say why it failed and what to do.
+         * @description A version of a wall; `error` and `hint`: why it failed, and what to do. `part`: its photos
+         *     show a part of the wall, and the rest is from `reference_id`.
          */
         ScanFacts: {
             /**
@@ -6151,6 +7689,8 @@ export interface components {
             state: components["schemas"]["State"];
             /** Reference Id */
             reference_id: string | null;
+            /** Amends Id */
+            amends_id: string | null;
             /** Error */
             error: string;
             /** Hint */
@@ -6162,17 +7702,31 @@ export interface components {
             created_at: string;
             /** Published At */
             published_at: string | null;
+            scale: components["schemas"]["ScaleFacts"] | null;
+            /** Part */
+            part: boolean;
             progress?: components["schemas"]["Progress"] | null;
         };
         /**
+         * ScanStart
+         * @description `part`: the photos show a part of the wall. The rest is taken from the published version.
+         */
+        ScanStart: {
+            /**
+             * Part
+             * @default false
+             */
+            part?: boolean;
+        };
+        /**
          * Scope
-         * @description What a token may be used for; a browser may do all that its person may.
+         * @description Scopes of a token. A browser may do everything that its person may.
          * @enum {string}
          */
         Scope: "read" | "upload" | "publish" | "manage";
         /**
          * ScoringBody
-         * @description Rules, and their numbers where they are not the usual ones; `best`: how many problems
+         * @description Rules, and their numbers if they differ from the defaults; `best`: number of problems that
          *     count.
          */
         ScoringBody: {
@@ -6188,8 +7742,7 @@ export interface components {
         };
         /**
          * ScreenDate
-         * @description What happens: `kind` "reset", "strip" (`number` routes go) or "competition"; a day, or a
-         *     moment of it.
+         * @description A date: `kind` "reset", "strip" (of `number` routes) or "competition"; a day or a moment.
          */
         ScreenDate: {
             /** Kind */
@@ -6209,8 +7762,8 @@ export interface components {
         };
         /**
          * ScreenFacts
-         * @description All that a screen shows. `climbers`: how many climb there today, null below five; `board`:
-         *     null where the gym shows none.
+         * @description The content of the screen. `climbers`: number of climbers today, null below five; `board`:
+         *     null if the gym shows none.
          */
         ScreenFacts: {
             /** Name */
@@ -6234,7 +7787,7 @@ export interface components {
         };
         /**
          * ScreenLine
-         * @description A place on the board of this month, of those who agreed that everybody sees it.
+         * @description A place on this month's board, of people who agreed to be public.
          */
         ScreenLine: {
             /** Rank */
@@ -6275,7 +7828,7 @@ export interface components {
         };
         /**
          * ScreenWall
-         * @description A wall that can be shown.
+         * @description A wall on the screen.
          */
         ScreenWall: {
             /**
@@ -6293,7 +7846,7 @@ export interface components {
         };
         /**
          * SecondFactorFacts
-         * @description Whether it is asked for, and how many recovery codes are left.
+         * @description Whether the second factor is on, and how many recovery codes are left.
          */
         SecondFactorFacts: {
             /** On */
@@ -6308,7 +7861,7 @@ export interface components {
         };
         /**
          * SeenAscent
-         * @description An ascent without its private note, and the address of the wall that it was climbed on.
+         * @description An ascent without its private note, with its wall's id.
          */
         SeenAscent: {
             /**
@@ -6339,7 +7892,7 @@ export interface components {
         };
         /**
          * ServerFacts
-         * @description How one gets in; `oidc`: what to call the other server, with its way in `/oidc/sign-in`.
+         * @description The ways to sign in; `oidc`: name of the other server behind `/oidc/sign-in`.
          */
         ServerFacts: {
             /** Sign Up */
@@ -6351,9 +7904,9 @@ export interface components {
         };
         /**
          * SessionFacts
-         * @description Ascents of one visit, counted; `tops`, `flashes` and `points` have each route once.
+         * @description Counts of one visit; `tops`, `flashes` and `points` count each route once.
          *
-         *     `day` is the gym's; `running`: an ascent made now would be one of it.
+         *     `day` is by the gym's clock; `running`: an ascent made now would belong to it.
          */
         SessionFacts: {
             /**
@@ -6398,7 +7951,7 @@ export interface components {
         };
         /**
          * SessionPage
-         * @description A session, whose it is, and what was climbed in it; `grades` from the hardest.
+         * @description A session, its climber and its ascents; `grades` from the hardest.
          */
         SessionPage: {
             /**
@@ -6451,18 +8004,18 @@ export interface components {
         };
         /**
          * SetterInsight
-         * @description A setter, over all of their routes, those that hang no more too; as of a route, else.
+         * @description A setter, over all of their routes, former ones included; fields as of a route.
          *
          *     Parameters
          *     ----------
-         *     hanging, routes : how many hang, how many there are.
-         *     ascents, climbers : None where fewer than `ENOUGH` have topped one.
+         *     current, routes : number of current routes, and of all.
+         *     ascents, climbers : None if fewer than `ENOUGH` people topped one.
          */
         SetterInsight: {
             /** Setter */
             setter: string;
-            /** Hanging */
-            hanging: number;
+            /** Current */
+            current: number;
             /** Routes */
             routes: number;
             /** Ascents */
@@ -6485,8 +8038,14 @@ export interface components {
             renew: number;
         };
         /**
+         * Share
+         * @description The people who see a problem: its author, people with the link, or all members of the gym.
+         * @enum {string}
+         */
+        Share: "private" | "link" | "gym";
+        /**
          * SheetBody
-         * @description Categories and rounds, all of them.
+         * @description All categories and rounds.
          */
         SheetBody: {
             /** Categories */
@@ -6495,8 +8054,29 @@ export interface components {
             rounds: components["schemas"]["RoundBody"][];
         };
         /**
+         * ShiftFacts
+         * @description How far the view moved from one photo to another that overlaps it: `right` and `up`, as a
+         *     share of the picture's width and height; negative to the left and down.
+         */
+        ShiftFacts: {
+            /**
+             * Before
+             * Format: uuid
+             */
+            before: string;
+            /**
+             * After
+             * Format: uuid
+             */
+            after: string;
+            /** Right */
+            right: number;
+            /** Up */
+            up: number;
+        };
+        /**
          * ShortLink
-         * @description Where a short address leads.
+         * @description The route that a short address leads to.
          */
         ShortLink: {
             /** Gym */
@@ -6518,9 +8098,9 @@ export interface components {
          *
          *     Parameters
          *     ----------
-         *     grades : label to routes, as they were graded then.
-         *     ascents : on this wall, of the weeks before or after; None where they are of few people.
-         *     stars : mean of those given to the routes that went or came; None without three; votes.
+         *     grades : label to number of routes, as they were graded then.
+         *     ascents : on this wall, in the weeks before or after; None if they are of few people.
+         *     stars : mean stars of the routes that went or came; None with fewer than three votes.
          */
         Side: {
             /**
@@ -6547,8 +8127,23 @@ export interface components {
             votes: number;
         };
         /**
+         * SignOffFacts
+         * @description The agreed grade; `person_name` is empty after the deletion of the signer's account.
+         */
+        SignOffFacts: {
+            /** Person Name */
+            person_name: string;
+            /** Grade */
+            grade: string;
+            /**
+             * Signed At
+             * Format: date-time
+             */
+            signed_at: string;
+        };
+        /**
          * SignUp
-         * @description Who wants an account; `invitation` where the server wants one.
+         * @description A request for an account; `invitation` if the server requires one.
          */
         SignUp: {
             /**
@@ -6572,7 +8167,7 @@ export interface components {
         };
         /**
          * SignedChallenge
-         * @description What `navigator.credentials.get` gave, as JSON.
+         * @description The result of `navigator.credentials.get` as JSON.
          */
         SignedChallenge: {
             /** Credential */
@@ -6582,14 +8177,14 @@ export interface components {
         };
         /**
          * SignedIn
-         * @description Who is signed in now; null while the other device has not said yes.
+         * @description The signed-in account; null until the other device accepts.
          */
         SignedIn: {
             me: components["schemas"]["Me"] | null;
         };
         /**
          * StartListBody
-         * @description A table; `really` false: it is only looked at.
+         * @description A start list as text; with `really` false it is only checked.
          */
         StartListBody: {
             /** Csv */
@@ -6602,7 +8197,7 @@ export interface components {
         };
         /**
          * StartListFacts
-         * @description What a table has: with errors nothing of it was taken in.
+         * @description The content of a start list. If it has errors, nothing is imported.
          */
         StartListFacts: {
             /** Entries */
@@ -6614,7 +8209,7 @@ export interface components {
         };
         /**
          * StarterFacts
-         * @description Somebody's place in the running order of their category, from 1.
+         * @description A competitor's place in the running order of their category, from 1.
          */
         StarterFacts: {
             /**
@@ -6636,7 +8231,7 @@ export interface components {
         };
         /**
          * State
-         * @description From the first photo to a former version.
+         * @description States from the first photo to a former version.
          * @enum {string}
          */
         State: "uploading" | "queued" | "running" | "review" | "published" | "superseded" | "failed" | "cancelled";
@@ -6650,7 +8245,7 @@ export interface components {
         };
         /**
          * Step
-         * @description One comparison of two; `decides`: the one in which they differ.
+         * @description One compared criterion; `decides`: whether the two differ in it.
          */
         Step: {
             /** Code */
@@ -6666,16 +8261,16 @@ export interface components {
         };
         /**
          * Stock
-         * @description Holds of one colour, and type (empty: of all): what hangs, what the gym has (None: not
-         *     said), what is free; fewer than none where more hang than the gym has said.
+         * @description Holds of one colour and type (empty: all types): the number on walls, the gym's total (None:
+         *     unknown), and the number of free ones (negative if more are on walls).
          */
         Stock: {
             /** Colour */
             colour: string;
             /** Type */
             type: string;
-            /** Hanging */
-            hanging: number;
+            /** Current */
+            current: number;
             /** Total */
             total: number | null;
             /** Free */
@@ -6683,7 +8278,7 @@ export interface components {
         };
         /**
          * StockBody
-         * @description All of it; `wash_after`: tries on a route after which its holds are due for washing.
+         * @description The whole stock; `wash_after`: tries on a route until its holds are due for washing.
          */
         StockBody: {
             /** Rows */
@@ -6693,7 +8288,7 @@ export interface components {
         };
         /**
          * StockRow
-         * @description How many holds of a colour, and type (empty: of all types), the gym has.
+         * @description The gym's number of holds of a colour and type (empty: all types).
          */
         StockRow: {
             /** Colour */
@@ -6707,18 +8302,9 @@ export interface components {
             total: number;
         };
         /**
-         * Story
-         * @description What is told of a route besides its own words; `versions` from the last to the first.
-         */
-        Story: {
-            tally: components["schemas"]["TallyFacts"];
-            /** Versions */
-            versions: components["schemas"]["Past"][];
-        };
-        /**
          * StyleCell
-         * @description Of one style and group: routes that somebody tried and topped, each once a person; votes and
-         *     the mean of their stars.
+         * @description Counts of one style and group: tried and topped routes, each once per person; star votes and
+         *     their mean.
          */
         StyleCell: {
             /** Tried */
@@ -6732,7 +8318,7 @@ export interface components {
         };
         /**
          * StyleFacts
-         * @description Routes of one steepness, or with most holds of one type; each once.
+         * @description Counts of routes of one steepness or main hold type; each route counts once.
          */
         StyleFacts: {
             /** Kind */
@@ -6746,9 +8332,9 @@ export interface components {
         };
         /**
          * StyleInsight
-         * @description A style (a steepness, a hold that routes have most of, a colour, a length): how many of its
-         *     routes were tried and topped, each once a person; votes, and their mean stars, shrunk
-         *     (`shrinking.py`). `cells` by group. None: not told, for it is of few.
+         * @description Counts of a style (steepness, main hold type, colour, length): tried and topped routes, each
+         *     once per person; star votes and their shrunk mean. `cells` by group. None: withheld, too few
+         *     people.
          */
         StyleInsight: {
             /** Kind */
@@ -6772,7 +8358,7 @@ export interface components {
         };
         /**
          * StyleInsights
-         * @description Of which days; no groups: there are not enough people to tell any apart.
+         * @description Styles by groups over a period; no groups if there are too few people.
          */
         StyleInsights: {
             /**
@@ -6792,7 +8378,7 @@ export interface components {
         };
         /**
          * Suggestion
-         * @description A route to strip: reasons for it, and `against` it.
+         * @description A route to strip, with the reasons for and `against` it.
          */
         Suggestion: {
             /**
@@ -6806,12 +8392,40 @@ export interface components {
             against: string[];
         };
         /**
+         * TableRoute
+         * @description A right line of a table; `known`: the wall has a route with the same name, colour and
+         *     grade.
+         */
+        TableRoute: {
+            /** Line */
+            line: number;
+            /** Name */
+            name: string;
+            /** Colour */
+            colour: string;
+            /** Grade */
+            grade: string;
+            /** Setter */
+            setter: string;
+            /** Tags */
+            tags: string[];
+            /**
+             * Set On
+             * Format: date
+             */
+            set_on: string;
+            /** Strip On */
+            strip_on: string | null;
+            /** Known */
+            known: boolean;
+        };
+        /**
          * TallyFacts
-         * @description What climbers did on a route and think of it.
+         * @description Counts of the ascents and opinions of a route.
          *
-         *     `crowd` is the median of the grade `votes`, empty while they are too few. Who has not voted
-         *     does not see how the votes spread (`grades` is empty), so that each says what they felt;
-         *     setters always do.
+         *     `crowd` is the median of the grade `votes`, empty if they are too few. People who have not voted
+         *     do not see the distribution (`grades` is empty), so that each vote is independent; setters
+         *     always do.
          */
         TallyFacts: {
             /**
@@ -6858,7 +8472,7 @@ export interface components {
         };
         /**
          * Token
-         * @description A token without its secret.
+         * @description An API token without its secret.
          */
         Token: {
             /**
@@ -6883,7 +8497,7 @@ export interface components {
         };
         /**
          * TopsOfGrade
-         * @description How many routes of a grade were topped, each once.
+         * @description The number of topped routes of a grade.
          */
         TopsOfGrade: {
             /** Grade */
@@ -6892,8 +8506,14 @@ export interface components {
             routes: number;
         };
         /**
+         * Use
+         * @description What a hold of a problem is for.
+         * @enum {string}
+         */
+        Use: "start" | "hand" | "foot" | "top";
+        /**
          * Version
-         * @description What the public sees of a wall; `files` by their path in the page, with their addresses.
+         * @description The public version of a wall; `files`: path in the page to address.
          */
         Version: {
             /**
@@ -6912,12 +8532,13 @@ export interface components {
             files: {
                 [key: string]: string;
             };
+            moves: components["schemas"]["MovesFacts"];
             /** Routes */
             routes: components["schemas"]["RouteFacts"][];
         };
         /**
          * WallChange
-         * @description What shall be otherwise; what is left out stays.
+         * @description Changes of a wall; omitted fields stay.
          */
         WallChange: {
             /** Name */
@@ -6929,7 +8550,7 @@ export interface components {
         };
         /**
          * WallFacts
-         * @description A wall; `published_scan_id` is the version that the public sees.
+         * @description A wall; `published_scan_id` is the public version.
          */
         WallFacts: {
             /**
@@ -6955,7 +8576,7 @@ export interface components {
         };
         /**
          * WallPlace
-         * @description Where a wall is: parts of the plan's width and height, from its upper left corner.
+         * @description A wall's place on the plan: shares of its width and height from the upper left corner.
          */
         WallPlace: {
             /**
@@ -6970,7 +8591,7 @@ export interface components {
         };
         /**
          * WallPlaces
-         * @description All walls that are on the plan; others are off it by this.
+         * @description The places of all walls on the plan; other walls are removed from it.
          */
         WallPlaces: {
             /** Walls */
@@ -6978,8 +8599,8 @@ export interface components {
         };
         /**
          * Wear
-         * @description A wall: since when its holds were not washed (None: never), tries on what hangs since then
-         *     (None: of few people), how many of its routes are due.
+         * @description A wall's last washing (None: never), the tries on current routes since then (None: of few
+         *     people), and the number of routes that are due.
          */
         Wear: {
             /**
@@ -7000,8 +8621,8 @@ export interface components {
         };
         /**
          * WebhookFacts
-         * @description A webhook; `waiting`: messages that were not taken yet, `error`: why the last one was not;
-         *     `told_at`: when one was taken last; `deliveries`: the first that wait.
+         * @description A webhook; `waiting`: number of undelivered messages, `error`: why the last one failed;
+         *     `last_delivered_at`: time of the last delivery; `deliveries`: the first that wait.
          */
         WebhookFacts: {
             /**
@@ -7020,14 +8641,14 @@ export interface components {
             waiting: number;
             /** Error */
             error: string;
-            /** Told At */
-            told_at: string | null;
+            /** Last Delivered At */
+            last_delivered_at: string | null;
             /** Deliveries */
             deliveries: components["schemas"]["Delivery"][];
         };
         /**
          * WeekFacts
-         * @description A week from its Monday on.
+         * @description Counts of a week that begins on Monday.
          */
         WeekFacts: {
             /**
@@ -7045,65 +8666,23 @@ export interface components {
             points: number;
         };
         /**
-         * Wish
-         * @description All of it; what was wished before is gone.
-         */
-        Wish: {
-            /** Cells */
-            cells: components["schemas"]["WishCell"][];
-        };
-        /**
-         * WishCell
-         * @description How many routes of a grade shall hang, on a kind of wall (empty: on any), or both.
-         */
-        WishCell: {
-            /** System */
-            system?: string | null;
-            /**
-             * Grade
-             * @default
-             */
-            grade?: string;
-            /**
-             * Steepness
-             * @default
-             * @enum {string}
-             */
-            steepness?: "" | "slab" | "vertical" | "slight" | "steep" | "roof";
-            /** Routes */
-            routes: number;
-        };
-        /**
-         * Wished
-         * @description Routes of a grade (empty: of any), on a kind of wall (empty: on any): how many hang, and how
-         *     many are wished; None: nothing was wished.
-         */
-        Wished: {
-            /** System */
-            system: string | null;
-            /** Grade */
-            grade: string;
-            /** Colour */
-            colour: string;
-            /** Steepness */
-            steepness: string;
-            /** Hanging */
-            hanging: number;
-            /** Wish */
-            wish: number | null;
-        };
-        /**
          * Kind
-         * @description What came of it.
+         * @description Results of an ascent.
          * @enum {string}
          */
         walltopo_gym__climbing__ascents__Kind: "flash" | "top" | "zone" | "try" | "project";
         /**
          * Kind
-         * @description What an event says.
+         * @description Kinds of score events.
          * @enum {string}
          */
         walltopo_gym__competitions__ledger__Kind: "attempt" | "zone" | "top" | "void" | "out" | "appeal" | "decision";
+        /**
+         * Kind
+         * @description Faults of a hold.
+         * @enum {string}
+         */
+        walltopo_gym__hold_reports__service__Kind: "spins" | "broken" | "sharp" | "dirty";
     };
     responses: never;
     parameters: never;
@@ -7269,6 +8848,1088 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["AppealFacts"][];
                 };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_competition_board: {
+        parameters: {
+            query?: {
+                category?: string | null;
+                /** @description as it stood then */
+                at?: string | null;
+            };
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BoardView"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    explain_order: {
+        parameters: {
+            query: {
+                first: string;
+                second: string;
+            };
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Order"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    watch_competition_board: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/event-stream": unknown;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_results_table: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/csv": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_results_paper: {
+        parameters: {
+            query?: {
+                language?: "en" | "de" | "cs" | "fr";
+            };
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/pdf": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    list_competitions: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CompetitionFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    make_competition: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewCompetition"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CompetitionSheet"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_competition: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CompetitionSheet"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    drop_competition: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    change_competition: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CompetitionWords"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CompetitionSheet"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_competition_sheet: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SheetBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CompetitionSheet"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_competition_state: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["StateBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CompetitionSheet"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    freeze_board: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["FrozenBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CompetitionSheet"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_round_state: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                one: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RoundStateBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CompetitionSheet"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    list_starters: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                one: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StarterFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_starters: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                one: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["OrderBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StarterFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    draw_starters: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                one: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StarterFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    list_entries: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["EntryFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    make_entry: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["EntryBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["EntryFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    change_competitor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                entry: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["EntryChange"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["EntryFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    import_entries: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["StartListBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StartListFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    sign_waiver: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                entry: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Signature"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["EntryFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_own_entry: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OwnEntry"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    enter_competition: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["OwnEntryBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OwnEntry"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    withdraw: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             /** @description Why not, in words */
             "4XX": {
@@ -7541,221 +10202,7 @@ export interface operations {
             };
         };
     };
-    read_competition_board: {
-        parameters: {
-            query?: {
-                category?: string | null;
-                /** @description as it stood then */
-                at?: string | null;
-            };
-            header?: never;
-            path: {
-                competition: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["BoardTold"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    explain_order: {
-        parameters: {
-            query: {
-                first: string;
-                second: string;
-            };
-            header?: never;
-            path: {
-                competition: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Order"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    watch_competition_board: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                competition: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "text/event-stream": unknown;
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    read_results_table: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                competition: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "text/csv": string;
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    read_results_paper: {
-        parameters: {
-            query?: {
-                language?: "en" | "de" | "cs" | "fr";
-            };
-            header?: never;
-            path: {
-                competition: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/pdf": string;
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    list_routes: {
+    read_logbook: {
         parameters: {
             query?: never;
             header?: never;
@@ -7772,134 +10219,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["RouteFacts"][];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    read_route: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                route: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["RouteFacts"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    change_route: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                route: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["RouteWords"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["RouteFacts"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    strip_route: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                route: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["RouteFacts"];
+                    "application/json": components["schemas"]["LogbookFacts"];
                 };
             };
             /** @description Why not, in words */
@@ -8003,7 +10323,7 @@ export interface operations {
             };
         };
     };
-    read_story: {
+    read_route_history: {
         parameters: {
             query?: never;
             header?: never;
@@ -8021,8 +10341,2041 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Story"];
+                    "application/json": components["schemas"]["RouteHistory"];
                 };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_route: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RouteFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    drop_route: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    change_route: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RouteChange"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RouteFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    list_comments: {
+        parameters: {
+            query?: {
+                /** @description `next` of the page before */
+                cursor?: string | null;
+                /** @description rows of a page */
+                size?: number;
+            };
+            header?: never;
+            path: {
+                route: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_Comment_"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    report_comment: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                person: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Complaint"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    list_reports: {
+        parameters: {
+            query?: {
+                /** @description `next` of the page before */
+                cursor?: string | null;
+                /** @description rows of a page */
+                size?: number;
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_ReportFacts_"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    dismiss_report: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                report: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    hide_comment: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                person: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    show_comment: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                person: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    list_climbing_sessions: {
+        parameters: {
+            query?: {
+                /** @description begun before */
+                before?: string | null;
+                size?: number;
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    start_climbing_session: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_climbing_session: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                visit: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionPage"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    end_climbing_session: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                visit: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_progress: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProgressFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_progress_table: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                part: "grades" | "months" | "weeks" | "current" | "steepness" | "holds";
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/plain": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_profile: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProfileWords"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_profile: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ProfileWords"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProfileWords"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_person: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                person: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PersonFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    pin_ascent: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                ascent: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    unpin_ascent: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                ascent: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    list_follows: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Follows"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    follow_person: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                person: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FollowState"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    unfollow_person: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                person: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    accept_follower: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                person: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    drop_follower: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                person: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    set_feed: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["FeedWish"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_feed: {
+        parameters: {
+            query?: {
+                /** @description begun before */
+                before?: string | null;
+                size?: number;
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Feed"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    list_friends_here: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FriendFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_board: {
+        parameters: {
+            query?: {
+                /** @description "2026-03", "2026" or "all"; empty: this month */
+                period?: string;
+                circuit?: string;
+                category?: "" | "women" | "men" | "other";
+                age?: "" | "u18" | "40";
+                friends?: boolean;
+                size?: number;
+                skip?: number;
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BoardFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    list_routes: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RouteFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    strip_route: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RouteFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    restore_route: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RouteFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    list_wall_routes: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                wall: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RouteFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    make_routes: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                wall: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewRoutes"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RouteFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    import_routes: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                wall: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RouteTable"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RouteTableFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_wall_picture: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                wall: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/jpeg": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_route_picture: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/jpeg": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_draft: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                scan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Draft"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    publish_scan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                scan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Publication"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScanFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    discard_scan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                scan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScanFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    scale_scan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                scan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["KnownDistance"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScanFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_back_scan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                wall: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PuttingBack"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScanFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_published: {
+        parameters: {
+            query?: never;
+            header?: {
+                "if-none-match"?: string | null;
+            };
+            path: {
+                wall: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Version"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_file: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                scan: string;
+                path: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    list_past: {
+        parameters: {
+            query?: {
+                /** @description only versions in which it hangs */
+                route?: string | null;
+            };
+            header?: never;
+            path: {
+                wall: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PastVersion"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_past: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                wall: string;
+                scan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Version"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    list_plans: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlanFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_plan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                scan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewPlan"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlanFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    drop_plan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                scan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             /** @description Why not, in words */
             "4XX": {
@@ -8232,6 +12585,214 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["WallFacts"];
                 };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_floor_plan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FloorPlanFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_floor_plan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["WallPlaces"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FloorPlanFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_plan_picture: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/png": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_plan_picture: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "image/jpeg": string;
+                "image/png": string;
+                "image/webp": string;
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FloorPlanFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    drop_plan_picture: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             /** @description Why not, in words */
             "4XX": {
@@ -8543,17 +13104,11 @@ export interface operations {
             };
         };
     };
-    list_scans: {
+    list_grade_systems: {
         parameters: {
-            query?: {
-                /** @description `next` of the page before */
-                cursor?: string | null;
-                /** @description rows of a page */
-                size?: number;
-            };
+            query?: never;
             header?: never;
             path: {
-                wall: string;
                 gym: string;
             };
             cookie?: never;
@@ -8566,7 +13121,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Page_ScanFacts_"];
+                    "application/json": components["schemas"]["GradeSystemFacts"][];
                 };
             };
             /** @description Why not, in words */
@@ -8589,263 +13144,18 @@ export interface operations {
             };
         };
     };
-    begin_scan: {
+    make_grade_system: {
         parameters: {
             query?: never;
             header?: never;
             path: {
-                wall: string;
                 gym: string;
             };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            201: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["ScanFacts"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    read_scan: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                scan: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["ScanFacts"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    watch_scan: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                scan: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "text/event-stream": unknown;
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    start_scan: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                scan: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["ScanFacts"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    cancel_scan: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                scan: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["ScanFacts"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    ask_for_account: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
             cookie?: never;
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["SignUp"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            202: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": unknown;
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    make_account: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["Confirmation"];
+                "application/json": components["schemas"]["NewGradeSystem"];
             };
         };
         responses: {
@@ -8855,7 +13165,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Me"];
+                    "application/json": components["schemas"]["GradeSystemFacts"];
                 };
             };
             /** @description Why not, in words */
@@ -8878,244 +13188,19 @@ export interface operations {
             };
         };
     };
-    begin_session: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["Credentials"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Me"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    end_session: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            204: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content?: never;
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    list_sessions: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Browser"][];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    end_sessions: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            204: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content?: never;
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    end_other_session: {
+    change_grade_system: {
         parameters: {
             query?: never;
             header?: never;
             path: {
-                sign_in: string;
+                system: string;
+                gym: string;
             };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            204: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content?: never;
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    read_me: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Me"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    rename_me: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
             cookie?: never;
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Renaming"];
+                "application/json": components["schemas"]["NewGradeSystem"];
             };
         };
         responses: {
@@ -9125,7 +13210,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Me"];
+                    "application/json": components["schemas"]["GradeSystemFacts"];
                 };
             };
             /** @description Why not, in words */
@@ -9148,372 +13233,13 @@ export interface operations {
             };
         };
     };
-    change_password: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["PasswordChange"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            204: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content?: never;
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    ask_for_reset: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["Address"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            202: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": unknown;
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    reset_password: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["NewPassword"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            204: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content?: never;
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    read_second_factor: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["SecondFactorFacts"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    begin_second_factor: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["NewSecret"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    confirm_second_factor: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["Digits"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["RecoveryCodes"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    end_second_factor: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["OwnPassword"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            204: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content?: never;
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    list_tokens: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Token"][];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    make_token: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["NewToken"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            201: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["MadeToken"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    drop_token: {
+    drop_grade_system: {
         parameters: {
             query?: never;
             header?: never;
             path: {
-                token: string;
+                system: string;
+                gym: string;
             };
             cookie?: never;
         };
@@ -10033,24 +13759,26 @@ export interface operations {
             };
         };
     };
-    list_grade_systems: {
+    ask_for_account: {
         parameters: {
             query?: never;
             header?: never;
-            path: {
-                gym: string;
-            };
+            path?: never;
             cookie?: never;
         };
-        requestBody?: never;
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SignUp"];
+            };
+        };
         responses: {
             /** @description Successful Response */
-            200: {
+            202: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["GradeSystemFacts"][];
+                    "application/json": unknown;
                 };
             };
             /** @description Why not, in words */
@@ -10073,20 +13801,63 @@ export interface operations {
             };
         };
     };
-    make_grade_system: {
+    list_scans: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description `next` of the page before */
+                cursor?: string | null;
+                /** @description rows of a page */
+                size?: number;
+            };
             header?: never;
             path: {
+                wall: string;
                 gym: string;
             };
             cookie?: never;
         };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["NewGradeSystem"];
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_ScanFacts_"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
             };
         };
+    };
+    begin_scan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                wall: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
         responses: {
             /** @description Successful Response */
             201: {
@@ -10094,7 +13865,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["GradeSystemFacts"];
+                    "application/json": components["schemas"]["ScanFacts"];
                 };
             };
             /** @description Why not, in words */
@@ -10117,19 +13888,142 @@ export interface operations {
             };
         };
     };
-    change_grade_system: {
+    amend_wall: {
         parameters: {
             query?: never;
             header?: never;
             path: {
-                system: string;
+                wall: string;
                 gym: string;
             };
             cookie?: never;
         };
-        requestBody: {
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScanFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_scan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                scan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScanFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    watch_scan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                scan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/event-stream": unknown;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    start_scan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                scan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: {
             content: {
-                "application/json": components["schemas"]["NewGradeSystem"];
+                "application/json": components["schemas"]["ScanStart"] | null;
             };
         };
         responses: {
@@ -10139,7 +14033,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["GradeSystemFacts"];
+                    "application/json": components["schemas"]["ScanFacts"];
                 };
             };
             /** @description Why not, in words */
@@ -10162,12 +14056,12 @@ export interface operations {
             };
         };
     };
-    drop_grade_system: {
+    cancel_scan: {
         parameters: {
             query?: never;
             header?: never;
             path: {
-                system: string;
+                scan: string;
                 gym: string;
             };
             cookie?: never;
@@ -10175,11 +14069,13 @@ export interface operations {
         requestBody?: never;
         responses: {
             /** @description Successful Response */
-            204: {
+            200: {
                 headers: {
                     [name: string]: unknown;
                 };
-                content?: never;
+                content: {
+                    "application/json": components["schemas"]["ScanFacts"];
+                };
             };
             /** @description Why not, in words */
             "4XX": {
@@ -10494,12 +14390,13 @@ export interface operations {
             };
         };
     };
-    read_floor_plan: {
+    read_scale_plate: {
         parameters: {
             query?: never;
             header?: never;
             path: {
-                gym: string;
+                paper: "a4" | "a3" | "letter";
+                number: number;
             };
             cookie?: never;
         };
@@ -10511,7 +14408,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["FloorPlanFacts"];
+                    "application/pdf": string;
                 };
             };
             /** @description Why not, in words */
@@ -10534,56 +14431,13 @@ export interface operations {
             };
         };
     };
-    put_floor_plan: {
+    read_stickers: {
         parameters: {
             query?: never;
             header?: never;
             path: {
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["WallPlaces"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["FloorPlanFacts"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    read_plan_picture: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                gym: string;
+                paper: "a4" | "a3" | "letter";
+                count: number;
             };
             cookie?: never;
         };
@@ -10595,7 +14449,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "image/png": string;
+                    "application/pdf": string;
                 };
             };
             /** @description Why not, in words */
@@ -10618,20 +14472,54 @@ export interface operations {
             };
         };
     };
-    put_plan_picture: {
+    read_me: {
         parameters: {
             query?: never;
             header?: never;
-            path: {
-                gym: string;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Me"];
+                };
             };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    rename_me: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
             cookie?: never;
         };
         requestBody: {
             content: {
-                "image/jpeg": string;
-                "image/png": string;
-                "image/webp": string;
+                "application/json": components["schemas"]["Renaming"];
             };
         };
         responses: {
@@ -10641,7 +14529,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["FloorPlanFacts"];
+                    "application/json": components["schemas"]["Me"];
                 };
             };
             /** @description Why not, in words */
@@ -10664,12 +14552,414 @@ export interface operations {
             };
         };
     };
-    drop_plan_picture: {
+    make_account: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Confirmation"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Me"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    change_password: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PasswordChange"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    ask_for_reset: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Address"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": unknown;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    reset_password: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewPassword"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SecondFactorFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    begin_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["NewSecret"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    confirm_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Digits"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecoveryCodes"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    end_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["OwnPassword"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    list_tokens: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Token"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    make_token: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewToken"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MadeToken"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    drop_token: {
         parameters: {
             query?: never;
             header?: never;
             path: {
-                gym: string;
+                token: string;
             };
             cookie?: never;
         };
@@ -10702,60 +14992,16 @@ export interface operations {
             };
         };
     };
-    read_draft: {
+    begin_session: {
         parameters: {
             query?: never;
             header?: never;
-            path: {
-                scan: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Draft"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    publish_scan: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                scan: string;
-                gym: string;
-            };
+            path?: never;
             cookie?: never;
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Publication"];
+                "application/json": components["schemas"]["Credentials"];
             };
         };
         responses: {
@@ -10765,7 +15011,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["ScanFacts"];
+                    "application/json": components["schemas"]["Me"];
                 };
             };
             /** @description Why not, in words */
@@ -10788,109 +15034,17 @@ export interface operations {
             };
         };
     };
-    put_back_scan: {
+    end_session: {
         parameters: {
             query?: never;
             header?: never;
-            path: {
-                wall: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["PuttingBack"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["ScanFacts"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    read_published: {
-        parameters: {
-            query?: never;
-            header?: {
-                "if-none-match"?: string | null;
-            };
-            path: {
-                wall: string;
-                gym: string;
-            };
+            path?: never;
             cookie?: never;
         };
         requestBody?: never;
         responses: {
             /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Version"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    read_file: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                scan: string;
-                path: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
+            204: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10916,13 +15070,11 @@ export interface operations {
             };
         };
     };
-    list_plans: {
+    list_sessions: {
         parameters: {
             query?: never;
             header?: never;
-            path: {
-                gym: string;
-            };
+            path?: never;
             cookie?: never;
         };
         requestBody?: never;
@@ -10933,7 +15085,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["PlanFacts"][];
+                    "application/json": components["schemas"]["Browser"][];
                 };
             };
             /** @description Why not, in words */
@@ -10956,30 +15108,21 @@ export interface operations {
             };
         };
     };
-    put_plan: {
+    end_sessions: {
         parameters: {
             query?: never;
             header?: never;
-            path: {
-                scan: string;
-                gym: string;
-            };
+            path?: never;
             cookie?: never;
         };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["NewPlan"];
-            };
-        };
+        requestBody?: never;
         responses: {
             /** @description Successful Response */
-            200: {
+            204: {
                 headers: {
                     [name: string]: unknown;
                 };
-                content: {
-                    "application/json": components["schemas"]["PlanFacts"];
-                };
+                content?: never;
             };
             /** @description Why not, in words */
             "4XX": {
@@ -11001,13 +15144,12 @@ export interface operations {
             };
         };
     };
-    drop_plan: {
+    end_other_session: {
         parameters: {
             query?: never;
             header?: never;
             path: {
-                scan: string;
-                gym: string;
+                sign_in: string;
             };
             cookie?: never;
         };
@@ -11019,6 +15161,450 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    begin_passkey: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": {
+                        [key: string]: unknown;
+                    };
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    list_passkeys: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PasskeyFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    make_passkey: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewPasskey"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PasskeyFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    drop_passkey: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                passkey: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    begin_passkey_session: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": {
+                        [key: string]: unknown;
+                    };
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    begin_session_by_passkey: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SignedChallenge"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Me"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    make_device_sign_in: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MadeDeviceSignIn"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_device_sign_in: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                device_sign_in: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DeviceSignInFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    allow_device_sign_in: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                device_sign_in: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Permission"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    claim_device_sign_in: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SecretOnly"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MadeClaim"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    begin_session_by_device_sign_in: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SecretOnly"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SignedIn"];
+                };
             };
             /** @description Why not, in words */
             "4XX": {
@@ -11395,193 +15981,21 @@ export interface operations {
             };
         };
     };
-    read_wall_picture: {
+    put_hold_report: {
         parameters: {
             query?: never;
             header?: never;
             path: {
-                wall: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "image/jpeg": string;
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    read_route_picture: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                route: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "image/jpeg": string;
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    list_comments: {
-        parameters: {
-            query?: {
-                /** @description `next` of the page before */
-                cursor?: string | null;
-                /** @description rows of a page */
-                size?: number;
-            };
-            header?: never;
-            path: {
-                route: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Page_Comment_"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    report_comment: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                route: string;
-                person: string;
+                report: string;
                 gym: string;
             };
             cookie?: never;
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Complaint"];
+                "application/json": components["schemas"]["NewHoldReport"];
             };
         };
-        responses: {
-            /** @description Successful Response */
-            204: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content?: never;
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    list_reports: {
-        parameters: {
-            query?: {
-                /** @description `next` of the page before */
-                cursor?: string | null;
-                /** @description rows of a page */
-                size?: number;
-            };
-            header?: never;
-            path: {
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
         responses: {
             /** @description Successful Response */
             200: {
@@ -11589,7 +16003,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Page_ReportFacts_"];
+                    "application/json": components["schemas"]["OwnHoldReport"];
                 };
             };
             /** @description Why not, in words */
@@ -11612,7 +16026,7 @@ export interface operations {
             };
         };
     };
-    dismiss_report: {
+    drop_hold_report: {
         parameters: {
             query?: never;
             header?: never;
@@ -11651,889 +16065,224 @@ export interface operations {
             };
         };
     };
-    hide_comment: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                route: string;
-                person: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            204: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content?: never;
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    show_comment: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                route: string;
-                person: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            204: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content?: never;
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    read_logbook: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["LogbookFacts"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    read_profile: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["ProfileWords"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    put_profile: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["ProfileWords"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["ProfileWords"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    read_person: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                person: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["PersonFacts"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    pin_ascent: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                ascent: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            204: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content?: never;
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    unpin_ascent: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                ascent: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            204: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content?: never;
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    begin_passkey: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": {
-                        [key: string]: unknown;
-                    };
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    list_passkeys: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["PasskeyFacts"][];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    make_passkey: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["NewPasskey"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            201: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["PasskeyFacts"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    drop_passkey: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                passkey: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            204: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content?: never;
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    begin_passkey_session: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": {
-                        [key: string]: unknown;
-                    };
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    begin_session_by_passkey: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["SignedChallenge"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Me"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    make_handover: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            201: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["MadeHandover"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    read_handover: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                handover: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["HandoverFacts"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    allow_handover: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                handover: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["Permission"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            204: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content?: never;
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    claim_handover: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["SecretOnly"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            201: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["MadeClaim"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    begin_session_by_handover: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["SecretOnly"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["SignedIn"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    read_data: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": {
-                        [key: string]: unknown;
-                    };
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    read_ascents_table: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "text/plain": string;
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    delete_me: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["Farewell"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            204: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content?: never;
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    list_past: {
+    list_hold_reports: {
         parameters: {
             query?: {
-                /** @description only versions in which it hangs */
-                route?: string | null;
+                /** @description only of this wall */
+                wall?: string | null;
+                /** @description those done in the last 30 days */
+                done?: boolean;
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HoldToCheck"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    close_hold_report: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                report: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    reopen_hold_report: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                report: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_problem: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                problem: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ClimberProblem"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_problem: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                problem: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewProblem"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ClimberProblem"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    list_problems: {
+        parameters: {
+            query?: {
+                /** @description `next` of the page before */
+                cursor?: string | null;
+                /** @description rows of a page */
+                size?: number;
+                /** @description only one's own */
+                mine?: boolean;
             };
             header?: never;
             path: {
@@ -12550,7 +16299,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["PastVersion"][];
+                    "application/json": components["schemas"]["Page_ClimberProblem_"];
                 };
             };
             /** @description Why not, in words */
@@ -12573,110 +16322,110 @@ export interface operations {
             };
         };
     };
-    read_past: {
+    drop_problem: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                problem: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_problem_climbed: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                problem: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ProblemClimbed"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    estimate_problem: {
         parameters: {
             query?: never;
             header?: never;
             path: {
                 wall: string;
-                scan: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Version"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    list_webhooks: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["WebhookFacts"][];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    make_webhook: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
                 gym: string;
             };
             cookie?: never;
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["NewWebhook"];
+                "application/json": components["schemas"]["ProblemOfHolds"];
             };
         };
         responses: {
             /** @description Successful Response */
-            201: {
+            200: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["MadeWebhook"];
+                    "application/json": components["schemas"]["ProblemEstimate"];
                 };
             };
             /** @description Why not, in words */
@@ -12699,54 +16448,12 @@ export interface operations {
             };
         };
     };
-    drop_webhook: {
+    promote_problem: {
         parameters: {
             query?: never;
             header?: never;
             path: {
-                webhook: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            204: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content?: never;
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    list_climbing_sessions: {
-        parameters: {
-            query?: {
-                /** @description begun before */
-                before?: string | null;
-                size?: number;
-            };
-            header?: never;
-            path: {
+                problem: string;
                 gym: string;
             };
             cookie?: never;
@@ -12759,7 +16466,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SessionFacts"][];
+                    "application/json": components["schemas"]["ClimberProblem"];
                 };
             };
             /** @description Why not, in words */
@@ -12782,460 +16489,19 @@ export interface operations {
             };
         };
     };
-    start_climbing_session: {
+    report_problem: {
         parameters: {
             query?: never;
             header?: never;
             path: {
+                problem: string;
                 gym: string;
             };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            201: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["SessionFacts"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    read_climbing_session: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                visit: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["SessionPage"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    end_climbing_session: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                visit: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["SessionFacts"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    read_progress: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["ProgressFacts"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    read_progress_table: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                part: "grades" | "months" | "weeks" | "hanging" | "steepness" | "holds";
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "text/plain": string;
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    read_board: {
-        parameters: {
-            query?: {
-                /** @description "2026-03", "2026" or "all"; empty: this month */
-                period?: string;
-                circuit?: string;
-                category?: "" | "women" | "men" | "other";
-                age?: "" | "u18" | "40";
-                friends?: boolean;
-                size?: number;
-                skip?: number;
-            };
-            header?: never;
-            path: {
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["BoardFacts"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    list_follows: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Follows"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    follow_person: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                person: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["FollowState"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    unfollow_person: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                person: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            204: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content?: never;
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    accept_follower: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                person: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            204: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content?: never;
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    drop_follower: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                person: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            204: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content?: never;
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    set_feed: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
             cookie?: never;
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["FeedWish"];
+                "application/json": components["schemas"]["ProblemComplaint"];
             };
         };
         responses: {
@@ -13266,11 +16532,12 @@ export interface operations {
             };
         };
     };
-    read_feed: {
+    list_problem_reports: {
         parameters: {
             query?: {
-                /** @description begun before */
-                before?: string | null;
+                /** @description `next` of the page before */
+                cursor?: string | null;
+                /** @description rows of a page */
                 size?: number;
             };
             header?: never;
@@ -13287,7 +16554,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Feed"];
+                    "application/json": components["schemas"]["Page_ProblemReportFacts_"];
                 };
             };
             /** @description Why not, in words */
@@ -13310,11 +16577,469 @@ export interface operations {
             };
         };
     };
-    list_friends_here: {
+    dismiss_problem_report: {
         parameters: {
             query?: never;
             header?: never;
             path: {
+                report: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    hide_problem: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                problem: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    show_problem: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                problem: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    list_reset_plans: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ResetPlanFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    find_reset_people: {
+        parameters: {
+            query?: {
+                /** @description part of a member's name */
+                named?: string;
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ResetPersonFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_reset_plan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                plan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlanWithRoutes"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_reset_plan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                plan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewResetPlan"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ResetPlanFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    drop_reset_plan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                plan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_reset_state: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                plan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ChosenState"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ResetPlanFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_forerun: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                plan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ForerunSheet"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_proposal: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                plan: string;
+                route: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewProposal"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OwnProposal"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    drop_proposal: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                plan: string;
                 route: string;
                 gym: string;
             };
@@ -13323,12 +17048,56 @@ export interface operations {
         requestBody?: never;
         responses: {
             /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_sign_off: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                plan: string;
+                route: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["AgreedGrade"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
             200: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["FriendFacts"][];
+                    "application/json": components["schemas"]["PlannedRoute"];
                 };
             };
             /** @description Why not, in words */
@@ -13514,6 +17283,47 @@ export interface operations {
             };
         };
     };
+    list_lacking_grades: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                wall: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LackingGrade"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
     read_insights_table: {
         parameters: {
             query?: {
@@ -13522,7 +17332,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                part: "wishes" | "routes" | "setters" | "strip" | "odd" | "styles" | "holds" | "stock" | "wear";
+                part: "targets" | "routes" | "setters" | "strip" | "outliers" | "styles" | "holds" | "stock" | "wear";
                 gym: string;
             };
             cookie?: never;
@@ -13558,7 +17368,7 @@ export interface operations {
             };
         };
     };
-    put_wish: {
+    put_targets: {
         parameters: {
             query?: never;
             header?: never;
@@ -13569,7 +17379,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Wish"];
+                "application/json": components["schemas"]["GradeTargets"];
             };
         };
         responses: {
@@ -14188,7 +17998,7 @@ export interface operations {
             };
         };
     };
-    read_wishes: {
+    read_preferences: {
         parameters: {
             query?: never;
             header?: never;
@@ -14226,7 +18036,7 @@ export interface operations {
             };
         };
     };
-    put_wishes: {
+    put_preferences: {
         parameters: {
             query?: never;
             header?: never;
@@ -14384,7 +18194,7 @@ export interface operations {
             };
         };
     };
-    read_wishes_by_link: {
+    read_preferences_by_link: {
         parameters: {
             query?: never;
             header?: never;
@@ -14424,7 +18234,7 @@ export interface operations {
             };
         };
     };
-    put_wishes_by_link: {
+    put_preferences_by_link: {
         parameters: {
             query?: never;
             header?: never;
@@ -14504,7 +18314,7 @@ export interface operations {
             };
         };
     };
-    list_competitions: {
+    list_webhooks: {
         parameters: {
             query?: never;
             header?: never;
@@ -14521,7 +18331,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["CompetitionFacts"][];
+                    "application/json": components["schemas"]["WebhookFacts"][];
                 };
             };
             /** @description Why not, in words */
@@ -14544,7 +18354,7 @@ export interface operations {
             };
         };
     };
-    make_competition: {
+    make_webhook: {
         parameters: {
             query?: never;
             header?: never;
@@ -14555,7 +18365,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["NewCompetition"];
+                "application/json": components["schemas"]["NewWebhook"];
             };
         };
         responses: {
@@ -14565,7 +18375,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["CompetitionSheet"];
+                    "application/json": components["schemas"]["MadeWebhook"];
                 };
             };
             /** @description Why not, in words */
@@ -14588,53 +18398,12 @@ export interface operations {
             };
         };
     };
-    read_competition: {
+    drop_webhook: {
         parameters: {
             query?: never;
             header?: never;
             path: {
-                competition: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["CompetitionSheet"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    drop_competition: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                competition: string;
+                webhook: string;
                 gym: string;
             };
             cookie?: never;
@@ -14647,710 +18416,6 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    change_competition: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                competition: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["CompetitionWords"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["CompetitionSheet"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    put_competition_sheet: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                competition: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["SheetBody"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["CompetitionSheet"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    put_competition_state: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                competition: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["StateBody"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["CompetitionSheet"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    freeze_board: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                competition: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["FrozenBody"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["CompetitionSheet"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    put_round_state: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                competition: string;
-                one: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["RoundStateBody"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["CompetitionSheet"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    list_entries: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                competition: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["EntryFacts"][];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    make_entry: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                competition: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["EntryBody"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            201: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["EntryFacts"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    change_competitor: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                competition: string;
-                entry: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["EntryChange"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["EntryFacts"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    import_entries: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                competition: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["StartListBody"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["StartListFacts"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    sign_waiver: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                competition: string;
-                entry: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["Signature"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            201: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["EntryFacts"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    read_own_entry: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                competition: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["OwnEntry"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    enter_competition: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                competition: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["OwnEntryBody"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["OwnEntry"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    withdraw: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                competition: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            204: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content?: never;
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    list_starters: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                competition: string;
-                one: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["StarterFacts"][];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    put_starters: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                competition: string;
-                one: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["OrderBody"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["StarterFacts"][];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    draw_starters: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                competition: string;
-                one: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["StarterFacts"][];
-                };
             };
             /** @description Why not, in words */
             "4XX": {
@@ -15389,6 +18454,124 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["ServerFacts"];
                 };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_data: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": {
+                        [key: string]: unknown;
+                    };
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_ascents_table: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/plain": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    delete_me: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["DeleteAccount"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             /** @description Why not, in words */
             "4XX": {

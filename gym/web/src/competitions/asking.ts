@@ -1,4 +1,4 @@
-/** What these pages ask the server for; one function a question. */
+/** The requests of these pages, one function each. */
 
 import { answer, api, type Schemas } from "../api/client";
 import type { How } from "../lib/loaded.svelte";
@@ -48,7 +48,7 @@ export const withdrawEntry = (path: Here) => answer(api.DELETE(`${OF}/mine`, { p
 
 export const marks = (path: Here, problem: string, how: How = {}) =>
   answer(api.GET(`${OF}/problems/{problem}/marks`, { params: { path: { ...path, problem } }, ...how }));
-/** Who is out of the ranking: the events that say so and count. */
+/** The competitors who are out of the ranking: the counting events that say so. */
 export async function outs(path: Here): Promise<Schemas["EventFacts"][]> {
   const found = [];
   for (let after: number | null = 0; after !== null; ) {

@@ -1,4 +1,4 @@
-/** This browser among those that tell scores: a name of its own, and how many it has told. */
+/** This browser as a source of score events: its id, and the number of its events. */
 
 const NAME = "walltopo-device";
 const COUNT = "walltopo-device-count";

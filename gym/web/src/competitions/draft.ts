@@ -1,10 +1,10 @@
-/** A competition as the wizard has it: made from nothing, or of one that is there. */
+/** A competition in the wizard: a new one, or a copy of an existing one. */
 
 import type { Schemas } from "../api/client";
 import { t } from "../i18n.svelte";
 import type { Category, Format, Problem, RuleName, Scoring, Sheet } from "./facts";
 
-/** A problem that is yet to be made: of a route that hangs, or of none. */
+/** A new problem, of a current route or without a route. */
 export type NewProblem = Pick<Problem, "route_id" | "label" | "points">;
 /** Without an id: new. */
 export type CategoryDraft = Omit<Category, "id" | "entries"> & { id?: string };
@@ -16,7 +16,7 @@ export interface RoundDraft {
   quota: number | null;
   opens_at: string | null;
   closes_at: string | null;
-  /** Problems that are there already. */
+  /** Existing problems. */
   problems: Problem[];
   /** New ones, those of routes first. */
   fresh: NewProblem[];
@@ -64,7 +64,7 @@ export function newRound(format: Format, kind: RoundDraft["kind"], name: string,
 
 const NEW_PROBLEM: NewProblem = { route_id: null, label: "", points: null };
 
-/** The routes of which new problems become. */
+/** The routes that become new problems. */
 export function routesOf(round: Pick<RoundDraft, "fresh">): string[] {
   return round.fresh.flatMap(({ route_id }) => route_id ?? []);
 }
@@ -73,8 +73,8 @@ export function blanksOf(round: Pick<RoundDraft, "fresh">): number {
   return round.fresh.length - routesOf(round).length;
 }
 
-/** New problems of these routes, and so many of none; what was said of one that stays is kept. */
-export function wish(round: Pick<RoundDraft, "fresh">, routes: readonly string[], blanks: number): NewProblem[] {
+/** New problems of these routes, and so many without a route; edits of problems that stay are kept. */
+export function newProblems(round: Pick<RoundDraft, "fresh">, routes: readonly string[], blanks: number): NewProblem[] {
   const empty = round.fresh.filter(({ route_id }) => route_id === null);
   return [
     ...routes.map((route_id) => round.fresh.find((one) => one.route_id === route_id) ?? { ...NEW_PROBLEM, route_id }),
@@ -86,7 +86,7 @@ export function wish(round: Pick<RoundDraft, "fresh">, routes: readonly string[]
 export function roundsOf(format: Format): RoundDraft[] {
   if (format === "rounds") {
     const [first, last] = [newRound(format, "qualification", t("comp.round.qualification")), newRound(format, "final", t("comp.round.final"), 6)];
-    return [first, { ...last, fresh: wish(last, [], 4) }];
+    return [first, { ...last, fresh: newProblems(last, [], 4) }];
   }
   if (format === "league") return [newRound(format, "week", t("comp.roundNumber", { number: 1 }))];
   return [newRound(format, "open", t(`comp.format.${format}`))];

@@ -1,4 +1,4 @@
-/** What the server says of competitions; names for the types that more than one file here uses. */
+/** The server's messages about competitions; names for types that several files use. */
 
 import type { Schemas } from "../api/client";
 
@@ -13,9 +13,9 @@ export type Scoring = Schemas["ScoringBody"];
 export type RuleName = Scoring["rules"];
 export type Entry = Schemas["EntryFacts"];
 export type Starter = Schemas["StarterFacts"];
-/** A score event, of which this browser knows the server's part only later. */
+/** A score event; this browser learns the server's fields later. */
 export type Scored = Pick<Schemas["EventFacts"], "id" | "entry_id" | "problem_id" | "kind" | "n" | "target_id" | "text" | "made_at"> & { by_name?: string };
-export type Board = Schemas["BoardTold"];
+export type Board = Schemas["BoardView"];
 export type RoundHead = Schemas["RoundHead"];
 export type Line = Schemas["Line"];
 export type RoundLine = Schemas["RoundLine"];

@@ -1,4 +1,4 @@
-/** Who climbs a problem, in which order, and who is next. */
+/** The climbers of a problem, in order, and the next one. */
 
 import type { Entry, Problem, Round, Sheet, Starter } from "./facts";
 
@@ -8,8 +8,8 @@ export function hasOrder({ format }: Pick<Sheet, "format">, { quota }: Pick<Roun
 }
 
 /**
- * By the running order where there is one, else by number; who withdrew or is of another category is not there.
- * `all`: who has entered is in the round, also after its order was drawn.
+ * By running order if there is one, else by bib; without withdrawn competitors and other categories. `all`: every
+ * competitor is in the round, also those who entered after the draw.
  */
 export function inOrder(entries: readonly Entry[], starters: readonly Starter[], problem: Pick<Problem, "category_ids">, all: boolean): Entry[] {
   const climbs = (entry: Entry): boolean => !entry.withdrawn && (problem.category_ids.length === 0 || problem.category_ids.includes(entry.category_id));

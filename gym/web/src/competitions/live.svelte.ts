@@ -1,4 +1,4 @@
-/** A board that keeps itself up to date: by server-sent events, and by asking again where the stream does not hold. */
+/** A board that keeps itself up to date: by server-sent events, or by polling if the stream fails. */
 
 import { PREFIX, Problem } from "../api/client";
 import { board as ask } from "./asking";
@@ -9,18 +9,18 @@ const AGAIN_MS = 15_000;
 // Behind every rank; Infinity less itself is no number.
 const LAST = 1e9;
 
-type Told = ({ kind: "board" } & Board) | { kind: "lines"; seq: number; at: string | null; categories: { id: string; lines: Line[] }[]; teams?: Team[] };
+type LiveMessage = ({ kind: "board" } & Board) | { kind: "lines"; seq: number; at: string | null; categories: { id: string; lines: Line[] }[]; teams?: Team[] };
 
-/** It has ended: nothing more will be told, and nobody need ask. */
+/** The competition is over: no more changes will come. */
 const isOver = (board: Board | undefined): boolean => board?.state === "ended";
 
-/** The best first; who has no rank last, by number. */
+/** The best first; competitors without a rank last, by bib. */
 export function inOrder(lines: readonly Line[]): Line[] {
   return [...lines].sort((a, b) => (a.rank ?? LAST) - (b.rank ?? LAST) || a.bib - b.bib);
 }
 
 /** A board with the lines that changed. */
-export function merged(board: Board, { seq, at, categories, teams }: Omit<Told & { kind: "lines" }, "kind">): Board {
+export function merged(board: Board, { seq, at, categories, teams }: Omit<LiveMessage & { kind: "lines" }, "kind">): Board {
   const changed = new Map(categories.map(({ id, lines }) => [id, new Map(lines.map((line) => [line.entry_id, line]))]));
   const of = (category: Board["categories"][number]): Board["categories"][number] => {
     const rows = changed.get(category.id);
@@ -34,7 +34,7 @@ export function merged(board: Board, { seq, at, categories, teams }: Omit<Told &
 export class LiveBoard {
   board = $state.raw<Board>();
   problem = $state.raw<Problem | null>(null);
-  /** Whether changes are told by themselves; else they are asked for now and then. */
+  /** Whether changes are streamed; otherwise they are polled. */
   live = $state(false);
   private source: EventSource | null = null;
   private asking = 0;
@@ -42,7 +42,7 @@ export class LiveBoard {
 
   constructor(private readonly path: { gym: string; competition: string }) {}
 
-  /** Follow it; returns how to stop. */
+  /** Start following; returns a function that stops. */
   watch(): () => void {
     this.open();
     return () => this.stop();
@@ -57,21 +57,21 @@ export class LiveBoard {
   private open(): void {
     this.source?.close();
     this.source = new EventSource(`${PREFIX}/gyms/${this.path.gym}/competitions/${this.path.competition}/board/events`);
-    this.source.onmessage = ({ data }: MessageEvent<string>) => this.told(JSON.parse(data) as Told);
+    this.source.onmessage = ({ data }: MessageEvent<string>) => this.message(JSON.parse(data) as LiveMessage);
     this.source.onerror = () => this.broke();
   }
 
-  private told(told: Told): void {
+  private message(message: LiveMessage): void {
     clearInterval(this.asking);
     clearTimeout(this.again);
     this.asking = this.again = 0;
     this.live = true;
     this.problem = null;
-    if (told.kind === "board") this.board = { ...told, categories: told.categories.map((one) => ({ ...one, lines: inOrder(one.lines) })) };
-    else if (this.board) this.board = merged(this.board, told);
+    if (message.kind === "board") this.board = { ...message, categories: message.categories.map((one) => ({ ...one, lines: inOrder(one.lines) })) };
+    else if (this.board) this.board = merged(this.board, message);
   }
 
-  /** A browser does not open a stream again that was answered by an error, so that is done here. */
+  /** Browsers do not reopen a stream that was answered by an error, so that is done here. */
   private broke(): void {
     this.live = false;
     this.source?.close();

@@ -1,11 +1,11 @@
-/** What score events mean together, as the server has it (`competitions/ledger.py`); and what a tap means as an event. */
+/** The marks that follow from score events, as on the server (`competitions/ledger.py`), and the event of a tap. */
 
 import type { ScoreWords } from "../outbox/store";
 import type { Scored } from "./facts";
 
 export interface Mark {
   tries: number;
-  /** In which try it was held; 0: not. */
+  /** The try that held it; 0: not held. */
   zone: number;
   top: number;
 }
@@ -17,7 +17,7 @@ export const NOTHING: Mark = { tries: 0, zone: 0, top: 0 };
 /** Kinds of events that strike their target; an appeal and a decision leave it as it is. */
 const STRIKING: ReadonlySet<string> = new Set(["attempt", "zone", "top", "void", "out"]);
 
-/** The events that count: an event does unless one that does strikes it. */
+/** The events that count: those that no counting event strikes. */
 export function counting<T extends Pick<Scored, "id" | "kind" | "target_id">>(events: readonly T[]): T[] {
   const strikers = new Map<string, T[]>();
   for (const event of events) {
@@ -27,7 +27,7 @@ export function counting<T extends Pick<Scored, "id" | "kind" | "target_id">>(ev
   return events.filter(counts);
 }
 
-/** What somebody has on a problem, of all events about it, in any order. */
+/** A competitor's mark on a problem, from all events about it, in any order. */
 export function markOf(events: readonly Scored[]): Mark {
   const mark = { ...NOTHING };
   const first = (now: number, n: number): number => (now ? Math.min(now, n) : n);
@@ -40,11 +40,8 @@ export function markOf(events: readonly Scored[]): Mark {
   return mark;
 }
 
-/**
- * Kind and number of the try that a tap says.
- * `open`: the try in which the zone was held just now, and which has not ended; a top closes that one.
- */
-export function said(tap: Tap, mark: Mark, open: number): Pick<ScoreWords, "kind" | "n"> {
+/** Kind and number of the try of a tap. `open`: the unfinished try that has just held the zone; a top ends it. */
+export function entered(tap: Tap, mark: Mark, open: number): Pick<ScoreWords, "kind" | "n"> {
   if (tap === "flash") return { kind: "top", n: 1 };
   if (tap === "top") return { kind: "top", n: open || mark.tries + 1 };
   return { kind: tap === "try" ? "attempt" : "zone", n: mark.tries + 1 };

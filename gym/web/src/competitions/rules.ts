@@ -4,7 +4,7 @@ import { t } from "../i18n.svelte";
 import { number } from "../lib/format";
 import type { Problem, Round, Scoring, Sheet } from "./facts";
 
-/** What a round is worth and how ties are broken. */
+/** The points of a round, and how ties are broken. */
 export function scoringWords({ rules, flash, top, zone, best }: Scoring): string[] {
   const worth = { flash: number(flash ?? 120), top: number(top ?? (rules === "shared" ? 1000 : 100)), zone: number(zone ?? (rules === "shared" ? 0 : 40)) };
   const lines = [t(`comp.rule.${rules}`, worth)];
@@ -12,7 +12,7 @@ export function scoringWords({ rules, flash, top, zone, best }: Scoring): string
   return lines;
 }
 
-/** Whether a problem of a round can be worth something of its own. */
+/** Whether problems of a round can have points of their own. */
 export function hasWorth({ rules }: Scoring): boolean {
   return rules === "points" || rules === "shared";
 }
@@ -26,7 +26,7 @@ export function roundWords({ scoring, quota, problems }: Part): string[] {
   return [...lines, ...scoringWords(scoring), ...(own ? [t("comp.rule.own", { count: own })] : [])];
 }
 
-/** What a problem is worth by itself; empty where it is worth what the round says. */
+/** A problem's own points; empty if it has the round's. */
 export function worthWords({ rules }: Scoring, { points }: Pick<Problem, "points">): string {
   if (!points || (rules !== "points" && rules !== "shared")) return "";
   return t(`comp.worth.${rules}`, { flash: number(points.flash), top: number(points.top), zone: number(points.zone) });

@@ -1,4 +1,4 @@
-/** What the screen in the hall shows one after the other. */
+/** The slides of the hall screen. */
 
 import type { Schemas } from "../api/client";
 
@@ -12,9 +12,9 @@ export type Slide =
   | { kind: "board"; key: string; lines: NonNullable<Facts["board"]> }
   | { kind: "dates"; key: string; dates: Facts["dates"] };
 
-const MOST = 5; // rows that fit beside or below the wall: sizes go with the screen's
+const MAX = 5; // rows that fit beside or below the wall: sizes go with the screen's
 
-/** In the order of the gym's choice. Never empty where there is a wall to show. */
+/** In the order of the gym's choice. Never empty if there is a wall to show. */
 export function slides(facts: Facts): Slide[] {
   const found: Slide[] = [];
   for (const part of facts.parts) {
@@ -22,10 +22,10 @@ export function slides(facts: Facts): Slide[] {
     else if (part === "board") found.push(...pages(facts.board ?? []).map((lines, page): Slide => ({ kind: "board", key: `board ${page}`, lines })));
     else if (part === "dates") found.push(...pages(facts.dates).map((dates, page): Slide => ({ kind: "dates", key: `dates ${page}`, dates })));
   }
-  // Walls that nothing new is on are shown too.
+  // Walls without new routes are shown too.
   if (facts.parts.includes("wall")) {
-    const told = new Set(found.map((slide) => (slide.kind === "routes" ? slide.wall.id : "")));
-    found.push(...facts.walls.filter(({ id }) => !told.has(id)).map((wall): Slide => ({ kind: "wall", key: `wall ${wall.id}`, wall })));
+    const result = new Set(found.map((slide) => (slide.kind === "routes" ? slide.wall.id : "")));
+    found.push(...facts.walls.filter(({ id }) => !result.has(id)).map((wall): Slide => ({ kind: "wall", key: `wall ${wall.id}`, wall })));
   }
   return found;
 }
@@ -39,5 +39,5 @@ function ofRoutes(facts: Facts): Slide[] {
 }
 
 function pages<T>(rows: T[]): T[][] {
-  return Array.from({ length: Math.ceil(rows.length / MOST) }, (_, page) => rows.slice(page * MOST, (page + 1) * MOST));
+  return Array.from({ length: Math.ceil(rows.length / MAX) }, (_, page) => rows.slice(page * MAX, (page + 1) * MAX));
 }

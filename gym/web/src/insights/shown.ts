@@ -1,26 +1,26 @@
-/** Figures as these pages show them; what is not told is a dash. */
+/** Figures as these pages show them; withheld ones are a dash. */
 
-import { language, t, type Key } from "../i18n.svelte";
+import { locale, t, type Key } from "../i18n.svelte";
 import { number, share } from "../lib/format";
 
-export const NOT_TOLD = "–";
+export const WITHHELD = "–";
 
 export function count(value: number | null): string {
-  return value === null ? NOT_TOLD : number(value);
+  return value === null ? WITHHELD : number(value);
 }
 
 export function rate(value: number | null): string {
-  return value === null ? NOT_TOLD : share(value, 1);
+  return value === null ? WITHHELD : share(value, 1);
 }
 
 export function mean(value: number | null): string {
-  return value === null ? NOT_TOLD : new Intl.NumberFormat(language(), { minimumFractionDigits: 1, maximumFractionDigits: 1 }).format(value);
+  return value === null ? WITHHELD : new Intl.NumberFormat(locale(), { minimumFractionDigits: 1, maximumFractionDigits: 1 }).format(value);
 }
 
 /** With its sign: a difference. */
 export function steps(value: number | null): string {
   const how: Intl.NumberFormatOptions = { minimumFractionDigits: 1, maximumFractionDigits: 1, signDisplay: "exceptZero" };
-  return value === null ? NOT_TOLD : new Intl.NumberFormat(language(), how).format(value);
+  return value === null ? WITHHELD : new Intl.NumberFormat(locale(), how).format(value);
 }
 
 export function median(values: number[]): number {

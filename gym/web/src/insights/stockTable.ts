@@ -1,4 +1,4 @@
-/** A table of holds as a spreadsheet gives it: colour, type, number; a first line of names is passed over. */
+/** A table of holds from a spreadsheet: colour, type, number; a heading line is skipped. */
 
 export interface Row {
   colour: string;
@@ -6,7 +6,7 @@ export interface Row {
   total: number;
 }
 
-/** The rows; or the number of the first line that is none. Separated by commas, semicolons or tabs. */
+/** The rows, or the number of the first invalid line. Separated by commas, semicolons or tabs. */
 export function readStock(text: string): { rows: Row[] } | { bad: number } {
   const rows: Row[] = [];
   for (const [at, line] of text.split(/\r?\n/).entries()) {

@@ -5,6 +5,9 @@ import { t, type Key } from "../i18n.svelte";
 
 const PAINT: Record<string, string> = paint;
 
+/** All names of hold paint. */
+export const COLOURS = Object.keys(PAINT);
+
 export function css(colour: string): string {
   return PAINT[colour] ?? "transparent";
 }

@@ -1,13 +1,13 @@
-/** What is asked of the server: waiting, here, or why not. Asked again, what was here stays until the new has come. */
+/** Data of the server: loading, loaded, or failed. During a reload the old data stays. */
 
 import { untrack } from "svelte";
 import { Problem } from "../api/client";
 import { isCutOff, KEPT, keeps, returned } from "../offline/reception.svelte";
 
-/** How something is asked for: of the server, or of what is kept here. */
+/** The source of data: the server, or this browser's storage. */
 export type How = typeof KEPT | Record<string, never>;
 
-/** It is no more, or not for whoever asks: nor is what was here of it. */
+/** The object was deleted, or the viewer may not see it: delete its stored data too. */
 const GONE: readonly number[] = [401, 403, 404];
 
 const hasOnlyKept = (): boolean => keeps() && untrack(isCutOff);
@@ -20,7 +20,7 @@ export class Loaded<T> {
 
   constructor(private readonly ask: (how: How) => Promise<T>) {}
 
-  /** Ask (again); an answer that another question has overtaken is dropped. */
+  /** Load (again); drop a response that a later request has overtaken. */
   async load(): Promise<void> {
     const turn = ++this.turn;
     try {
@@ -36,17 +36,17 @@ export class Loaded<T> {
         this.answered = turn;
         this.data = undefined;
       }
-      // Of being without reception the app tells once, for all of the page.
+      // The app reports missing reception once, for the whole page.
       this.problem = problem.status === 0 && this.data !== undefined ? null : problem;
     }
   }
 
-  /** Ask; without a network there is what is kept until it is back (`returned`). */
+  /** Load; without a network show stored data until it is back (`returned`). */
   async begin(): Promise<void> {
     await (hasOnlyKept() ? this.showKept() : this.load());
   }
 
-  /** Show what is kept until the server has answered. */
+  /** Show stored data until the server responds. */
   async beginKept(): Promise<void> {
     if (hasOnlyKept()) return this.showKept();
     const coming = this.load();
@@ -66,8 +66,8 @@ export class Loaded<T> {
 }
 
 /**
- * Loads now, and again whenever something changes that `ask` reads before its first wait. Without a network what is kept is
- * shown where `ask` hands `how` on.
+ * Loads now, and again whenever state changes that `ask` reads before its first await. Offline, stored data is shown if
+ * `ask` passes `how` on.
  */
 export function loading<T>(ask: (how: How) => Promise<T>): Loaded<T> {
   const loaded = new Loaded(ask);
@@ -78,7 +78,7 @@ export function loading<T>(ask: (how: How) => Promise<T>): Loaded<T> {
   return loaded;
 }
 
-/** The same, with what is kept in this browser at once; `ask` hands `how` on to each of its requests. */
+/** As `loading`, but shows stored data at once; `ask` passes `how` on to each of its requests. */
 export function loadingKept<T>(ask: (how: How) => Promise<T>): Loaded<T> {
   const loaded = new Loaded(ask);
   $effect(() => {

@@ -1,4 +1,4 @@
-/** What one may do in a gym; the server decides, this only spares buttons that would be refused. */
+/** The viewer's rights in a gym. The server decides; this only hides buttons that it would refuse. */
 
 import type { Schemas } from "../api/client";
 

@@ -1,4 +1,4 @@
-/** The scales that everybody knows; the server refuses what is none of theirs (`gyms/grades.py`). */
+/** The common grade scales; the server refuses unknown labels (`gyms/service.py`). */
 
 export const FONT = ("3 4 4+ 5 5+ 6A 6A+ 6B 6B+ 6C 6C+ 7A 7A+ 7B 7B+ 7C 7C+ 8A 8A+ 8B 8B+ 8C 8C+ 9A").split(" ");
 export const V_SCALE = ["VB", ...Array.from({ length: 18 }, (_, number) => `V${number}`)];
@@ -10,7 +10,7 @@ export interface Grade {
   high?: string | null;
 }
 
-/** What a gym may begin with for circuits: colours from easy to hard, to be changed. */
+/** Initial circuits of a gym: colours from easy to hard, to be changed. */
 export const CIRCUITS: Grade[] = [
   { label: "Yellow", colour: "#f5c819", low: "3", high: "5" },
   { label: "Green", colour: "#289141", low: "5", high: "6A" },

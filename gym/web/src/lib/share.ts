@@ -1,4 +1,4 @@
-/** Hands an address on: by the phone's own sheet where there is one, else into the clipboard. */
+/** Shares an address by the phone's share sheet if it has one, else copies it. */
 export async function share(title: string, url: string): Promise<"shared" | "copied" | "not"> {
   if (navigator.share) {
     try {

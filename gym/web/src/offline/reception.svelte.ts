@@ -1,21 +1,29 @@
-/** Whether the server is heard, and since when not. Told by every answer (`api/client.ts`). */
+/** Whether the server can be reached, and since when not. Each response updates it (`api/client.ts`). */
+
+import { isPortal } from "./portal";
 
 const LOOK_MS = 15_000;
 
 let since = $state.raw<Date | null>(navigator.onLine ? null : new Date());
 let returns = $state(0);
+let portal = $state(false);
 
-/** Of when the last is that could be asked of the server; null while it answers. */
+/** Time of the last response; null while the server responds. */
 export function offlineSince(): Date | null {
   return since;
 }
 
-/** Whether there is no network at all: what is asked of the server now cannot come. */
+/** Whether this network answers with its own page, because it wants a sign-in first. */
+export function isHeldByPortal(): boolean {
+  return portal;
+}
+
+/** Whether there is no network at all, so that requests cannot succeed. */
 export function isCutOff(): boolean {
   return since !== null && !navigator.onLine;
 }
 
-/** Grows each time the server is heard again: what is shown is then asked for anew. */
+/** Grows each time the server is reachable again; shown data is then reloaded. */
 export function returned(): number {
   return returns;
 }
@@ -23,32 +31,47 @@ export function returned(): number {
 export function heard(): void {
   if (!since) return;
   since = null;
+  portal = false;
   returns += 1;
 }
 
-/** `kept`: when what is shown instead was said. */
+/** `kept`: the age of the stored data that is shown instead. */
 export function lost(kept: Date = new Date()): void {
+  if (!since) void probe();
   since = since && since < kept ? since : kept;
 }
 
+/** Ask the server itself, past the service worker. */
+const ask = (): Promise<Response> => fetch("/health", { cache: "no-store" });
+
+/** Find out whether the server can be reached after something was not sent; `look` alone says that it can be again. */
+export async function probe(): Promise<void> {
+  const response = await ask().catch(() => null);
+  portal = response !== null && isPortal(response);
+  if (portal || !response) since ??= new Date();
+}
+
 function look(): void {
-  if (since && document.visibilityState === "visible") void fetch("/health", { cache: "no-store" }).then(heard, () => undefined);
+  if (!since || document.visibilityState !== "visible") return;
+  void ask().then((response) => (isPortal(response) ? (portal = true) : heard()), () => (portal = false));
 }
 
 setInterval(look, LOOK_MS);
 window.addEventListener("online", look);
 window.addEventListener("offline", () => lost());
+window.addEventListener("focus", look);
+window.addEventListener("pageshow", look);
 document.addEventListener("visibilitychange", look);
 
-/** Asks the service worker for what it keeps, and nobody else. */
+/** Requests stored data from the service worker only. */
 export const KEPT = { cache: "only-if-cached", mode: "same-origin" } as const;
 
-/** Whether there is one who keeps answers: without it a browser's own cache would answer, for whoever was signed in then. */
+/** Whether a service worker stores responses: without it, the browser's own cache would answer, for any earlier account. */
 export function keeps(): boolean {
   return Boolean(navigator.serviceWorker?.controller);
 }
 
-/** What was kept was said to somebody else. */
+/** The stored data belongs to another account. */
 export async function forgetAnswers(): Promise<void> {
   if ("caches" in window) await caches.delete("answers");
 }

@@ -4,13 +4,14 @@
 // server come from the server, or where it cannot be reached from what it said last.
 
 import { send } from "../outbox/send";
+import { isPortal } from "./portal";
 import "./shown";
 
-const SHELF = `shell-${VERSION}`;
+const APP_CACHE = `shell-${VERSION}`;
 const FILES = "files";
 const ANSWERS = "answers";
-const MOST_BYTES = 150e6;
-const MOST_ANSWERS = 400;
+const MAX_BYTES = 150e6;
+const MAX_ANSWERS = 400;
 const PATIENCE_MS = 4000;
 const NOT_THE_APP = /^\/(api|embed|health|ready|metrics)(\/|$)/;
 // Streams, and what is too much or too private to lie about.
@@ -22,17 +23,17 @@ self.addEventListener("install", (event) => {
 });
 
 async function fill() {
-  const shelf = await caches.open(SHELF);
-  await shelf.addAll([new Request("/", { cache: "reload" }), ...SHELL]);
-  await keepViewer(shelf).catch(() => undefined); // it comes when a wall is shown
+  const cache = await caches.open(APP_CACHE);
+  await cache.addAll([new Request("/", { cache: "reload" }), ...SHELL]);
+  await keepViewer(cache).catch(() => undefined); // it comes when a wall is shown
 }
 
 /** The page says where its viewer of walls is. */
-async function keepViewer(shelf) {
-  const page = await (await shelf.match("/")).text();
+async function keepViewer(cache) {
+  const page = await (await cache.match("/")).text();
   const address = /name="wall-viewer" content="([^"]+)"/.exec(page)?.[1];
-  if (address) await shelf.add(address);
-  return address && shelf.match(address);
+  if (address) await cache.add(address);
+  return address && cache.match(address);
 }
 
 self.addEventListener("activate", (event) => {
@@ -40,10 +41,10 @@ self.addEventListener("activate", (event) => {
   self.clients.claim();
 });
 
-/** A page that is open still is the version before: its shelf stays until the next one. */
+/** A page that is open still is the version before: its cache stays until the next one. */
 async function tidy() {
-  const shelves = (await caches.keys()).filter((name) => name.startsWith("shell-") && name !== SHELF);
-  await Promise.all(shelves.slice(0, -1).map((name) => caches.delete(name)));
+  const earlier = (await caches.keys()).filter((name) => name.startsWith("shell-") && name !== APP_CACHE);
+  await Promise.all(earlier.slice(0, -1).map((name) => caches.delete(name)));
 }
 
 self.addEventListener("sync", (event) => {
@@ -73,46 +74,47 @@ self.addEventListener("fetch", (event) => {
 async function viewer(request) {
   const kept = (await caches.match(request)) ?? (await fetch(request));
   if (kept.status !== 404) return kept;
-  const shelf = await caches.open(SHELF);
-  await shelf.add(new Request("/", { cache: "reload" }));
-  return (await keepViewer(shelf)) ?? kept;
+  const cache = await caches.open(APP_CACHE);
+  await cache.add(new Request("/", { cache: "reload" }));
+  return (await keepViewer(cache)) ?? kept;
 }
 
 async function file(event) {
-  const shelf = await caches.open(FILES);
-  const kept = await shelf.match(event.request);
+  const cache = await caches.open(FILES);
+  const kept = await cache.match(event.request);
   if (kept) return kept;
   const came = await fetch(event.request);
   // A picture has its version in its address.
   const isFixed = /immutable/.test(came.headers.get("cache-control") ?? "") || new URL(event.request.url).pathname.endsWith("/picture");
-  if (came.status === 200 && isFixed) {
+  if (came.status === 200 && isFixed && !isPortal(came)) {
     const copy = came.clone();
-    event.waitUntil(shelf.put(event.request, copy).then(() => makeRoom(shelf), () => makeRoom(shelf, MOST_BYTES / 2)));
+    event.waitUntil(cache.put(event.request, copy).then(() => makeRoom(cache), () => makeRoom(cache, MAX_BYTES / 2)));
   }
   return came;
 }
 
 /** The oldest go first; what the last gym needs comes again when it is looked at (`keepGym`). */
-async function makeRoom(shelf, most = MOST_BYTES) {
-  const rows = await Promise.all((await shelf.keys()).map(async (key) => {
-    const kept = await shelf.match(key);
+async function makeRoom(cache, maxBytes = MAX_BYTES) {
+  const rows = await Promise.all((await cache.keys()).map(async (key) => {
+    const kept = await cache.match(key);
     return { key, bytes: Number(kept?.headers.get("content-length") ?? 0) };
   }));
   let whole = rows.reduce((sum, { bytes }) => sum + bytes, 0);
   for (const { key, bytes } of rows) {
-    if (whole <= most) return;
-    await shelf.delete(key);
+    if (whole <= maxBytes) return;
+    await cache.delete(key);
     whole -= bytes;
   }
 }
 
 async function answer(event) {
   const { request } = event;
-  const shelf = await caches.open(ANSWERS);
-  if (request.cache === "only-if-cached") return (await shelf.match(request)) ?? new Response(null, { status: 204 });
-  const kept = await shelf.match(request);
+  const cache = await caches.open(ANSWERS);
+  if (request.cache === "only-if-cached") return (await cache.match(request)) ?? new Response(null, { status: 204 });
+  const kept = await cache.match(request);
   const coming = fetch(request).then((came) => {
-    event.waitUntil(note(shelf, request, came.clone()));
+    if (kept && isPortal(came)) return kept;
+    event.waitUntil(note(cache, request, came.clone()));
     return came;
   });
   if (!kept) return coming;
@@ -120,13 +122,13 @@ async function answer(event) {
   return Promise.race([coming.catch(() => kept), late]);
 }
 
-async function note(shelf, request, came) {
+async function note(cache, request, came) {
   // Who may no longer see it shall not find it here.
-  if ([401, 403, 404].includes(came.status)) await shelf.delete(request);
+  if ([401, 403, 404].includes(came.status)) await cache.delete(request);
   if (came.status !== 200 || !/json/.test(came.headers.get("content-type") ?? "")) return;
   const headers = new Headers(came.headers);
   headers.set("x-walltopo-kept", new Date().toISOString());
-  await shelf.put(request, new Response(await came.blob(), { headers }));
-  const keys = await shelf.keys();
-  await Promise.all(keys.slice(0, Math.max(0, keys.length - MOST_ANSWERS)).map((key) => shelf.delete(key)));
+  await cache.put(request, new Response(await came.blob(), { headers }));
+  const keys = await cache.keys();
+  await Promise.all(keys.slice(0, Math.max(0, keys.length - MAX_ANSWERS)).map((key) => cache.delete(key)));
 }

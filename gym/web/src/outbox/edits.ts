@@ -1,13 +1,13 @@
-/** Which edit of this browser something is: the server lets a late copy of an older one change nothing. */
+/** The number of an edit of this browser: the server ignores late copies of older edits. */
 
 import { createStore, update, type UseStore } from "idb-keyval";
 
 export interface Edit {
-  /** Of this browser, made here; it says nothing of who uses it. */
+  /** A random id of this browser; it does not reveal its user. */
   device: string;
   /** Grows with every edit, whatever the clock does. */
   number: number;
-  /** When it was made by this browser's clock, ms: only how long ago that is leaves it. */
+  /** Time of the edit by this browser's clock, ms; only its age is sent. */
   at: number;
 }
 
@@ -17,7 +17,7 @@ function kept(): UseStore {
   return (store ??= createStore("walltopo-device", "kept"));
 }
 
-/** The next one; tabs that ask at the same moment get different ones. */
+/** The next number; simultaneous tabs get different ones. */
 export async function nextEdit(): Promise<Edit> {
   let next: Edit | undefined;
   await update<Edit>("edit", (last) => {
@@ -28,6 +28,6 @@ export async function nextEdit(): Promise<Edit> {
 }
 
 /** As the server reads it. */
-export function told({ device, number, at }: Edit): { device: string; number: number; age_s: number } {
+export function result({ device, number, at }: Edit): { device: string; number: number; age_s: number } {
   return { device, number, age_s: Math.max(0, (Date.now() - at) / 1000) };
 }

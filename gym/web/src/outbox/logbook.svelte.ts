@@ -1,11 +1,11 @@
-/** What one did in a gym and thinks of its routes: what the server knows, and what waits here. */
+/** One's ascents and opinions in a gym: those of the server, and those that wait here. */
 
 import { answer, api, type Schemas } from "../api/client";
 import { loadingKept, type Loaded } from "../lib/loaded.svelte";
 import { offlineSince } from "../offline/reception.svelte";
 import { me } from "../session.svelte";
 import { mine } from "./outbox.svelte";
-import { keyOf, settle, type AscentWords, type Kind, type OpinionWords } from "./store";
+import { keyOf, settle, type AscentWords, type Item, type Kind, type OpinionWords } from "./store";
 
 /** `known`: the server has it, or may have. */
 export type OwnAscent = AscentWords & { id: string; waits: boolean; known: boolean };
@@ -14,7 +14,7 @@ const RANK: Kind[] = ["flash", "top", "zone", "try", "project"];
 const NONE: Schemas["LogbookFacts"] = { ascents: [], opinions: [] };
 
 export class Logbook {
-  private readonly said = $derived.by(() => mine().filter((item) => item.gym === this.gym() && !item.refused));
+  private readonly entered = $derived.by(() => mine().filter((item) => item.gym === this.gym() && !item.refused));
   private readonly byRoute = $derived.by(() => this.gather());
 
   constructor(
@@ -22,7 +22,7 @@ export class Logbook {
     private readonly known: Loaded<Schemas["LogbookFacts"]>,
   ) {}
 
-  /** Whether it is known at all; one who belongs to no gym has none. */
+  /** Whether it is loaded; people who are not members have none. */
   get here(): boolean {
     return this.known.data !== undefined;
   }
@@ -33,12 +33,12 @@ export class Logbook {
   }
 
   opinion(route: string): OpinionWords | null {
-    const waits = this.said.find((item) => item.what === "opinion" && item.route === route);
+    const waits = this.entered.find((item) => item.what === "opinion" && item.route === route);
     if (waits?.what === "opinion") return waits.body;
     return this.known.data?.opinions.find((row) => row.route_id === route) as OpinionWords | undefined ?? null;
   }
 
-  /** The best that came of a route. */
+  /** The best result on a route. */
   best(route: string): Kind | null {
     const kinds = new Set(this.ascents(route).map(({ kind }) => kind));
     return RANK.find((kind) => kinds.has(kind)) ?? null;
@@ -58,7 +58,7 @@ export class Logbook {
     for (const row of this.known.data?.ascents ?? []) {
       if (row.route_id) rows.set(row.id, { ...row, route_id: row.route_id, waits: false, known: true });
     }
-    for (const item of this.said) {
+    for (const item of this.entered) {
       if (item.what !== "ascent") continue;
       if (item.takenBack) rows.delete(item.id);
       else rows.set(item.id, { ...item.body, id: item.id, waits: item.done === null, known: item.known || item.sent > 0 });
@@ -74,19 +74,23 @@ function grouped(rows: OwnAscent[]): Map<string, OwnAscent[]> {
   return groups;
 }
 
-/** Which of what was said in a gym the server has taken; it changes when something should be asked for anew. */
-export function taken(gym: string): string {
-  return mine().filter((item) => item.gym === gym && item.what !== "score" && item.done !== null).map((item) => `${keyOf(item)} ${item.version}`).join();
+function isLogged({ what }: Item): boolean {
+  return what === "ascent" || what === "opinion";
 }
 
-/** Of a member; to others it stays empty. */
+/** Changes when the server has accepted an item of a gym's logbook, so that views reload. */
+export function taken(gym: string): string {
+  return mine().filter((item) => item.gym === gym && isLogged(item) && item.done !== null).map((item) => `${keyOf(item)} ${item.version}`).join();
+}
+
+/** Filled for members; empty for others. */
 export function logbook(gym: () => string, isMember: () => boolean): Logbook {
   const known = loadingKept<Schemas["LogbookFacts"]>(async (how) => {
-    const [slug, person, asked] = [gym(), me()?.id, Date.now()];
+    const [slug, person, requested] = [gym(), me()?.id, Date.now()];
     void taken(slug);
     if (!person || !isMember()) return NONE;
     const facts = await answer(api.GET("/api/v1/gyms/{gym}/logbook", { params: { path: { gym: slug } }, ...how }));
-    if (!how.cache && !offlineSince()) await settle(asked, (item) => item.what !== "score" && item.gym === slug && item.person === person);
+    if (!how.cache && !offlineSince()) await settle(requested, (item) => isLogged(item) && item.gym === slug && item.person === person);
     return facts;
   });
   return new Logbook(gym, known);

@@ -1,5 +1,6 @@
-/** What waits to be sent, as pages show it; sent when there is reception, and by the browser itself where it can (Background Sync). */
+/** The waiting items for pages; sent when there is reception, and by the browser itself if it supports Background Sync. */
 
+import { probe, returned } from "../offline/reception.svelte";
 import { me } from "../session.svelte";
 import { send } from "./send";
 import { all, keep, onChange, revise, type Item, type Words } from "./store";
@@ -11,7 +12,7 @@ let items = $state.raw<Item[]>([]);
 let timer = 0;
 let wait = FIRST_WAIT_MS;
 
-/** Of who is signed in here. */
+/** Items of the signed-in person. */
 export function mine(): Item[] {
   const person = me()?.id;
   return items.filter((item) => item.person === person);
@@ -29,7 +30,7 @@ async function read(): Promise<void> {
   items = await all();
 }
 
-/** Send now; again later where that is of no use yet. */
+/** Send now; retry later if that fails. */
 export async function flush(): Promise<void> {
   clearTimeout(timer);
   const outcome = await send();
@@ -37,7 +38,8 @@ export async function flush(): Promise<void> {
     wait = FIRST_WAIT_MS;
     return;
   }
-  // Phones that have lost reception together do not come back together.
+  void probe();
+  // A random delay: phones that lost reception together must not all return at once.
   timer = window.setTimeout(() => void flush(), wait * (0.75 + Math.random() / 2));
   wait = Math.min(2 * wait, LONGEST_WAIT_MS);
 }
@@ -49,11 +51,11 @@ interface SyncManager {
 async function askForSync(): Promise<void> {
   const registration = await navigator.serviceWorker?.getRegistration();
   const sync = (registration as unknown as { sync?: SyncManager } | undefined)?.sync;
-  // Where it is not allowed the app sends when it is open.
+  // Without permission, the app sends while it is open.
   await sync?.register("outbox").catch(() => undefined);
 }
 
-/** Keep what was said, and send it. Resolved as soon as it is safe here, and pages know of it. */
+/** Store an item and send it. Resolves once it is stored and pages show it. */
 export async function say(words: Words): Promise<void> {
   await keep(words);
   await read();
@@ -74,7 +76,13 @@ export async function discard(item: Item): Promise<void> {
 export function begin(): void {
   onChange(() => void read());
   void read().then(flush);
-  window.addEventListener("online", () => void flush());
+  // Most browsers have no Background Sync.
+  for (const event of ["online", "focus", "pageshow"]) window.addEventListener(event, () => void flush());
+  $effect.root(() => {
+    $effect(() => {
+      if (returned() > 0) void flush();
+    });
+  });
   document.addEventListener("visibilitychange", () => {
     if (document.visibilityState === "visible") void flush();
   });

@@ -1,64 +1,80 @@
-/** Sends what waits, from whichever tab or the service worker, one at a time (Web Locks). */
+/** Sends waiting items from any tab or the service worker, one at a time (Web Locks). */
 
-import { told as toldEdit } from "./edits";
+import { isPortal } from "../offline/portal";
+import { result as toldEdit } from "./edits";
 import { all, keyOf, revise, type Item } from "./store";
 
 const API = "/api/v1";
 const PATIENCE_MS = 30_000;
 
-/** "later": the server could not be reached or is busy; "sign-in": nobody is signed in who could send it. */
+/** "later": the server is unreachable or busy; "sign-in": the item's person is not signed in. */
 export type Outcome = "empty" | "later" | "sign-in";
 
 class Unreachable extends Error {}
 
-/** `person`: whose it is; the server refuses it (401) where somebody else is signed in by now. */
+/** `person`: the item's owner; the server refuses it (401) if another person is signed in by now. */
 async function ask(method: string, path: string, person = "", body?: unknown): Promise<Response> {
   const headers: Record<string, string> = person ? { "x-walltopo-person": person } : {};
   if (body !== undefined) headers["content-type"] = "application/json";
   const sent = body === undefined ? undefined : JSON.stringify(body);
   try {
     // "no-store": this answer is the server's own, never a kept one.
-    return await fetch(API + path, { method, headers, body: sent, cache: "no-store", signal: AbortSignal.timeout(PATIENCE_MS) });
+    const answer = await fetch(API + path, { method, headers, body: sent, cache: "no-store", signal: AbortSignal.timeout(PATIENCE_MS) });
+    if (!isPortal(answer)) return answer;
   } catch {
-    throw new Unreachable();
+    // No connection.
   }
+  throw new Unreachable();
 }
 
 function isBusy({ status }: Response): boolean {
   return status >= 500 || [408, 425, 429].includes(status);
 }
 
-/** Puts it to the server. What was taken back is told first too: a late copy of it then finds that it is over. */
+/** Sends an item. For withdrawals, the item itself goes first, so that its late copies are recognised as older. */
 async function put(item: Item): Promise<Response> {
   if (item.what === "score") {
-    // Both times are this device's: the server learns how wrong its clock is.
+    // Both times are this device's, so that the server can correct its clock.
     const body = { ...item.body, sent_at: new Date().toISOString() };
     return ask("PUT", `/gyms/${item.gym}/competitions/${item.competition}/events/${item.id}`, item.person, body);
   }
+  // The server keeps one open report of a person, hold and kind, whatever is sent again.
+  if (item.what === "hold") return ask("PUT", `/gyms/${item.gym}/hold-reports/${item.id}`, item.person, item.body);
   const body = item.edit ? { ...item.body, edit: toldEdit(item.edit) } : item.body;
   if (item.what === "opinion") return ask("PUT", `/gyms/${item.gym}/routes/${item.route}/opinion`, item.person, body);
-  const told = await ask("PUT", `/gyms/${item.gym}/ascents/${item.id}`, item.person, body);
-  return told.ok && item.takenBack ? ask("DELETE", `/me/ascents/${item.id}`, item.person) : told;
+  if (item.what === "climbed") return ask("PUT", `/gyms/${item.gym}/problems/${item.problem}/climbed`, item.person, body);
+  if (item.what === "problem") return putProblem(item, body);
+  const result = await ask("PUT", `/gyms/${item.gym}/ascents/${item.id}`, item.person, body);
+  return result.ok && item.takenBack ? ask("DELETE", `/me/ascents/${item.id}`, item.person) : result;
+}
+
+/** A problem whose holds are gone from the wall may be refused, and deleted all the same. */
+async function putProblem({ id, gym, person, takenBack }: Extract<Item, { what: "problem" }>, body: unknown): Promise<Response> {
+  const result = await ask("PUT", `/gyms/${gym}/problems/${id}`, person, body);
+  if (!takenBack || result.status === 401 || isBusy(result)) return result;
+  const answer = await ask("DELETE", `/me/problems/${id}`, person);
+  return answer.status === 404 ? new Response(null, { status: 204 }) : answer;
 }
 
 async function why(answer: Response): Promise<NonNullable<Item["refused"]>> {
-  const told = (await answer.json().catch(() => ({}))) as { title?: string; hint?: string };
-  return { status: answer.status, message: told.title ?? "", hint: told.hint ?? "" };
+  const result = (await answer.json().catch(() => ({}))) as { title?: string; hint?: string };
+  return { status: answer.status, message: result.title ?? "", hint: result.hint ?? "" };
 }
 
 async function sendOne(item: Item): Promise<Outcome> {
-  if (item.what === "ascent" && item.takenBack && item.sent === 0 && !item.known) {
+  if ("takenBack" in item && item.takenBack && item.sent === 0 && !item.known) {
     await revise(item, () => null); // it never left
     return "empty";
   }
-  // Kept before it leaves: from now on the server may have it. The version stays, it says the same.
-  if (!(await revise(item, (now) => ({ ...now, sent: now.sent + 1 })))) return "empty"; // it says something else now
+  // Stored before it leaves, because the server may have it from now on. The version stays, since its content does.
+  if (!(await revise(item, (now) => ({ ...now, sent: now.sent + 1 })))) return "empty"; // it was changed meanwhile
   const answer = await put(item);
   if (answer.status === 401) return "sign-in";
   if (isBusy(answer)) return "later";
   const refused = answer.ok ? null : await why(answer);
   const done = answer.ok ? Date.now() : null;
-  await revise(item, (now) => ({ ...now, done, refused }));
+  // No page of its climber shows a report, so nothing waits for one to show it.
+  await revise(item, (now) => (done && now.what === "hold" ? null : { ...now, done, refused }));
   return "empty";
 }
 
@@ -76,11 +92,12 @@ async function sendWaiting(): Promise<Outcome> {
   let outcome: Outcome = "empty";
   const tried = new Set<string>();
   for (;;) {
-    // Read again after each: more may have been said meanwhile.
+    // Read again after each item: more may have come meanwhile.
     const rows = await waiting();
-    const here = new Set(rows.map((item) => item.what === "score" && item.id));
-    // What takes back an event comes after it.
-    const isNext = (item: Item): boolean => item.what !== "score" || !here.has(item.body.target_id ?? "");
+    const here = new Set(rows.map((item) => (item.what === "score" || item.what === "problem") && item.id));
+    // A withdrawal follows its event, and an ascent its problem.
+    const before = (item: Item): string => (item.what === "score" ? (item.body.target_id ?? "") : item.what === "climbed" ? item.problem : "");
+    const isNext = (item: Item): boolean => !here.has(before(item));
     const next = rows.find((item) => item.person === person && isNext(item) && !tried.has(`${keyOf(item)} ${item.version}`));
     if (!next) return outcome;
     tried.add(`${keyOf(next)} ${next.version}`);
@@ -90,7 +107,7 @@ async function sendWaiting(): Promise<Outcome> {
   }
 }
 
-/** Send all of the person who is signed in. */
+/** Send all items of the signed-in person. */
 export async function send(): Promise<Outcome> {
   const attempt = (): Promise<Outcome> =>
     sendWaiting().catch((error: unknown) => {

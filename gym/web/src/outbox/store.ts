@@ -1,6 +1,6 @@
 /**
- * What a climber or judge has said and the server may not know yet, kept in this browser (IndexedDB): the wished state of
- * each ascent and opinion, and score events, which never change. So sending any of it again changes nothing.
+ * Entries of a climber or judge that the server may not have yet, stored in this browser (IndexedDB): the wanted state
+ * of each ascent, opinion and problem, and score events and hold reports, which never change. So sending any of it again changes nothing.
  */
 
 import { createStore, entries, promisifyRequest, update, type UseStore } from "idb-keyval";
@@ -23,7 +23,31 @@ export interface OpinionWords {
   comment: string;
 }
 
-/** A score event as a device tells it (`competitions/`); `target_id`: the event that no longer counts because of it. */
+/** A report of a hold in the version `scan_id`, or of a route without a hold. */
+export interface HoldWords {
+  wall_id: string;
+  scan_id: string;
+  hold: number | null;
+  route_id: string | null;
+  kind: "spins" | "broken" | "sharp" | "dirty";
+  note: string;
+}
+
+/** A problem of one's own; the ids of its holds are those of the version `scan_id`. */
+export interface ProblemWords {
+  wall_id: string;
+  scan_id: string;
+  holds: { hold: number; use: "start" | "hand" | "foot" | "top" }[];
+  name: string;
+  grade_system_id: string | null;
+  grade: string;
+  share: "private" | "link" | "gym";
+  matching: boolean;
+  note: string;
+  remix_of: string | null;
+}
+
+/** A score event as a device sends it (`competitions/`); `target_id`: the event that it strikes. */
 export interface ScoreWords {
   entry_id: string;
   problem_id: string | null;
@@ -37,10 +61,10 @@ export interface ScoreWords {
 }
 
 interface Common {
-  /** Whose it is: nobody else's sign-in sends it. */
+  /** The owner: another account never sends it. */
   person: string;
   gym: string;
-  /** The route as it was called, or the score in words, for lists of what waits. */
+  /** The name of the route, or the score in words, for lists of waiting items. */
   name: string;
 }
 
@@ -48,21 +72,24 @@ export type Words = Common & (
   /** `known`: the server may have it already, from before. */
   | { what: "ascent"; id: string; route: string; body: AscentWords; takenBack: boolean; known: boolean }
   | { what: "opinion"; route: string; body: OpinionWords }
+  | { what: "hold"; id: string; body: HoldWords }
+  | { what: "problem"; id: string; body: ProblemWords; takenBack: boolean; known: boolean }
+  | { what: "climbed"; problem: string; body: { climbed_at: string | null } }
   | { what: "score"; id: string; competition: string; body: ScoreWords }
 );
 
 export type Item = Words & {
-  /** When it was first said here, ms. */
+  /** Time of the first entry, ms. */
   at: number;
-  /** Grows with every change, so that an answer to an older one settles nothing. */
+  /** Grows with every change, so that a response to an older version settles nothing. */
   version: number;
-  /** For the server; what an older app kept has none. */
+  /** For the server; items of older app versions have none. */
   edit?: Edit;
-  /** How often it may have been sent. */
+  /** Maximum number of times that it may have been sent. */
   sent: number;
-  /** When the server took it, ms; it stays until the server shows it (`settle`). */
+  /** Time of its acceptance, ms; it stays until the server shows it (`settle`). */
   done: number | null;
-  /** Why the server will not have it. */
+  /** Why the server refused it. */
   refused: { status: number; message: string; hint: string } | null;
 };
 
@@ -73,7 +100,8 @@ function kept(): UseStore {
 }
 
 export function keyOf(item: Words): string {
-  return item.what === "opinion" ? `opinion/${item.person}/${item.route}` : `${item.what}/${item.id}`;
+  if (item.what === "opinion") return `opinion/${item.person}/${item.route}`;
+  return item.what === "climbed" ? `climbed/${item.person}/${item.problem}` : `${item.what}/${item.id}`;
 }
 
 const channel = new BroadcastChannel("walltopo-outbox");
@@ -85,25 +113,25 @@ function changed(): void {
   for (const listener of here) listener();
 }
 
-/** Be told of every change, this tab's, another's or the service worker's. */
+/** Subscribe to every change, by this tab, another tab or the service worker. */
 export function onChange(listener: () => void): void {
   here.add(listener);
   channel.addEventListener("message", listener);
 }
 
-/** All that is kept, the first said first. */
+/** All items in order of entry. */
 export async function all(): Promise<Item[]> {
   const rows = await entries<string, Item>(kept());
   return rows.map(([, item]) => item).sort((a, b) => a.at - b.at);
 }
 
-/** Keep what was said; of the same ascent or opinion only the last counts. */
+/** Store an entry; only the latest one of an ascent or opinion counts. */
 export async function keep(words: Words): Promise<void> {
   const edit = await nextEdit();
   await update<Item>(keyOf(words), (old) => ({
     ...words,
-    // One that is taken back and not here any more is at the server.
-    ...(words.what === "ascent" ? { known: words.known || (old?.what === "ascent" ? old.known : words.takenBack) } : {}),
+    // A withdrawn item that is not here any more is on the server.
+    ...("known" in words ? { known: words.known || (old && "known" in old ? old.known : words.takenBack) } : {}),
     at: old?.at ?? Date.now(),
     version: (old?.version ?? 0) + 1,
     edit,
@@ -114,7 +142,7 @@ export async function keep(words: Words): Promise<void> {
   changed();
 }
 
-/** Change an item unless it has become another meanwhile; `null` lets it go. Whether it was changed. */
+/** Change an item unless it was replaced meanwhile; `null` deletes it. Returns whether it was changed. */
 export async function revise(item: Item, change: (now: Item) => Item | null): Promise<boolean> {
   let isSame = false;
   await kept()("readwrite", (rows) => {
@@ -132,14 +160,17 @@ export async function revise(item: Item, change: (now: Item) => Item | null): Pr
   return isSame;
 }
 
-/** Let go what the server had taken before `asked`, the moment when it was asked for what it shows: that of which `shows` says so. */
-export async function settle(asked: number, shows: (item: Item) => boolean): Promise<void> {
+/**
+ * Delete accepted items of which `shows` says that the server shows them, if they were accepted before `requested`, the
+ * time of that request.
+ */
+export async function settle(requested: number, shows: (item: Item) => boolean): Promise<void> {
   for (const item of await all()) {
-    if (item.done !== null && item.done < asked && shows(item)) await revise(item, () => null);
+    if (item.done !== null && item.done < requested && shows(item)) await revise(item, () => null);
   }
 }
 
-/** Let go what never left; false where the server may have it already. */
+/** Delete an item that never left; false if the server may have it already. */
 export async function withdraw(item: Item): Promise<boolean> {
   let isHere = false;
   await revise(item, (now) => {

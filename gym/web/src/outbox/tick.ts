@@ -1,13 +1,13 @@
-/** What a tap on "Top" means: something new, or more of what was tried today. */
+/** The meaning of a tap on "Top": a new ascent, or a change of today's. */
 
 import type { OwnAscent } from "./logbook.svelte";
 import type { AscentWords, Kind } from "./store";
 
 export interface Change {
   id: string;
-  /** What is said of it from now on; null: it is taken back. */
+  /** The new state; null: withdrawn. */
   after: AscentWords | null;
-  /** What was said before; null: nothing. */
+  /** The earlier state; null: none. */
   before: AscentWords | null;
   known: boolean;
 }
@@ -17,7 +17,7 @@ function words({ route_id, kind, tries, climbed_at, note }: AscentWords): Ascent
 }
 
 /**
- * Tries of one day are one line: a further one counts up, a top closes it. A second tap on "Project" takes it off.
+ * Tries of one day are one line: a further one counts up, a top completes it. A second tap on "Project" removes it.
  * `own`: one's ascents of the route.
  */
 export function change(route: string, kind: Kind, own: OwnAscent[], now: Date, id: string): Change {

@@ -1,11 +1,16 @@
-/** The gym that was looked at last: the app opens there, and the bar's places are its. */
+/** The gym of the present address, and the last visited one: the app opens there, and the bar's links lead to it. */
 
+import { getContext, setContext, untrack } from "svelte";
 import { answer, api, type Schemas } from "../api/client";
-import { Loaded, loadingKept } from "../lib/loaded.svelte";
+import { Loaded } from "../lib/loaded.svelte";
 import { keepGym } from "../offline/keepGym";
-import { part } from "../routes";
+import { returned } from "../offline/reception.svelte";
+import { route } from "../routes";
+
+type Gym = Loaded<Schemas["GymFacts"]>;
 
 const KEPT = "walltopo-last-gym";
+const SHARED = Symbol("gym");
 
 let slug = $state(localStorage.getItem(KEPT) ?? "");
 
@@ -19,15 +24,39 @@ function remember(gym: string): void {
   else localStorage.removeItem(KEPT);
 }
 
-/** The gym of the present address, which is the last one from now on; one that is not there (any more) no longer is. */
-export function presentGym(): Loaded<Schemas["GymFacts"]> {
-  const gym = loadingKept((how) => answer(api.GET("/api/v1/gyms/{gym}", { params: { path: { gym: part("gym") } }, ...how })));
+/** The gym of the present address; empty on pages of no gym, in frames of other pages and on a hall's screen. */
+function gymHere(): string {
+  return /^\/g\//.test(route.pathname) ? (route.params.gym ?? "") : "";
+}
+
+/** Load the gym of each address for the whole page (`presentGym`) and store it as the last one; a missing gym is forgotten. */
+export function provideGym(): Gym {
+  const gym: Gym = new Loaded((how) => answer(api.GET("/api/v1/gyms/{gym}", { params: { path: { gym: gymHere() } }, ...how })));
+  // Reset before the page is drawn, so that it never shows another gym's facts.
+  $effect.pre(() => {
+    const here = gymHere();
+    untrack(() => {
+      if (gym.data?.slug === here) return;
+      gym.data = undefined;
+      gym.problem = null;
+    });
+  });
   $effect(() => {
-    if (gym.problem?.status === 404 && part("gym") === slug) remember("");
+    void returned();
+    void route.pathname;
+    if (gymHere()) void gym.beginKept();
+  });
+  $effect(() => {
+    if (gym.problem?.status === 404 && gymHere() === slug) remember("");
     else if (gym.data && !gym.problem) {
       remember(gym.data.slug);
-      void keepGym(gym.data.slug, gym.data.role !== "guest");
+      keepGym(gym.data.slug, gym.data.role !== "guest");
     }
   });
-  return gym;
+  return setContext(SHARED, gym);
+}
+
+/** The gym of the present address, as the whole page has it. */
+export function presentGym(): Gym {
+  return getContext<Gym>(SHARED);
 }

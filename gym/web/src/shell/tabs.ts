@@ -1,4 +1,4 @@
-/** The places that are one tap away from everywhere: at the bottom of a phone, on top of a larger screen. */
+/** The main places: at the bottom of a phone, on top of a larger screen. */
 
 import type { Key } from "../i18n.svelte";
 import { p } from "../routes";
@@ -12,7 +12,7 @@ export interface Tab {
   icon: string;
 }
 
-/** From left to right; the first whose addresses match is where one is. */
+/** From left to right; the first one whose addresses match is the present one. */
 export function tabs(gym: string, signedIn: boolean): Tab[] {
   const me: Tab = {
     label: signedIn ? "bar.me" : "account.signIn",

@@ -1,13 +1,13 @@
-// Whatever two people tap, in which order ever, with two tabs and a bad network: in the end the server has what was said last,
-// once. Chance by seed; a failure names its seed.
+// Whatever two people tap, in any order, with two tabs and a bad network: in the end the server has the last edits, once. Random by
+// seed; a failure names its seed.
 
 import assert from "node:assert/strict";
-import { test } from "node:test";
+import { test } from "vitest";
 import { breath, newBrowser } from "./browser.mjs";
 import { FATES, Network, Server } from "./server.mjs";
 import { ascent, opinion, score } from "./words.mjs";
 
-/** Numbers that look like chance, the same for a seed (mulberry32). */
+/** Pseudorandom numbers, the same for a seed (mulberry32). */
 function chance(seed) {
   let state = seed;
   const next = () => {
@@ -19,15 +19,15 @@ function chance(seed) {
   return { below: (most) => Math.floor(next() * most), of: (list) => list[Math.floor(next() * list.length)] };
 }
 
-/** Breaths of chance, so that sendings and taps come between each other. */
+/** A random number of pauses, so that sendings and taps interleave. */
 async function breaths(number) {
   for (let left = number; left > 0; left--) await breath();
 }
 
 class Evening {
-  /** What was said last, by the key of the item. */
-  said = new Map();
-  /** Ids that never left when they were taken back. */
+  /** The last edit, by the key of the item. */
+  entered = new Map();
+  /** Ids that never left before they were withdrawn. */
   never = new Set();
   sendings = new Set();
   count = 0;
@@ -38,15 +38,15 @@ class Evening {
 
   async say(words) {
     const tab = this.random.of(this.tabs);
-    this.said.set(tab.keyOf(words), words);
+    this.entered.set(tab.keyOf(words), words);
     await tab.keep(words);
   }
 
-  /** Somebody taps, the network breathes, a tab sends. */
+  /** A person taps, the network changes, a tab sends. */
   async step() {
     const { random, server, network, tabs } = this;
     const person = random.of(["ada", "ada", "eve"]);
-    const earlier = random.of([...this.said.values()].filter((words) => words.person === person));
+    const earlier = random.of([...this.entered.values()].filter((words) => words.person === person));
     const steps = [
       () => this.say(ascent(`a${this.count++}`, { route: `r${random.below(3)}`, person })),
       () => this.say(opinion(`r${random.below(3)}`, random.below(5) + 1, person)),
@@ -65,7 +65,7 @@ class Evening {
     await breaths(random.below(6));
   }
 
-  /** What waits of an ascent, and whether the server may have it, as the logbook says. */
+  /** The waiting items of an ascent, and whether the server may have them, as the logbook says. */
   async shown({ id }) {
     const item = (await this.tabs[0].all()).find((row) => row.id === id);
     return { item, known: !item || item.known || item.sent > 0 };
@@ -76,7 +76,7 @@ class Evening {
     await this.say(ascent(words.id, { ...words, kind: "top", tries: words.body.tries + 1, known }));
   }
 
-  /** An ascent that was taken back stays so: undoing that makes a new one. */
+  /** A withdrawn ascent stays so: undoing that makes a new one. */
   async takeBack(words) {
     const isIdle = this.sendings.size === 0;
     const { known } = await this.shown(words);
@@ -90,7 +90,7 @@ class Evening {
     void sending.finally(() => this.sendings.delete(sending));
   }
 
-  /** Reception is back for both people, one after the other, and what was under way arrives. */
+  /** Reception is back for both people, one after the other, and pending copies arrive. */
   async end() {
     await Promise.all(this.sendings);
     this.network.fate = () => ({ fate: "fine" });
@@ -102,9 +102,9 @@ class Evening {
   }
 
   async check() {
-    const { server, said } = this;
+    const { server, entered } = this;
     assert.deepEqual((await this.tabs[0].all()).filter(({ done, refused }) => done === null || refused), []);
-    const wished = [...said.values()];
+    const wished = [...entered.values()];
     for (const words of wished.filter(({ what }) => what === "ascent")) this.checkAscent(words);
     for (const words of wished.filter(({ what }) => what === "opinion")) {
       const row = server.opinions.get(`${words.person}/${words.route}`);
@@ -122,14 +122,14 @@ class Evening {
     const row = this.server.ascents.get(words.id);
     if (words.takenBack) assert.ok(row === undefined || row.gone, `${words.id} is taken back`);
     else assert.deepEqual([row?.person, row?.gone, row?.words], [words.person, undefined, words.body], words.id);
-    if (this.never.has(words.id)) assert.ok(!this.network.asked.has(words.id), `${words.id} never left`);
+    if (this.never.has(words.id)) assert.ok(!this.network.requested.has(words.id), `${words.id} never left`);
   }
 }
 
 const RUNS = Number(process.env.WALLTOPO_OUTBOX_RUNS ?? 60);
 
 for (const locks of [true, false]) {
-  test(`any order of taps, tabs, sign-ins and troubles ends with what was said last (${locks ? "with" : "without"} Web Locks)`, async () => {
+  test(`any order of taps, tabs, sign-ins and troubles ends with the last edits (${locks ? "with" : "without"} Web Locks)`, async () => {
     for (let seed = 1; seed <= RUNS; seed++) {
       const random = chance(seed);
       const browser = newBrowser({ locks });

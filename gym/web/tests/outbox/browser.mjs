@@ -1,12 +1,8 @@
-// What a browser gives the outbox, without one: its database in memory (fake-indexeddb), locks over all tabs, a clock that
-// the tests turn. `tab()` opens a further tab.
+// The outbox's environment without a browser: a database in memory (fake-indexeddb), locks over all tabs, a clock that the tests
+// turn. `tab()` opens another tab.
 
-import { mkdtempSync } from "node:fs";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { fileURLToPath, pathToFileURL } from "node:url";
 import { IDBFactory } from "fake-indexeddb";
-import { build } from "vite";
+import { vi } from "vitest";
 
 const Channel = globalThis.BroadcastChannel;
 const channels = [];
@@ -19,7 +15,7 @@ globalThis.BroadcastChannel = class extends Channel {
   }
 };
 
-/** Web Locks, as far as the outbox uses them: who asks for a name waits until all before are done. */
+/** Web Locks, as far as the outbox uses them: a request for a name waits until all before it are done. */
 class Locks {
   #last = new Map();
 
@@ -31,22 +27,9 @@ class Locks {
   }
 }
 
-async function bundled() {
-  const folder = mkdtempSync(join(tmpdir(), "outbox-"));
-  const input = fileURLToPath(new URL("tab.ts", import.meta.url));
-  await build({
-    configFile: false,
-    logLevel: "error",
-    build: { target: "es2022", outDir: folder, minify: false, lib: { entry: input, formats: ["es"], fileName: () => "tab.mjs" } },
-  });
-  return pathToFileURL(join(folder, "tab.mjs")).href;
-}
-
-const address = await bundled();
 const realNow = Date.now;
-let tabs = 0;
 
-/** A browser that was never here before. `locks`: whether it has Web Locks. */
+/** A new browser. `locks`: whether it has Web Locks. */
 export function newBrowser({ locks = true } = {}) {
   for (const channel of channels.splice(0)) channel.close(); // of the one before
   globalThis.indexedDB = new IDBFactory();
@@ -55,11 +38,14 @@ export function newBrowser({ locks = true } = {}) {
   let time = realNow();
   Date.now = () => (time += 1);
   return {
-    tab: () => import(`${address}?tab=${tabs++}`),
+    tab: () => {
+      vi.resetModules();
+      return import("./tab");
+    },
     /** Turn the clock, by ms. */
     turn: (ms) => (time += ms),
   };
 }
 
-/** Until whatever is ready to run has run. */
+/** Run everything that is ready to run. */
 export const breath = () => new Promise((resolve) => setImmediate(resolve));

@@ -1,12 +1,12 @@
-// What was said in this browser arrives at the server once, whatever network, tabs and taps do. `node --test tests/outbox/*.test.mjs`
+// Entries of this browser arrive at the server once, whatever network, tabs and taps do.
 
 import assert from "node:assert/strict";
-import { test } from "node:test";
+import { test } from "vitest";
 import { breath, newBrowser } from "./browser.mjs";
 import { Network, Server } from "./server.mjs";
-import { ascent, body, score } from "./words.mjs";
+import { ascent, body, climbed, problem, score } from "./words.mjs";
 
-/** A browser with a tab, and a server behind a network of one fate; who is signed in can be asked unless all is down. */
+/** A browser with a tab, and a server behind a network with one fate; the session can be read unless all is down. */
 async function place(fate = "fine") {
   const browser = newBrowser();
   const server = new Server();
@@ -17,15 +17,15 @@ async function place(fate = "fine") {
 
 test("what was said without reception is sent in the order in which it was said", async () => {
   const { server, network, tab, browser } = await place("down");
-  const said = Array.from({ length: 10 }, (_, at) => `${9 - at}-ascent`); // not the order of their names
-  for (const id of said) {
+  const entered = Array.from({ length: 10 }, (_, at) => `${9 - at}-ascent`); // not the order of their names
+  for (const id of entered) {
     await tab.keep(ascent(id));
     browser.turn(60_000);
     assert.equal(await tab.send(), "later");
   }
   network.now = "fine";
   assert.equal(await tab.send(), "empty");
-  assert.deepEqual(server.reached.map(({ id }) => id), said);
+  assert.deepEqual(server.reached.map(({ id }) => id), entered);
   assert.equal(await tab.send(), "empty");
   assert.equal(server.reached.length, 10);
 });
@@ -39,7 +39,7 @@ test("two tabs that send at once send each once", async () => {
 });
 
 for (const fate of ["lost", "broken", "twice", "late"]) {
-  test(`an ascent whose first sending is ${fate} is there once, and what was said of it last counts`, async () => {
+  test(`an ascent whose first sending is ${fate} is there once, and the last edit of it counts`, async () => {
     const { server, network, tab } = await place(fate);
     await tab.keep(ascent("a", { kind: "try" }));
     await tab.send();
@@ -101,7 +101,7 @@ test("a score event that waits can be withdrawn, one that may have been sent is 
   await tab.keep(score("top"));
   assert.equal(await tab.send(), "later");
   assert.equal(await tab.withdraw((await tab.all())[0]), false);
-  // Of the two only the void gets through at first, and waits all the same.
+  // Of the two only the void gets through at first, and it waits all the same.
   await tab.keep(score("undo", "top"));
   network.fate = ({ path }) => ({ fate: path.endsWith("/top") ? "busy" : "fine" });
   assert.equal(await tab.send(), "later");
@@ -135,7 +135,7 @@ test("nobody's ascents are sent in another one's name, not even when the other o
     return { fate: "fine" };
   };
   assert.equal(await tab.send(), "sign-in");
-  assert.equal(await tab.send(), "empty"); // of Eve's there is nothing
+  assert.equal(await tab.send(), "empty"); // nothing of Eve's
   assert.deepEqual([...server.ascents.keys()], ["a1"]);
   network.fate = () => ({ fate: "fine" });
   server.person = null;
@@ -176,11 +176,47 @@ test("what the server had taken when it was asked goes when it shows it, and not
   const { tab } = await place();
   await tab.keep(ascent("a"));
   await tab.send();
-  const asked = Date.now();
+  const requested = Date.now();
   await tab.keep(ascent("b"));
-  await tab.settle(asked, () => true);
+  await tab.settle(requested, () => true);
   assert.deepEqual((await tab.all()).map(({ id }) => id), ["b"]);
   await tab.send();
-  await tab.settle(asked, () => true); // it was taken after that
+  await tab.settle(requested, () => true); // it was taken after that
   assert.deepEqual((await tab.all()).map(({ id }) => id), ["b"]);
+});
+
+for (const fate of ["fine", "lost", "late", "busy"]) {
+  test(`a problem that is deleted after a sending that was ${fate} stays deleted`, async () => {
+    const { server, network, tab } = await place(fate);
+    await tab.keep(problem("a"));
+    await tab.send();
+    await tab.keep(problem("a", { takenBack: true }));
+    network.now = "fine";
+    assert.equal(await tab.send(), "empty");
+    while (network.late.length) network.deliver(0);
+    assert.equal(server.problems.get("a").gone, true);
+  });
+}
+
+test("a problem that the server refuses, since its holds are gone, is deleted", async () => {
+  const { server, tab } = await place();
+  await tab.keep(problem("a", { takenBack: true, known: true }));
+  server.take = ({ method, path }) => (path === "/me" ? { status: 200, body: { id: "ada" } } : { status: method === "PUT" ? 422 : 404, body: {} });
+  assert.equal(await tab.send(), "empty");
+  assert.deepEqual((await tab.all()).map(({ refused }) => refused), [null]);
+});
+
+test("that one climbed a problem is sent after the problem", async () => {
+  const { server, network, tab } = await place();
+  network.fate = ({ path }) => ({ fate: path.endsWith("/problems/a") ? network.now : "fine" });
+  network.now = "busy";
+  await tab.keep(climbed("b")); // of another wall, which the server has
+  server.problems.set("b", { person: "eve", number: 0, edits: [] });
+  await tab.keep(problem("a"));
+  await tab.keep(climbed("a"));
+  await tab.send();
+  assert.deepEqual([...server.climbed.keys()], ["ada/b"]);
+  network.now = "fine";
+  await tab.send();
+  assert.deepEqual([...server.climbed.keys()], ["ada/b", "ada/a"]);
 });

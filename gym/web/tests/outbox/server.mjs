@@ -1,36 +1,41 @@
-// The server as the outbox meets it: what it keeps (as `climbing/edits.py` and `competitions/judging.py` do, which have tests
-// of their own), and a network between that loses, doubles and delays.
+// The server as the outbox sees it: its storage rules (those of `climbing/edits.py` and `competitions/judging.py`, which have tests
+// of their own), and a network that loses, duplicates and delays.
 
 const OK = { status: 200 };
 
 export class Server {
-  /** Ascents by id, opinions by person and route, score events by id: what was taken, by whom, of which edit. */
+  /** Ascents by id, opinions by person and route, score events by id: content, person, edit. */
   ascents = new Map();
   opinions = new Map();
   events = new Map();
+  /** Problems by id, and whether they were climbed by person and problem. */
+  problems = new Map();
+  climbed = new Map();
   /** Every request that reached it, in order: method, path, person, and the number of the edit. */
   reached = [];
-  /** Ids that it will not have. */
+  /** Ids that it refuses. */
   unwanted = new Set();
   person = "ada";
 
-  /** `person`: whose cookie comes with it. */
+  /** `person`: the owner of the cookie. */
   take({ method, path, body, person, wanted }) {
     if (!person || (wanted && wanted !== person)) return { status: 401 };
     if (path === "/me") return { status: 200, body: { id: person } };
     const [id, kind] = path.split("/").reverse();
     this.reached.push({ method, path, id, person, number: body?.edit?.number });
     if (this.unwanted.has(id)) return { status: 403, body: { title: "not this one" } };
-    if (method === "DELETE") return this.#takeBack(id, person);
+    if (method === "DELETE") return this.#takeBack(this[kind], id, person);
     if (kind === "ascents") return this.#edited(this.ascents, id, person, body);
+    if (kind === "problems") return this.#edited(this.problems, id, person, body);
+    if (id === "climbed") return this.problems.has(kind) ? this.#edited(this.climbed, `${person}/${kind}`, person, body) : { status: 404, body: {} };
     if (id === "opinion") return this.#edited(this.opinions, `${person}/${kind}`, person, body);
     if (kind === "events") return this.#score(id, person, body);
     throw new Error(`no such endpoint: ${method} ${path}`);
   }
 
-  #takeBack(id, person) {
-    const row = this.ascents.get(id);
-    if (row?.person !== person) return { status: 404, body: { title: "no such ascent" } };
+  #takeBack(rows, id, person) {
+    const row = rows.get(id);
+    if (row?.person !== person) return { status: 404, body: { title: "no such row" } };
     row.gone = true;
     return OK;
   }
@@ -53,22 +58,23 @@ export class Server {
   }
 }
 
-/** What becomes of a request: whether it arrives, how often, and what is answered; a late one arrives when its sender has given up. */
+/** The fate of a request: whether it arrives, how often, and the answer; a late one arrives after its sender gave up. */
 export const FATES = {
   fine: { copies: 1 },
   down: { copies: 0, answer: "none" },
   lost: { copies: 1, answer: "none" },
+  portal: { copies: 0, answer: "portal" },
   busy: { copies: 0, answer: 503 },
   broken: { copies: 1, answer: 500 },
   twice: { copies: 2 },
   late: { copies: 0, answer: "none", later: 1 },
 };
 
-/** `fate(request)` says what becomes of each; `late` are the copies that are still under way. */
+/** `fate(request)` gives the fate of each; `late` are the copies that are still under way. */
 export class Network {
   late = [];
-  /** What was asked for, arrived or not: the last part of each address. */
-  asked = new Set();
+  /** Requested addresses, arrived or not: the last part of each. */
+  requested = new Set();
 
   constructor(server, fate) {
     Object.assign(this, { server, fate });
@@ -77,18 +83,19 @@ export class Network {
 
   async #fetch(address, { method, body, headers }) {
     const path = address.replace("/api/v1", "");
-    const said = { method, path, body: body && JSON.parse(body), wanted: headers?.["x-walltopo-person"] };
-    this.asked.add(path.split("/").at(-1));
-    const { fate, pause } = this.fate(said);
-    const request = { ...said, person: this.server.person };
+    const entered = { method, path, body: body && JSON.parse(body), wanted: headers?.["x-walltopo-person"] };
+    this.requested.add(path.split("/").at(-1));
+    const { fate, pause } = this.fate(entered);
+    const request = { ...entered, person: this.server.person };
     const { copies, answer = "own", later = 0 } = FATES[fate];
     await pause;
-    let told;
-    for (let copy = 0; copy < copies; copy++) told = this.server.take(request);
+    let result;
+    for (let copy = 0; copy < copies; copy++) result = this.server.take(request);
     for (let copy = 0; copy < later; copy++) this.late.push(request);
     if (answer === "none") throw new TypeError("no reception");
+    if (answer === "portal") return new Response("<!doctype html>", { headers: { "content-type": "text/html; charset=utf-8" } });
     if (answer !== "own") return new Response("", { status: answer });
-    return new Response(told.body ? JSON.stringify(told.body) : null, { status: told.status });
+    return new Response(result.body ? JSON.stringify(result.body) : null, { status: result.status });
   }
 
   /** One of the late copies arrives at last. */

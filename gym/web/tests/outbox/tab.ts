@@ -1,4 +1,4 @@
-/** What one tab has of the outbox: each import of it, bundled, has its own memory, as a tab has. */
+/** One tab's view of the outbox: each import after a reset of the modules has its own memory, as a tab has. */
 
 export { nextEdit } from "../../src/outbox/edits";
 export { send } from "../../src/outbox/send";

@@ -1,4 +1,4 @@
-// What climbers and judges say, as the app hands it to the outbox.
+// Entries of climbers and judges, as the app passes them to the outbox.
 
 const GYM = "cave";
 export const body = (route, kind, tries = 1) => ({ route_id: route, kind, tries, climbed_at: "2026-11-20T18:00:00Z", note: "" });
@@ -9,6 +9,16 @@ export function ascent(id, { route = "r1", kind = "top", tries = 1, takenBack = 
 
 export function opinion(route, stars, person = "ada") {
   return { what: "opinion", route, person, gym: GYM, name: route, body: { grade: "", stars, wish: "", comment: "" } };
+}
+
+export function problem(id, { takenBack = false, known = false, person = "ada" } = {}) {
+  const holds = [{ hold: 1, use: "start" }, { hold: 2, use: "top" }];
+  const words = { wall_id: "w", scan_id: "s", holds, name: id, grade_system_id: null, grade: "", share: "gym", matching: true, note: "", remix_of: null };
+  return { what: "problem", id, person, gym: GYM, name: id, body: words, takenBack, known };
+}
+
+export function climbed(problem, at = "2026-11-20T18:00:00Z", person = "ada") {
+  return { what: "climbed", problem, person, gym: GYM, name: problem, body: { climbed_at: at } };
 }
 
 export function score(id, target = null, person = "ada") {

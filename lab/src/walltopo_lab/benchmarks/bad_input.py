@@ -1,8 +1,9 @@
-"""What happens with bad input: every case tried, as the table of docs/bad-input.md.
+"""The table of docs/bad-input.md: the exit code and the output for every kind of bad input.
 
     python -m walltopo_lab.benchmarks.bad_input > docs/bad-input.md
 
-How each case is made, and what the user must be told; the product's tests run them all.
+Each case has a function that makes it, and the message that the user must get. The product's tests
+run every case.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ HEAD = """\
 Written by `make docs` (`python -m walltopo_lab.benchmarks.bad_input`); the tests run every row. Exit codes:
 0 done, 2 usage or settings, 3 the input, 4 no result from usable input, 5 the machine.
 
-| given | exit | told |
+| given | exit | output |
 |---|---|---|
 """
 
@@ -42,11 +43,11 @@ class Case:
 
     Parameters
     ----------
-    name : what the user gives.
+    name : the input, as named in the table.
     make : fills a folder and returns the arguments after `walltopo` and the command.
     code : the exit code expected.
-    says : words that the output must contain.
-    command : what is run.
+    says : text that the output must contain.
+    command : subcommand of `walltopo` to run.
     """
 
     name: str
@@ -57,7 +58,7 @@ class Case:
 
 
 def picture(seed: int, size: tuple[int, int] = (640, 480)) -> Image.Image:
-    """A sharp picture of random blocks that matches no other seed's."""
+    """Return a sharp picture of random blocks, different for every seed."""
     generator = np.random.default_rng(seed)
     blocks = generator.integers(0, 255, (size[1] // 8, size[0] // 8, 3), dtype=np.uint8)
     return Image.fromarray(blocks).resize(size, Image.Resampling.NEAREST)
@@ -237,7 +238,9 @@ def _links(root: Path) -> list[str]:
 
 
 def _cut_in_half(name: str) -> Callable[[Path], list[str]]:
-    """A picture of the format that `name` says, cut in half, under a name that is looked at."""
+    """Return a maker of a truncated picture in the format of `name`, under a suffix that ingest
+    reads.
+    """
 
     def make(root: Path) -> list[str]:
         import pillow_heif
@@ -296,7 +299,7 @@ def _odd_folder(root: Path) -> list[str]:
 
 def _huge_png(root: Path) -> list[str]:
     folder = _photos(root / "in")
-    # Its header is enough: it is refused before it is decoded.
+    # The header is enough: ingest rejects the file before it decodes pixels.
     chunks = (
         (b"IHDR", struct.pack(">IIBBBBB", 15_900, 15_700, 8, 2, 0, 0, 0)),
         (b"IDAT", zlib.compress(b"")),
@@ -338,8 +341,8 @@ def _damaged_and_moved(root: Path) -> list[str]:
 
 
 HEALING_CASES = (
-    Case("a stored photo cut off since", _damaged_since, 0, "is not as ingest left it: made again"),
-    Case("the same, and its original gone", _damaged_and_moved, 3, "is gone since the scan"),
+    Case("a stored photo cut off since", _damaged_since, 0, "was changed since ingest wrote it"),
+    Case("the same, and its original gone", _damaged_and_moved, 3, "was deleted after the scan"),
 )
 
 INGEST_CASES = (
@@ -360,7 +363,7 @@ INGEST_CASES = (
 
 
 def _view(*more: str) -> Callable[[Path], list[str]]:
-    """A scan whose page is there, viewed with some options."""
+    """Return a maker of a scan with a page, for `view` with some options."""
 
     def make(root: Path) -> list[str]:
         (root / "scan").mkdir()
@@ -370,7 +373,7 @@ def _view(*more: str) -> Callable[[Path], list[str]]:
     return make
 
 
-# Of `view`, what ends by itself; a running server: docs/security.md.
+# Only the `view` cases that end by themselves; docs/security.md covers a running server.
 VIEW_CASES = (
     Case(
         "`view` of what has no page",
@@ -389,7 +392,7 @@ VIEW_CASES = (
         "not an address of this machine",
         "view",
     ),
-    Case("`view --embed` of no origin", _view("--embed", "gym"), 2, "is no origin", "view"),
+    Case("`view --embed` of no origin", _view("--embed", "gym"), 2, "is not an origin", "view"),
 )
 
 CASES: tuple[Case, ...] = (
@@ -417,7 +420,7 @@ CASES: tuple[Case, ...] = (
     Case("an unknown setting", _unknown_setting, 2, "Did you mean ingest.max_side?"),
     Case("an impossible setting", _impossible_setting, 2, "expected at least 640, got -1"),
     Case("an unknown stage", _unknown_stage, 3, "unknown stage 'meshing'"),
-    Case("photos that show nothing in common", _unrelated, 4, "could be put together"),
+    Case("photos that show nothing in common", _unrelated, 4, "could be registered"),
     Case("a reference that is no scan", _no_reference, 3, "has no cameras"),
     *INGEST_CASES,
     *HEALING_CASES,
@@ -425,11 +428,11 @@ CASES: tuple[Case, ...] = (
 )
 
 
-# Where results go, and what is typed.
+# Cases of output paths and of typed arguments.
 
 
 def _finished(root: Path) -> Path:
-    """As much of a scan folder as makes it one."""
+    """Write the minimum that makes a folder a scan."""
     scan = root / "gym"
     scan.mkdir()
     (scan / "scan.json").write_text('{"version": 1, "stages": {}}')
@@ -460,6 +463,18 @@ def _pipe(root: Path) -> list[str]:
     return ["print", "-o", str(root / "pipe"), "--overwrite"]
 
 
+def _backup(place: str, to: str, *more: str) -> Callable[[Path], list[str]]:
+    """Return a maker of `gym backup` arguments; the gym in `root/gym` has an empty database."""
+
+    def make(root: Path) -> list[str]:
+        (root / "gym").mkdir()
+        (root / "gym" / "gym.sqlite").touch()
+        (root / "there.tar").write_text("mine")
+        return ["backup", "--data", str(root / place), str(root / to), *more]
+
+    return make
+
+
 def _config(content: bytes | None) -> Callable[[Path], list[str]]:
     def make(root: Path) -> list[str]:
         config = root / "settings"
@@ -484,6 +499,15 @@ OUTPUT_CASES = (
     Case("`merge -o` a web site's folder", _merge_to("site"), 3, "is not empty", "merge"),
     Case("`merge -o` another scan", _merge_to("gym", "--overwrite"), 3, "belongs to", "merge"),
     Case("`-o` a file that is there", _taken, 3, "is there already", "measure"),
+    Case("`gym backup` of no gym", _backup("gmy", "b.tar"), 3, "no gym there", "gym"),
+    Case("`gym backup` onto a file", _backup("gym", "there.tar"), 3, "is there already", "gym"),
+    Case(
+        "`gym backup` onto the gym",
+        _backup("gym", "gym/gym.sqlite", "--overwrite"),
+        3,
+        "belongs to the gym itself",
+        "gym",
+    ),
     Case("`-o` a named pipe", _pipe, 3, "no file can replace it", "measure"),
     Case(
         "`-o` a device",
@@ -509,13 +533,13 @@ OUTPUT_CASES = (
 CASES += OUTPUT_CASES
 
 
-# Files of other programs.
+# Cases of files from other programs.
 
 _SQUARE = [2, 2, 9, 2, 9, 9, 2, 9]
 
 
 def _labels(root: Path, **changes: object) -> list[str]:
-    """A COCO file of one photo with a change in its image or its annotation, to be converted."""
+    """Write a COCO file of one photo with changed fields; return the arguments to convert it."""
     picture(0, (20, 18)).save(root / "a.png")
     image = {"id": 1, "file_name": "a.png", "width": 20, "height": 18}
     row = {"id": 1, "image_id": 1, "category_id": 1, "segmentation": [_SQUARE]}
@@ -637,33 +661,33 @@ READER_CASES = (
         "a PLY that claims two billion vertices",
         _mesh(_PLY),
         3,
-        "it claims 2000000000 entries",
+        "it declares 2000000000 entries",
         "mesh",
     ),
     Case(
         "a `frames.bin` of 45 bytes",
         _cut_model("frames.bin", 45),
         3,
-        "frames.bin: is cut off or damaged",
+        "frames.bin: truncated or damaged",
         "lift",
     ),
     Case(
         "a `cameras.bin` cut short",
         _cut_model("cameras.bin", 40),
         3,
-        "cameras.bin: is cut off or damaged",
+        "cameras.bin: truncated or damaged",
         "lift",
     ),
-    Case("a mirrored `transform_matrix`", _mirrored, 3, "transform_matrix mirrors", "lift"),
+    Case("a mirrored `transform_matrix`", _mirrored, 3, "frame 0: the pose mirrors", "lift"),
 )
 CASES += READER_CASES
 
 
-# What is asked of a command that this machine, or this scan, has not got.
+# Cases that need something absent from this machine or this scan.
 
 
 def _late(*setting: str) -> Callable[[Path], list[str]]:
-    """A scan that is to run to its end, with good photos."""
+    """Return a maker of a whole scan of good photos with changed settings."""
     return lambda root: _scan(_photos(root / "in"), "--set", *setting, to="export")
 
 
@@ -686,7 +710,7 @@ COMMAND_CASES = (
         "not found in /nowhere",
     ),
     Case("a detector that is not there", _late("detect.model=nowhere.onnx"), 3, "nowhere.onnx"),
-    Case("a detector of no name", _late("detect.model=yolo99"), 3, "no known detector"),
+    Case("a detector of no name", _late("detect.model=yolo99"), 3, "neither a known detector"),
     Case("`export --format page` onto a file", _page_there, 3, "is there already", "export"),
     Case("`export --format site` into a web site", _site_there, 3, "is not empty", "export"),
     Case("a shell without completion", lambda _: ["csh"], 2, "invalid choice", "completion"),
@@ -694,26 +718,28 @@ COMMAND_CASES = (
 CASES += COMMAND_CASES
 
 
-def told(output: str, root: Path) -> str:
-    """The lines that matter, without this machine's folders."""
+def shown_output(output: str, root: Path) -> str:
+    """Return the significant lines of an output, without this machine's folders."""
     text = output.replace(str(root), "").replace("/in/", "in/")
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     if lines and lines[0].startswith("usage:"):
         lines = lines[-1:]
-    lines = [line for line in lines if not line.startswith("✗") and "by estimate" not in line]
+    lines = [line for line in lines if not line.startswith("✗") and "(estimate)" not in line]
     lines = [re.sub(r"\s+[\d.]+ s$", "", line) for line in lines]
-    # What went wrong, and no more than a line of what was told before it.
+    # Keep the error, and at most one line of output before it.
     error = next((k for k, line in enumerate(lines) if line.startswith("error:")), 0)
     return " / ".join(lines[max(0, error - 1) :][:3]).replace("|", "\\|")
 
 
 def row(case: Case) -> str:
-    """One line of the table."""
+    """Return the table row of one case."""
     with tempfile.TemporaryDirectory() as name:
         root = Path(name)
         command = [sys.executable, "-m", "walltopo", case.command, *case.make(root)]
         done = subprocess.run(command, capture_output=True, text=True)
-        return f"| {case.name} | {done.returncode} | {told(done.stdout + done.stderr, root)} |"
+        return (
+            f"| {case.name} | {done.returncode} | {shown_output(done.stdout + done.stderr, root)} |"
+        )
 
 
 def main() -> None:

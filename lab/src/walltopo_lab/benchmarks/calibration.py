@@ -1,9 +1,9 @@
-"""A yardstick for machines: how long this one takes for a fixed piece of work.
+"""A speed reference for machines: the time of a fixed piece of work.
 
     python -m walltopo_lab.benchmarks.calibration
 
-OpenCV's SIFT on one generated picture, on one thread. Seconds of two machines, or of one that was
-busy, are compared by their ratio to it.
+The work is OpenCV's SIFT on one generated picture, on one thread. To compare seconds between
+machines, or with those of a busy machine, divide them by this time.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _WIDTH, _HEIGHT = 1600, 1200
 
 
 def picture() -> NDArray[np.uint8]:
-    """(1200, 1600) grey noise of all sizes from 2 to 128 pixels, the same everywhere."""
+    """Return (1200, 1600) grey noise at all sizes from 2 to 128 pixels, equal on every machine."""
     rng = np.random.default_rng(0)
     total = np.zeros((_HEIGHT, _WIDTH), dtype=np.float32)
     for size in (2, 8, 32, 128):
@@ -31,7 +31,7 @@ def picture() -> NDArray[np.uint8]:
 
 
 def calibration_s(repeats: int = 5) -> float:
-    """Seconds of wall clock, the best of some."""
+    """Return the best of some runs, seconds of wall clock."""
     image, sift = picture(), cv2.SIFT.create(nfeatures=8192)
     best = np.inf
     with opencv_in_one_thread():

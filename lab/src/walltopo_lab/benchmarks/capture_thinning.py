@@ -1,9 +1,9 @@
-"""How many photos a wall and its measure need: gym-a with photos left out, against its truth.
+"""Photos that a wall and its scale plates need: gym-a with fewer and fewer photos, against truth.
 
     python -m walltopo_lab.benchmarks.capture_thinning --scan SCAN --truth DATA/gym-a
 
-SCAN is a finished scan of gym-a (to the stage `scale`) that still has `work/features`: features
-and matches are taken from there, mapping and the measure are run again for every row.
+SCAN is a finished scan of gym-a (to the stage `scale`) that still has `work/features`. Its features
+and matches are reused; mapping and scale run again for every row.
 """
 
 from __future__ import annotations
@@ -22,12 +22,11 @@ from numpy.typing import NDArray
 from walltopo.core import Camera, Silent, StageError, View
 from walltopo.geometry.similarity import Similarity
 from walltopo.geometry.zbuffer import render_ids
-from walltopo.reconstruct.scale.from_plates import measure_from_plates
-from walltopo.reconstruct.scale.markers import Detection
+from walltopo.images.markers import Detection
+from walltopo.reconstruct.scale.from_plates import frame_from_plates
 from walltopo.reconstruct.scale.plates import Plate, built_in_plates
-from walltopo.reconstruct.scale.upright import up_from_cameras
-from walltopo.reconstruct.scale.world_frame import detect_in_photos
-from walltopo.reconstruct.sparse.colmap_process import run_worker
+from walltopo.reconstruct.scale.world_frame import detect_in_photos, up_from_cameras
+from walltopo.reconstruct.settings import SparseSettings
 from walltopo.reconstruct.sparse.feature_cache import database_of
 from walltopo.reconstruct.sparse.jobs import (
     ImageEntry,
@@ -36,21 +35,21 @@ from walltopo.reconstruct.sparse.jobs import (
     features_job,
     mapping_job,
     photo_ids,
+    run_worker,
 )
-from walltopo.reconstruct.sparse.settings import SparseSettings
 from walltopo.scans.colmap_model import read_views
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.photos import PhotoList, PhotoSet
 from walltopo_lab.benchmarks.reconstruction_poses import centres, fit_on_floor, load_truth, matched
 
 Floats = NDArray[np.float64]
-_WALL = 60  # photos 0 to 59 show the wall, 60 to 71 the measures
+_WALL = 60  # photos 0 to 59 show the wall, 60 to 71 the scale plates
 _LENGTH = 10.0  # m of wall
-_NEAR = 0.02  # m; a surface point is seen where the rendered depth is its own within this
+_NEAR = 0.02  # m; a surface point is visible if the rendered depth equals its own within this
 
 
 def map_subset(scan: ScanFolder, names: Sequence[str], work: Path) -> list[View]:
-    """Map only the named photos, from the features and matches that the scan has."""
+    """Map only the named photos from the scan's features and matches; return the views."""
     photos = sorted(PhotoList.load(scan.photo_list).photos, key=lambda photo: photo.name)
     database = work / "features.db"
     shutil.copyfile(database_of(scan.work), database)
@@ -63,13 +62,13 @@ def map_subset(scan: ScanFolder, names: Sequence[str], work: Path) -> list[View]
 
 
 def in_world(view: View, world: Similarity) -> View:
-    """The view in the world frame."""
+    """Return the view in the world frame."""
     rotation = view.cam_from_world[:, :3] @ world.rotation.T
     return replace(view, cam_from_world=np.c_[rotation, -rotation @ world.apply(view.centre)])
 
 
 def coverage(truth_folder: Path, names: Sequence[str]) -> NDArray[np.bool_]:
-    """(photos, faces) bool: which hold faces of the truth each photo shows (area-sampled)."""
+    """Return (photos, points) bool: visibility of area-sampled hold surface in each photo."""
     gt = np.load(truth_folder / "gt.npz")
     vertices, faces = gt["vertices"].astype(np.float64), gt["faces"]
     chosen = np.flatnonzero((gt["face_instance"] > 0) & (gt["face_views"] > 0))
@@ -100,14 +99,14 @@ def _shows(
 def judge_row(
     label: str,
     views: list[View],
-    asked: int,
+    given: int,
     detections: Sequence[Detection],
     plates: Sequence[Plate],
     truth: dict[str, Floats],
     seen: dict[str, NDArray[np.bool_]] | None = None,
 ) -> None:
-    """Print one row: registered, centres, scale, up, and the share of holds in 3 photos."""
-    row = f"| {label} | {len(views)} of {asked} |"
+    """Print one row: registered photos, centres, scale, up, and the share of holds in 3 photos."""
+    row = f"| {label} | {len(views)} of {given} |"
     if seen is not None:
         counts = np.sum([seen[view.name] for view in views], axis=0)
         row += f" {100 * (counts >= 3).mean():.0f} % |"
@@ -116,9 +115,9 @@ def judge_row(
         return
     try:
         up = up_from_cameras(views)
-        measure, _, notes = measure_from_plates(views, detections, plates, up)
-    except StageError as told:
-        print(f"{row} {told.message} |")
+        measure, _, notes = frame_from_plates(views, detections, plates, up)
+    except StageError as failure:
+        print(f"{row} {failure.message} |")
         return
     if measure is None:
         print(f"{row} unscaled: {'; '.join(notes) or 'no plate seen'} |")
@@ -136,7 +135,7 @@ def judge_row(
 
 
 def thin_photos(scan: ScanFolder, truth_folder: Path, detections: Sequence[Detection]) -> None:
-    """Print the table of walls with ever fewer photos."""
+    """Print the table of walls with fewer and fewer photos."""
     truth, plates = load_truth(truth_folder), built_in_plates()[:3]
     names = sorted(truth)
     shown = dict(zip(names, coverage(truth_folder, names), strict=True))
@@ -155,7 +154,7 @@ def thin_photos(scan: ScanFolder, truth_folder: Path, detections: Sequence[Detec
 
 
 def thin_measures(scan: ScanFolder, truth_folder: Path, detections: Sequence[Detection]) -> None:
-    """Print the table of ever fewer plates and photos of them."""
+    """Print the table of fewer and fewer plates and photos of them."""
     truth, plates = load_truth(truth_folder), built_in_plates()[:3]
     views, measures = read_views(scan.sparse), sorted(truth)[_WALL:]
     print("\n| plates, photos of each | registered | camera centres, median / worst | scale | up |")

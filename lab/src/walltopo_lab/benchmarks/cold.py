@@ -1,13 +1,14 @@
-"""What the first scan on a machine costs more than the second: compiling kernels.
+"""Extra time of the first scan on a machine over the second: the compilation of kernels.
 
     python -m walltopo_lab.benchmarks.cold examples/demo-photos
     python -m walltopo_lab.benchmarks.cold examples/demo-photos --installed
     python -m walltopo_lab.benchmarks.cold examples/demo-photos --record
 
-Two scans of the same photos, the first with numba's cache empty; seconds per stage of both, and how
-long the scan itself compiled (what `pipeline.warm_up` did not take off it). `--installed` leaves
-numba's files where they are: just after the wheel that carries them was installed, the first scan
-is that of whoever installs it. `--record` writes the table of kernels that the warm-up goes by.
+Two scans of the same photos run, the first with an empty numba cache. The output is the seconds per
+stage of both, and the time that the scan itself compiled (the part outside `pipeline.warm_up`).
+`--installed` leaves numba's files in place: just after an installation of the wheel that contains
+them, the first scan is that of a new user. `--record` writes the table of kernels that the warm-up
+uses.
 """
 
 from __future__ import annotations
@@ -60,19 +61,21 @@ def main() -> int:
 
 
 def _scan(photos: Path, root: Path, name: str, installed: bool) -> dict[str, Any]:
-    """Scan in a process of its own, numba's cache in `root`, or where it is; seconds per stage, and
-    what was compiled."""
-    told = root / f"{name}.json"
+    """Scan in a child process; return seconds per stage and the compiled kernels.
+
+    Numba's cache lies in `root`, or stays in its own place with `installed`.
+    """
+    file = root / f"{name}.json"
     own = {} if installed else {"NUMBA_CACHE_DIR": str(root / "kernels")}
     environment = {**os.environ, **own}
     command = [sys.executable, "-m", __spec__.name if __spec__ else __name__, "--watched"]
-    subprocess.run([*command, photos, root / name, told], check=True, env=environment)
+    subprocess.run([*command, photos, root / name, file], check=True, env=environment)
     stages = read_json(root / name / "scan.json")["stages"]
-    return {"stages": {key: stages[key]["seconds"] for key in stages}, **read_json(told)}
+    return {"stages": {key: stages[key]["seconds"] for key in stages}, **read_json(file)}
 
 
-def _watched(photos: str, out: str, told: str) -> None:
-    """A scan that writes down which kernels it had to compile, and how long it was at that."""
+def _watched(photos: str, out: str, file: str) -> None:
+    """Run a scan and write the kernels that it compiled, and the time of compiling, to `file`."""
     from numba.core import event
 
     from walltopo.cli import main as walltopo
@@ -100,7 +103,7 @@ def _watched(photos: str, out: str, told: str) -> None:
     event.register("numba:compile", listener)
     sys.argv = ["walltopo", "scan", photos, "-o", out, "-q"]
     code = walltopo()
-    Path(told).write_text(json.dumps({"kernels": kernels, "compiling": listener.seconds}))
+    Path(file).write_text(json.dumps({"kernels": kernels, "compiling": listener.seconds}))
     raise SystemExit(code)
 
 

@@ -2,10 +2,13 @@
 
     python -m walltopo_lab.benchmarks.colours [DATA]
     python -m walltopo_lab.benchmarks.colours gyms GYM [GYM ...]    gyms of `walltopo synth`
+    python -m walltopo_lab.benchmarks.colours names OUT             white, grey and black by name
 
-DATA is the folder of the test data (default ../shared/data). Printed: the untrained default on
-both scans of the gym, and the first with a palette learnt on the other (`gym-a-reset`), where a
-setter is played by the truth: each cluster of that scan gets the name of its holds' majority.
+DATA is the folder of the test data (default ../shared/data). The output covers the untrained
+default on both scans of the gym, and the first scan with a palette learnt on the other
+(`gym-a-reset`). There the truth plays the setter: each cluster of that scan gets the name of its
+holds' majority. `names` generates eight gyms with white, grey and black routes beside red, yellow
+and blue ones, under dim to bright light, on panels of all paints (12 photos of 960 x 720 each).
 """
 
 from __future__ import annotations
@@ -14,12 +17,14 @@ import json
 import sys
 from collections import Counter
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, Mesh, Silent, View
 from walltopo.describe.classify.colour import (
+    HoldColour,
     HoldPaint,
     assign_colours,
     find_palette,
@@ -27,12 +32,14 @@ from walltopo.describe.classify.colour import (
     with_white,
 )
 from walltopo.describe.classify.geometry import measure_shapes
-from walltopo.describe.classify.observe import observe
+from walltopo.describe.classify.light import observe
 from walltopo.describe.classify.palette import Entry
-from walltopo.describe.classify.settings import ClassifySettings
+from walltopo.describe.settings import ClassifySettings
 from walltopo.scans.colmap_model import read_views
 from walltopo.scans.photos import PhotoSet
 from walltopo_lab.evaluate.truth import CLASS_IDS, read_truth
+from walltopo_lab.synth.params import GymSettings, PhotoSettings
+from walltopo_lab.synth.recipe import Recipe, generate
 
 CLASSES = {number: name for name, number in CLASS_IDS.items()}
 RADIAL = 0.035  # k1 of the photos of both scans; see the data's README
@@ -41,9 +48,9 @@ RADIAL = 0.035  # k1 of the photos of both scans; see the data's README
 def true_scan(
     folder: Path, lift: bool
 ) -> tuple[list[View], Mesh, NDArray[np.int32], dict[int, str], dict[int, str]]:
-    """Views, mesh, face labels, true colours and classes of one scan of the gym.
+    """Return views, mesh, face labels, true colours and classes of one scan of the gym.
 
-    lift : the reconstruction-like mesh instead of the true one.
+    lift : use the reconstruction-like mesh instead of the true one.
     """
     truth = np.load(folder / "gt.npz")
     source = np.load(folder / "lift" / "gt.npz") if lift else truth
@@ -62,14 +69,14 @@ def true_scan(
 
 
 def scale(settings: ClassifySettings) -> dict[str, float]:
-    """The settings that say which colours are the same."""
+    """Return the settings that decide which colours are equal."""
     return {"spread": settings.colour_spread, "lightness_weight": settings.lightness_weight}
 
 
 def generated_scan(
     folder: Path,
 ) -> tuple[list[View], Mesh, NDArray[np.int32], dict[int, str], dict[int, str]]:
-    """The same of a gym of `walltopo synth`."""
+    """Return the data of `true_scan` for a gym of `walltopo synth`."""
     truth = read_truth(folder)
     kinds = {number: CLASSES[one.label] for number, one in truth.instances.items()}
     colours = {number: one.colour for number, one in truth.instances.items()}
@@ -80,7 +87,7 @@ def generated_scan(
 def paints_of(
     folder: Path, lift: bool | None, settings: ClassifySettings
 ) -> tuple[dict[int, HoldPaint], dict[int, str], set[int]]:
-    """Each seen hold's paint, its true colour, and which instances are volumes.
+    """Return the paint of each visible hold, its true colour, and the ids of the volumes.
 
     lift : see `true_scan`; None: a gym of `walltopo synth`.
     """
@@ -91,21 +98,28 @@ def paints_of(
     positions = {number: shape.position for number, shape in shapes.items()}
     seen = {number: rows for number, rows in sorted(seen.items()) if number in positions}
     volumes = {number for number, kind in kinds.items() if kind == "volume"}
-    light = with_white(light, seen, positions)
-    return paint_over_views(seen, light, positions), colours, volumes
+    light = with_white(light, seen)
+    return paint_over_views(seen, light), colours, volumes
+
+
+def hold_colours(
+    paints: dict[int, HoldPaint], volumes: set[int], settings: ClassifySettings
+) -> dict[int, HoldColour]:
+    """Return the colours of the holds, without volumes, by the palette found for all."""
+    palette = find_palette(paints, volumes, **scale(settings))
+    found = assign_colours(paints, palette, **scale(settings))
+    return {number: colour for number, colour in found.items() if number not in volumes}
 
 
 def review(folders: list[Path], settings: ClassifySettings) -> None:
-    """Print how many holds of generated gyms are in the right colour group, and the review list.
+    """Print the share of generated holds in the right colour group, and the review list.
 
-    A palette entry means the true colour of most of its holds.
+    A palette entry stands for the true colour of most of its holds.
     """
     listed, wrong = [], []
     for folder in folders:
         paints, truth, volumes = paints_of(folder, None, settings)
-        palette = find_palette(paints, volumes, **scale(settings))
-        found = assign_colours(paints, palette, **scale(settings))
-        holds = {number: colour for number, colour in found.items() if number not in volumes}
+        holds = hold_colours(paints, volumes, settings)
         meant = {}
         for name in {colour.name for colour in holds.values()}:
             members = [truth[number] for number, colour in holds.items() if colour.name == name]
@@ -121,13 +135,44 @@ def review(folders: list[Path], settings: ClassifySettings) -> None:
     )
 
 
+_LIGHTS = (1.0, 0.35, 1.6, 0.7, 1.2, 0.5, 1.0, 0.8)
+_FINISHES: tuple[Literal["painted", "textured", "plywood"], ...] = (
+    "painted", "textured", "painted", "plywood",
+)  # fmt: skip
+_FIRST_SEED = 5200
+
+
+def names(out: Path, settings: ClassifySettings) -> None:
+    """Print how many holds have their colour's own name, achromatic ones and all."""
+    photos = PhotoSettings(photos=12, width=960, height=720, noise=2.0, measure_share=0.1)
+    grey_right, grey_all, right, total = 0, 0, 0, 0
+    for k, light in enumerate(_LIGHTS):
+        seed = _FIRST_SEED + k
+        gym = GymSettings(
+            width=7.0, routes=9, colours="neutral", light=light, finish=_FINISHES[k % 4],
+            chalk=(0.3, 0.8)[k % 2],
+        )  # fmt: skip
+        generate(out / str(seed), Recipe(gym, photos, seed=seed))
+        paints, truth, volumes = paints_of(out / str(seed), None, settings)
+        holds = hold_colours(paints, volumes, settings)
+        achromatic = [number for number in holds if truth[number] in ("white", "grey", "black")]
+        own = sum(holds[number].name == truth[number] for number in achromatic)
+        print(f"{seed}: {own} of {len(achromatic)} white, grey and black holds", flush=True)
+        grey_right, grey_all = grey_right + own, grey_all + len(achromatic)
+        right += sum(colour.name == truth[number] for number, colour in holds.items())
+        total += len(holds)
+    print(
+        f"right by name: {grey_right} of {grey_all} white, grey and black, {right} of {total} all"
+    )
+
+
 def setters_palette(
     paints: dict[int, HoldPaint],
     colours: dict[int, str],
     entries: list[Entry],
     settings: ClassifySettings,
 ) -> list[Entry]:
-    """The palette of a scan, its clusters named by a setter who knows the truth."""
+    """Return the palette of a scan, with the clusters named by a setter who knows the truth."""
     found = assign_colours(paints, entries, **scale(settings))
     named = []
     for entry in entries:
@@ -146,7 +191,7 @@ def report(
     palette: list[Entry],
     settings: ClassifySettings,
 ) -> None:
-    """Print accuracy and the confusions."""
+    """Print the accuracy and the confusions."""
     found = assign_colours(paints, palette, **scale(settings))
     right = sum(found[hold].name == truth[hold] for hold in found)
     missed = len(truth) - len(found)
@@ -161,6 +206,9 @@ def main() -> None:
     settings = ClassifySettings()
     if sys.argv[1:2] == ["gyms"]:
         review([Path(word) for word in sys.argv[2:]], settings)
+        return
+    if sys.argv[1:2] == ["names"]:
+        names(Path(sys.argv[2]), settings)
         return
     data = Path(sys.argv[1] if len(sys.argv) > 1 else "../shared/data")
     paints, truth, volumes = paints_of(data / "gym-a", True, settings)

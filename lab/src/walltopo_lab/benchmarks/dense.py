@@ -6,17 +6,16 @@
     python -m walltopo_lab.benchmarks.dense NEW --photos DATA/gym-a-reset/photos --truth DATA/gym-a-reset \\
         --reference SCAN DATA/gym-a
 
-Stages whose results SCAN lacks are run in it, from `--photos` on, and their seconds and memory
+Stages whose results SCAN lacks are run in it, from `--photos` on; their seconds and memory are
 printed. Accuracy: distance of points sampled evenly on the mesh to the truth's surface.
-Completeness: distance of points on the truth that at least 3 of its first photos see to the mesh.
-What is guessed (docs/dense.md) counts in neither; it is measured against the truth on a line of its
-own. Open gaps: where two borders of the mesh face each other; their length and area.
-The scan's frame is its own: one rigid motion between camera centres, without scale, leads to the
-truth's. With `--reference` the scan is registered into that one, and the motion is that of the
-reference's cameras: nothing is fitted to the new scan; `--update` judges one that was made so
-beside its reference. `--held-out N` makes mesh and texture anew
-without every N-th photo and renders those views; `--within M` does so with the photos taken
-within M metres of the middle one only.
+Completeness: distance to the mesh of points on the truth that at least 3 photos see. Filled holes
+(docs/dense.md) count in neither; a separate line compares them with the truth. Open gaps: length
+and area between borders of the mesh that face each other. One rigid motion between camera centres,
+without scale, maps the scan's frame to the truth's. With `--reference` the scan is registered into
+that one, and the motion is that of the reference's cameras: nothing is fitted to the new scan.
+`--update` evaluates such a scan beside its reference. `--held-out N` makes mesh and texture anew
+without every N-th photo and renders those views; `--within M` does so only with the photos taken
+within M metres of the middle one.
 """
 
 from __future__ import annotations
@@ -34,18 +33,16 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Silent, View
 from walltopo.geometry.mesh_check import check_mesh
-from walltopo.geometry.ply import read_mesh
+from walltopo.geometry.mesh_files import read_mesh
 from walltopo.geometry.topology import edges_of
 from walltopo.geometry.zbuffer import render_ids
 from walltopo.images.files import read_grey, read_rgb
 from walltopo.pipeline.settings import Settings
-from walltopo.reconstruct.dense.backends import edge_and_unit
+from walltopo.reconstruct.dense.external import edge_and_unit
 from walltopo.reconstruct.dense.scene import read_scene
-from walltopo.reconstruct.dense.settings import DenseSettings
 from walltopo.reconstruct.dense.sgm import sgm_mesh
-from walltopo.reconstruct.sparse.settings import SparseSettings
+from walltopo.reconstruct.settings import DenseSettings, SparseSettings, TextureSettings
 from walltopo.reconstruct.texture.atlas import Texture, make_texture
-from walltopo.reconstruct.texture.settings import TextureSettings
 from walltopo.scans.colmap_model import read_views
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.scale import Scale
@@ -56,13 +53,13 @@ Image = NDArray[np.uint8]
 
 _SAMPLES = 200_000
 _HOLD_SIZE = 0.05
-# Gaps up to these widths are measured; the floor is bare and open anyway below this height.
+# Measure gaps up to these widths; below this height the floor is bare and always open.
 _GAP_WIDTHS = (0.02, 0.05)
 _WALL_HEIGHT = 0.5
 
 
 def sample(mesh: Mesh, weight: Floats, count: int, seed: int) -> tuple[Floats, NDArray[np.int64]]:
-    """Points spread evenly over the weighted area, and the face of each."""
+    """Return points spread evenly over the weighted area, and the face of each."""
     rng = np.random.default_rng(seed)
     share = mesh.areas * weight
     face = rng.choice(len(mesh.faces), count, p=share / share.sum())
@@ -74,7 +71,7 @@ def sample(mesh: Mesh, weight: Floats, count: int, seed: int) -> tuple[Floats, N
 
 
 def distance(points: Floats, mesh: Mesh, seed: int = 7) -> Floats:
-    """(n,) distance of points to the mesh: exact to the triangles of the nearest samples."""
+    """Return (n,) distance of points to the mesh, exact to the triangles of the nearest samples."""
     from scipy.spatial import cKDTree
     from trimesh.triangles import closest_point
 
@@ -93,7 +90,7 @@ def distance(points: Floats, mesh: Mesh, seed: int = 7) -> Floats:
 
 
 def to_truth(views: Sequence[View], poses: Floats) -> tuple[Floats, Floats]:
-    """Rotation (3, 3) and translation (3,) of the scan's frame onto the truth's."""
+    """Return rotation (3, 3) and translation (3,) from the scan's frame to the truth's."""
     number = [int(view.name[-8:-4]) for view in views]
     here = np.array([view.centre for view in views])
     there = np.array([-poses[k, :, :3].T @ poses[k, :, 3] for k in number])
@@ -104,8 +101,11 @@ def to_truth(views: Sequence[View], poses: Floats) -> tuple[Floats, Floats]:
 
 def holds_present(truth: Mesh, instance: NDArray[np.int32], views: NDArray[np.int32], mesh: Mesh,
                   scene: Path) -> tuple[int, int, list[int]]:  # fmt: skip
-    """Holds over 5 cm seen by 3 photos; those with over half their seen area within 15 mm of the
-    mesh; ids of the others."""
+    """Return the number of holds present, the total, and the ids of the missing holds.
+
+    Holds over 5 cm that 3 photos see count. A hold is present if over half its seen area lies
+    within 15 mm of the mesh.
+    """
     missing: list[int] = []
     total = 0
     for record in json.loads(scene.read_text())["instances"]:
@@ -123,7 +123,7 @@ def holds_present(truth: Mesh, instance: NDArray[np.int32], views: NDArray[np.in
 
 
 def distance_near(points: Floats, mesh: Mesh) -> Floats:
-    """Distance to the mesh's vertices and centroids near some points (fast, within an edge)."""
+    """Return the distance to the mesh's centroids near some points (fast, exact within an edge)."""
     from scipy.spatial import cKDTree
 
     low, high = points.min(axis=0) - 0.1, points.max(axis=0) + 0.1
@@ -136,11 +136,12 @@ def distance_near(points: Floats, mesh: Mesh) -> Floats:
 def compare(
     scan: ScanFolder, truth_folder: Path, frame: tuple[Path, Path] | None = None
 ) -> dict[str, str]:
-    """Accuracy, completeness and holds of the scan's mesh: figure to its value, in words.
+    """Return accuracy, completeness and holds of the scan's mesh: name of each figure to its text.
 
     Parameters
     ----------
-    frame : scan and truth whose cameras lead to the truth's frame; this scan's own if None.
+    frame : scan and truth whose cameras define the fit to the truth's frame; this scan's own if
+        None.
     """
     data = np.load(truth_folder / "gt.npz")
     truth = Mesh(data["vertices"].astype(float), data["faces"])
@@ -181,7 +182,7 @@ def _share(mask: NDArray[np.bool_]) -> str:
 
 
 def _gaps(mesh: Mesh) -> dict[str, str]:
-    """How long the open gaps over the floor are."""
+    """Return the length and area of the open gaps above the floor."""
     found = {}
     for widest in _GAP_WIDTHS:
         length, area = thin_gaps(mesh, widest, _WALL_HEIGHT)
@@ -191,19 +192,19 @@ def _gaps(mesh: Mesh) -> dict[str, str]:
 
 
 def print_table(columns: dict[str, dict[str, str]]) -> None:
-    """Print what `compare` found of some scans, side by side."""
+    """Print the figures of `compare` for some scans, side by side."""
     print(f"| figure | {' | '.join(columns)} |\n|{'---|' * (1 + len(columns))}")
     for figure in next(iter(columns.values())):
         print(f"| {figure} | {' | '.join(column[figure] for column in columns.values())} |")
 
 
 def _guesses(whole: Mesh, truth: Mesh, seen: Floats) -> dict[str, str]:
-    """What the guessed triangles are like and add.
+    """Return the accuracy of the guessed triangles, and the completeness with them.
 
     Parameters
     ----------
     whole : the mesh with its guesses, in the truth's frame.
-    seen : (F,) weight of the truth's faces that completeness counts.
+    seen : (F,) weight of the truth's faces in the completeness.
     """
     names = ("guessed", "completeness within 10 mm, guesses counted")
     guessed = ~whole.measured
@@ -213,19 +214,19 @@ def _guesses(whole: Mesh, truth: Mesh, seen: Floats) -> dict[str, str]:
     off = distance(points, truth) * 1000
     points, _ = sample(truth, seen, _SAMPLES, 2)
     away = distance(points, whole) * 1000
-    told = (
+    cell = (
         f"{whole.areas[guessed].sum():.2f} m², {_share(off < 8)} within 8 mm of the truth, "
         f"{_share(off < 50)} within 50 mm"
     )
-    return dict(zip(names, (told, _share(away < 10)), strict=True))
+    return dict(zip(names, (cell, _share(away < 10)), strict=True))
 
 
 def thin_gaps(mesh: Mesh, widest: float, above: float) -> tuple[float, float]:
-    """Length and area of the gaps between borders that face each other across at most `widest`.
+    """Return length and area of the gaps whose facing borders are at most `widest` apart.
 
     Parameters
     ----------
-    above : only border edges higher than this count (z up, floor 0).
+    above : count only border edges higher than this (z up, floor 0).
     """
     from scipy.spatial import cKDTree
 
@@ -247,14 +248,14 @@ def thin_gaps(mesh: Mesh, widest: float, above: float) -> tuple[float, float]:
     np.minimum.at(width, p[facing], far[facing])
     np.minimum.at(width, q[facing], far[facing])
     counts = np.isfinite(width) & (middle[:, 2] > above)
-    # Both sides of a gap were counted.
+    # Halve the sums, because both sides of a gap were counted.
     return float(0.5 * length[counts].sum()), float(0.5 * (length * width)[counts].sum())
 
 
 def run_measured(folder: Path) -> None:
-    """Dense and texture with their seconds and the process's peak memory."""
+    """Run dense and texture; print their seconds and the process's peak memory."""
     run_stages(folder, ("dense", "texture"), Settings())
-    # Mapping is a process of its own.
+    # Mapping runs in a child process.
     own, child = (
         resource.getrusage(who).ru_maxrss / 1e6
         for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
@@ -263,7 +264,7 @@ def run_measured(folder: Path) -> None:
 
 
 def shade(mesh: Mesh, texture: Texture, view: View) -> tuple[Image, NDArray[np.bool_]]:
-    """The textured mesh as a camera sees it, (H, W, 3) RGB, and where it covers the picture."""
+    """Return a rendering of the textured mesh, (H, W, 3) RGB, and the covered pixels."""
     face_id, depth = render_ids(mesh.vertices, mesh.faces, view.camera, view.cam_from_world)
     covered = face_id >= 0
     y, x = np.nonzero(covered)
@@ -287,13 +288,13 @@ def shade(mesh: Mesh, texture: Texture, view: View) -> tuple[Image, NDArray[np.b
 
 
 def held_out(scan: ScanFolder, every: int, within: float, folder: Path | None) -> None:
-    """PSNR and SSIM of views that neither the mesh nor the texture was made from.
+    """Print PSNR and SSIM of views held out from both mesh and texture.
 
     Parameters
     ----------
-    every : each such photo, by name, is held out.
-    within : only photos whose cameras are so near to the middle photo's, world units.
-    folder : for pictures of each, the rendering left and the photo right.
+    every : hold out every such photo, by name.
+    within : use only photos with cameras this near to the middle photo's, world units.
+    folder : output of pictures, the rendering left and the photo right.
     """
     from skimage.metrics import structural_similarity
 
@@ -319,9 +320,9 @@ def held_out(scan: ScanFolder, every: int, within: float, folder: Path | None) -
     for k in out:
         photo, view = undistort(colour(scene.views[k].name), scene.views[k])
         picture, covered = shade(mesh, texture, view)
-        # Undistorting leaves black beyond the photo's own border.
+        # Undistortion leaves black beyond the photo's own border.
         covered &= undistort(np.full(photo.shape[:2], 255, np.uint8), scene.views[k])[0] == 255
-        # One gain per channel: a held-out photo's own exposure is unknown to the texture.
+        # Apply one gain per channel, because the texture cannot know a held-out photo's exposure.
         gain = (photo[covered].astype(float).mean(0) + 1) / (picture[covered].mean(0) + 1)
         even = np.clip(picture * gain, 0, 255).astype(np.uint8)
         error = (even[covered].astype(float) - photo[covered]) ** 2

@@ -1,15 +1,15 @@
-"""Figures of a detector on photos it never saw.
+"""Figures of a detector on photos outside its training.
 
     python -m walltopo_lab.benchmarks.detectors [DATA] [--model NAME|FILE] [--sets valid,masks] [--every N]
 
-DATA is the folder of the test data (default ../shared/data). Printed per set: COCO's figures
-(at most 1,000 detections a photo, score from 0.03) of the network's boxes, of its masks and of the
+DATA is the folder of the test data (default ../shared/data). The output per set: COCO's figures (at
+most 1,000 detections a photo, score from 0.03) of the network's boxes, of its masks and of the
 boxes around them; recall and precision by object size at the model's own threshold; time a photo.
-A time to quote needs an otherwise idle machine; CPU time hardly depends on that.
+Times for publication need an otherwise idle machine; CPU time hardly depends on the load.
 
-`valid` is hold-boxes/valid, `masks` is hold-masks (a gym that no training photo shows),
-`spraywall` the two labelled photos of that wall. `python -m walltopo_lab.benchmarks.detectors --time` only
-measures time.
+`valid` is hold-boxes/valid, `masks` is hold-masks (a gym in no training photo), `spraywall` the two
+labelled photos of that wall. `python -m walltopo_lab.benchmarks.detectors --time` measures only
+time.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from numpy.typing import NDArray
 
 from walltopo.images.files import read_rgb
 from walltopo.segment.detect.detector import Detector, open_detector
-from walltopo.segment.detect.found import Found, box_iou
 from walltopo.segment.detect.onnx_detector import OnnxDetector
-from walltopo.segment.detect.settings import DetectSettings
+from walltopo.segment.detect.photo_detections import PhotoDetections, box_iou
+from walltopo.segment.settings import DetectSettings
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo
 from walltopo_lab.datasets.read import read_dataset
 from walltopo_lab.evaluate.detector import DetectorFigures, evaluate_detections
@@ -37,23 +37,23 @@ SETS = {
     "masks": "hold-masks/annotations.json",
     "spraywall": "spraywall",
 }
-# How the page calls what the evaluator calls; the mean of the classes first, as publications do.
+# Map the evaluator's names to the page's; the mean of classes first, as in publications.
 ROWS = {"mean": "mean of classes", "all": "classes as one", "hold": "hold", "volume": "volume"}
-BINS = ((0, 16), (16, 40), (40, 96), (96, 10_000))  # px, root of the box area
+BINS = ((0, 16), (16, 40), (40, 96), (96, 10_000))  # px, square root of the box area
 LOW_SCORE = 0.03
 
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What a detector found in a set, and how long it took."""
+    """A detector's results on a set, with the time per photo."""
 
-    found: list[Found]
+    found: list[PhotoDetections]
     seconds: list[float]
     cpu: list[float]
 
 
 def look(detector: Detector, photos: list[Path]) -> Outcome:
-    """Run the detector, the reading of the files not counted."""
+    """Run the detector on each photo; reading the files is not timed."""
     outcome = Outcome([], [], [])
     for path in photos:
         photo = read_rgb(path)
@@ -64,8 +64,10 @@ def look(detector: Detector, photos: list[Path]) -> Outcome:
     return outcome
 
 
-def as_dataset(truth: Dataset, found: list[Found], classes: dict[int, str], masks: bool) -> Dataset:
-    """Detections as a data set: with masks, or with the network's own boxes only."""
+def as_dataset(
+    truth: Dataset, found: list[PhotoDetections], classes: dict[int, str], masks: bool
+) -> Dataset:
+    """Return detections as a data set: with masks, or with only the network's own boxes."""
     photos = []
     for photo, seen in zip(truth.photos, found, strict=True):
         annotations = []
@@ -84,18 +86,18 @@ def as_dataset(truth: Dataset, found: list[Found], classes: dict[int, str], mask
 
 
 def boxes_of(photo: Photo) -> NDArray[np.float64]:
-    """Labelled boxes (n, 4), x0, y0, x1, y1."""
+    """Return labelled boxes (n, 4), x0, y0, x1, y1."""
     boxes = np.array([a.box for a in photo.annotations], dtype=np.float64).reshape(-1, 4)
     boxes[:, 2:] += boxes[:, :2]
     return boxes
 
 
-def by_size(truth: Dataset, found: list[Found], least: dict[int, float]) -> Iterator[str]:
-    """Recall and precision at the operating thresholds, boxes at 0.5 IoU, classes as one.
+def by_size(truth: Dataset, found: list[PhotoDetections], least: dict[int, float]) -> Iterator[str]:
+    """Yield the table lines of recall and precision at the operating thresholds.
 
-    Yields the lines of a table.
+    Boxes match at 0.5 IoU, with the classes merged.
     """
-    wanted, got, right, said = (np.zeros(len(BINS), int) for _ in range(4))
+    wanted, got, right, reported = (np.zeros(len(BINS), int) for _ in range(4))
     for photo, seen in zip(truth.photos, found, strict=True):
         boxes = boxes_of(photo)
         limit = np.array([least[int(label)] for label in seen.labels])
@@ -103,7 +105,7 @@ def by_size(truth: Dataset, found: list[Found], least: dict[int, float]) -> Iter
         taken = np.zeros(len(boxes), bool)
         overlap = box_iou(seen.boxes, boxes)
         for k in np.argsort(-seen.scores):
-            said[bin_of(seen.boxes[k])] += 1
+            reported[bin_of(seen.boxes[k])] += 1
             if len(boxes):
                 best = int(np.where(taken, -1, overlap[k]).argmax())
                 if not taken[best] and overlap[k, best] >= 0.5:
@@ -112,7 +114,7 @@ def by_size(truth: Dataset, found: list[Found], least: dict[int, float]) -> Iter
         for box, hit in zip(boxes, taken, strict=True):
             wanted[bin_of(box)] += 1
             got[bin_of(box)] += hit
-    sums = [np.append(counts, counts.sum()) for counts in (wanted, got, right, said)]
+    sums = [np.append(counts, counts.sum()) for counts in (wanted, got, right, reported)]
     heads = [f"{low} to {high}" if high < 10_000 else f"over {low}" for low, high in BINS]
     yield f"| size (px) | {' | '.join(heads)} | all |"
     yield f"|---|{'---|' * len(sums[0])}"
@@ -123,7 +125,7 @@ def by_size(truth: Dataset, found: list[Found], least: dict[int, float]) -> Iter
 
 
 def coco_rows(what: str, figures: Mapping[str, DetectorFigures]) -> Iterator[str]:
-    """The rows of COCO's table for one kind of outline."""
+    """Yield the rows of COCO's table for one kind of outline."""
     for key, name in ROWS.items():
         if key in figures:
             f = figures[key]
@@ -133,23 +135,23 @@ def coco_rows(what: str, figures: Mapping[str, DetectorFigures]) -> Iterator[str
 
 
 def thresholds(detector: Detector) -> dict[int, float]:
-    """The least scores in use, by label."""
+    """Return the minimum scores in use, by label."""
     if isinstance(detector, OnnxDetector):
-        return detector.scores
+        return detector.thresholds
     return dict.fromkeys(detector.classes, float(getattr(detector, "score", 0.3)))
 
 
 def bin_of(box: NDArray[np.float64]) -> int:
-    """Number of the size class of a box."""
+    """Return the index of a box's size class."""
     side = float(np.sqrt(max((box[2] - box[0]) * (box[3] - box[1]), 0.0)))
     return next(k for k, (low, high) in enumerate(BINS) if low <= side < high)
 
 
 def report(name: str, path: Path, settings: DetectSettings, every: int = 1) -> None:
-    """Print everything about one set, or about every n-th photo of it."""
+    """Print all figures of one set, or of every n-th photo of it."""
     truth = read_dataset(path)
     labelled = tuple(p for p in truth.photos if p.annotations and p.path is not None)
-    # A YOLO folder without a data.yaml names no classes; all sets here number them alike.
+    # A YOLO folder without a data.yaml names no classes; all sets here use the same numbers.
     truth = Dataset(labelled[::every], {1: "hold", 2: "volume"})
     detector = open_detector(replace(settings, score=LOW_SCORE))
     outcome = look(detector, [p.path for p in truth.photos if p.path is not None])
@@ -172,7 +174,7 @@ def report(name: str, path: Path, settings: DetectSettings, every: int = 1) -> N
 
 
 def plain_boxes(truth: Dataset) -> Dataset:
-    """The set without its shapes, so that boxes are compared with boxes."""
+    """Return the set without its shapes, so that boxes are compared with boxes."""
     return Dataset(
         tuple(
             p.with_annotations(tuple(Annotation(a.label, a.box) for a in p.annotations))
@@ -183,13 +185,13 @@ def plain_boxes(truth: Dataset) -> Dataset:
 
 
 def print_time(outcome: Outcome) -> None:
-    """Median time a photo, the first (loading) not counted."""
+    """Print the median time a photo, without the first (which includes loading)."""
     wall, cpu = np.median(outcome.seconds[1:]), np.median(outcome.cpu[1:])
     print(f"\n{wall:.3f} s a photo ({cpu:.3f} CPU-s), {len(outcome.seconds)} photos")
 
 
 def main() -> None:
-    """Command line."""
+    """Run the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("data", type=Path, nargs="?", default=Path("../shared/data"))
     parser.add_argument("--model", default="onnx")

@@ -1,10 +1,10 @@
-"""How well masks, relief and colour together tell holds; fits `models/evidence.json`.
+"""Precision and recall of holds from masks, relief and colour; fits `models/evidence.json`.
 
     python -m walltopo_lab.benchmarks.evidence SCAN GYM [SCAN GYM ...] [-o FILE]
 
-Each SCAN has a mesh and detections of the photos of GYM, a folder of `walltopo synth`. Printed for
-each gym: precision and recall of what is shown by masks alone, and by a model that was fitted on
-the other gyms. FILE gets the model that is fitted on all.
+Each SCAN has a mesh and detections of the photos of GYM, a folder of `walltopo synth`. The output
+for each gym: precision and recall of the shown holds by masks alone, and by a model fitted on the
+other gyms. FILE gets the model fitted on all gyms.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.describe.classify.settings import ClassifySettings
+from walltopo.describe.settings import ClassifySettings
 from walltopo.segment.propose.evidence import CUES, EvidenceModel
 from walltopo_lab.train.evidence import Samples, fit, prepare, samples_of
 
@@ -24,9 +24,9 @@ from walltopo_lab.train.evidence import Samples, fit, prepare, samples_of
 def _row(title: str, model: EvidenceModel, samples: Samples) -> None:
     settings = ClassifySettings()
     chance = model.probability(samples.cues)
-    together = (chance >= settings.least_evidence) & samples.explained
+    together = (chance >= settings.min_evidence) & samples.explained
     masked = samples.cues[:, CUES.index("masks")] > 0
-    alone = samples.cues[:, CUES.index("support")] >= np.sqrt(settings.least_score)
+    alone = samples.cues[:, CUES.index("support")] >= np.sqrt(settings.min_score)
     holds = samples.hold
     unmasked = f"{int((together & holds & ~masked).sum())} of {int((holds & ~masked).sum())}"
     false = int((together & ~holds & ~masked).sum())
@@ -46,7 +46,7 @@ def _pairs(words: Sequence[Path]) -> list[tuple[Path, Path]]:
 
 
 def main() -> None:
-    """Command line."""
+    """Run the command line."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("folders", type=Path, nargs="+", metavar="SCAN GYM")
     parser.add_argument("-o", "--output", type=Path)

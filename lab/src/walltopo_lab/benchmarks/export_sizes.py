@@ -1,7 +1,7 @@
 """Sizes of the exported tiers: `python -m walltopo_lab.benchmarks.export_sizes SCAN [SCAN ...]`.
 
-Builds each tier of finished scans in memory and prints triangles, vertices, bytes, triangles that
-mix two ids, and what loads before the wall is seen (viewer script compressed, plus first tier).
+Builds each tier of finished scans in memory. Prints triangles, vertices, bytes, triangles that mix
+two ids, and the bytes loaded before the wall is visible (compressed viewer script plus first tier).
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def report(folder: Path, script: int) -> None:
     print(f"{folder}: {len(wall.mesh.faces):,} triangles, {len(wall.holds)} holds")
     print("| tier | triangles | vertices | MB | mixed ids |\n|---|---|---|---|---|")
     for name in TIERS:
-        data, surface = builder.glb(name), builder.look(name).surface
+        data, surface = builder.glb(name), builder.textured_surface(name).surface
         row = (f"{len(surface.triangles):,}", f"{len(surface.positions):,}")
         print(
             f"| {name} | {' | '.join(row)} | {len(data) / 1e6:.2f} | {mixed_triangles(surface)} |"
@@ -38,7 +38,7 @@ def report(folder: Path, script: int) -> None:
 
 
 def main() -> None:
-    """Command line."""
+    """Run the command line."""
     if len(sys.argv) < 2:
         sys.exit(__doc__)
     script = len(gzip.compress(viewer_script().read_bytes(), 9))

@@ -1,7 +1,7 @@
 """The figures of the pages, written and checked from the records in `docs/results`.
 
     python -m walltopo_lab.benchmarks.figures           # write the tables of README and docs
-    python -m walltopo_lab.benchmarks.figures --check   # say what is not as recorded
+    python -m walltopo_lab.benchmarks.figures --check   # print differences to the records
 
 In a page, a table between
 
@@ -9,17 +9,17 @@ In a page, a table between
     <!-- /figures -->
 
 is that of the record `docs/results/NAME.json` (`NAME 2`: its second one), with a line below that
-tells command, data, evaluator and date. A figure in prose is a link to its record, whose title
-are words of the line of the output that it stands in (of `tables-NAME.json` the place of the
-figure and a colon):
+states command, data, evaluator and date. A figure in prose is a link to its record. The link's
+title quotes words of the figure's line in the output (for `tables-NAME.json` the path of the figure
+and a colon):
 
     ARI [0.692](results/routes-masks.json "by paint")
     AP [.885](results/tables-given.json "gym-a noisy/ours, defaults/mean/ap:")
 
 A score (a number below 1 with three decimals), a share (`12 %`, `3 of 40`), a measure (`0.5 mm`,
-`3 s`, `20 MB`), a ratio (`3 times as`) or a cost (`7 CPU-s`, `3.5 GiB`, `33 dB`) that stands in
-neither is stray: nobody can tell where it came from. `CONSTANTS` are no figures: what a page aims
-at, a setting, a limit, the size of a thing.
+`3 s`, `20 MB`), a ratio (`3 times as`) or a cost (`7 CPU-s`, `3.5 GiB`, `33 dB`) outside of both is
+stray, because its source is unknown. `CONSTANTS` are no figures: targets, settings, limits, and
+sizes of objects.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from rich.console import Console
 from walltopo.core.files import atomic_path
 from walltopo_lab.benchmarks.results import RESULTS, Record, lines_of, tables
 
-# Written by commands of their own, which read the same records or no figures at all.
+# Other commands write these pages, from the same records or without figures.
 GENERATED = ("settings.md", "bad-input.md", "results.md")
 BLOCK = re.compile(r"(<!-- figures: ([\w-]+)(?: (\d+))? -->\n).*?(<!-- /figures -->)", re.DOTALL)
 LINK = re.compile(r"\[([^\]\n]+)\]\(([\w/.-]*results/([\w-]+)\.json)(?:\s+\"([^\"]*)\")?\)")
@@ -50,32 +50,32 @@ STRAY = re.compile(
 )
 CODE = re.compile(r"```.*?```|`[^`\n]*`|^ {4,}[^\n]*$", re.DOTALL | re.MULTILINE)
 
-# What a page aims at, a setting, a limit, the size of a thing: not measured, and so in no record.
+# Targets, settings, limits and sizes of objects: not measured, and therefore in no record.
 CONSTANTS: dict[str, tuple[str, ...]] = {
-    "README.md": ("5 mm", "1 mm", "8 mm", "10 mm", "90 %", "1 s", "2 s", "350 ms"),
+    "README.md": ("5 mm", "1 mm", "8 mm", "10 mm", "1 s"),
     "colours.md": ("5 mm", "10 %", "15 %", "40 %"),
     "dense.md": ("8 mm", "50 mm", "20 %"),
-    "detect.md": ("350 ms", "10 %"),
     "evaluate.md": ("8 mm", "10 mm", "20 mm"),
-    "gltf.md": ("1 %", "1 mm"),
+    "gltf.md": ("1 %",),
     "gym.md": ("30 s", "150 MB"),
     "lift.md": ("12 mm",),
     "measure.md": (
-        *("420 mm", "297 mm", "210 mm", "4 mm", "150 mm", "115 mm", "80 mm"),  # the plates
+        *("420 mm", "297 mm", "210 mm", "4 mm", "150 mm", "115 mm", "80 mm"),
+        *("216 mm", "75 mm"),  # the plates
         *("100 %", "1 %"),
     ),
     "routes.md": ("20 s",),
     "security.md": ("8 MB",),
     **{f"setter{language}.md": ("100 %",) for language in ("", ".cs", ".de", ".fr")},
     "synth.md": ("35 mm", "3 mm"),
-    "viewer.md": ("170 ms", "200 ms", "64 MB"),
+    "viewer.md": ("170 ms",),
 }
 
 console = Console()
 
 
 def pages(root: Path) -> list[Path]:
-    """README and the pages of docs that people write."""
+    """Return README and the hand-written pages of docs."""
     return [
         root / "README.md",
         *(page for page in sorted((root / "docs").glob("*.md")) if page.name not in GENERATED),
@@ -83,20 +83,20 @@ def pages(root: Path) -> list[Path]:
 
 
 def caption(record: Record, name: str, folder: str) -> str:
-    """The line below a table."""
-    told = [f"`{record.command}`", record.on]
-    told += [f"evaluator: {record.evaluator}"] if record.evaluator else []
-    told += [f"classes: {record.classes}"] if record.classes else []
+    """Return the line below a table."""
+    parts = [f"`{record.command}`", record.on]
+    parts += [f"evaluator: {record.evaluator}"] if record.evaluator else []
+    parts += [f"classes: {record.classes}"] if record.classes else []
     if record.measured is not None:
         when = f"{record.measured.date}, {record.measured.version} ({record.measured.revision})"
-        told.append(
+        parts.append(
             f"[{'copied' if record.transcribed else 'measured'} {when}]({folder}{name}.json)"
         )
-    return f"*{'; '.join(told)}.*"
+    return f"*{'; '.join(parts)}.*"
 
 
 def written(page: Path, root: Path) -> str:
-    """The page with its tables as recorded."""
+    """Return the text of the page with its tables as recorded."""
     folder = "results/" if page.parent.name == "docs" else f"{RESULTS}/"
 
     def block(found: re.Match[str]) -> str:
@@ -110,12 +110,12 @@ def written(page: Path, root: Path) -> str:
     return BLOCK.sub(block, page.read_text(encoding="utf-8"))
 
 
-def _agrees(told: str, line: str) -> bool:
-    """Is every number of a text among those of a line, to the decimals of the text?"""
+def _agrees(figure: str, line: str) -> bool:
+    """Return whether a line contains every number of a text, to the decimals of the text."""
     known = [float(number) for number in NUMBER.findall(line)]
-    for number in NUMBER.findall(told.replace(",", "")):
+    for number in NUMBER.findall(figure.replace(",", "")):
         decimals = len(number.partition(".")[2])
-        scale = 100.0 if "%" in told and "%" not in line else 1.0
+        scale = 100.0 if "%" in figure and "%" not in line else 1.0
         if not any(
             abs(scale * value - float(number)) <= 0.50001 * 10**-decimals for value in known
         ):
@@ -124,28 +124,28 @@ def _agrees(told: str, line: str) -> bool:
 
 
 def _links(text: str, root: Path) -> Iterator[str]:
-    for told, _, name, words in LINK.findall(text):
+    for figure, _, name, words in LINK.findall(text):
         path = root / RESULTS / f"{name}.json"
         if not path.is_file():
-            yield f"[{told}]: there is no record {path.name}"
+            yield f"[{figure}]: there is no record {path.name}"
             continue
         lines = [line.replace(",", "") for line in lines_of(path)]
         wanted = (words or "").replace(",", "")
-        if NUMBER.search(told) and not any(wanted in s and _agrees(told, s) for s in lines):
-            yield f"[{told}]: {path.name} has no line with {words!r} that says so"
+        if NUMBER.search(figure) and not any(wanted in s and _agrees(figure, s) for s in lines):
+            yield f"[{figure}]: {path.name} has no line with {words!r} that says so"
 
 
 def complaints(page: Path, root: Path) -> list[str]:
-    """What of a page's figures is not as recorded; empty where all is well."""
+    """Return the differences between a page's figures and the records; empty if there is none."""
     text = page.read_text(encoding="utf-8")
     found = [] if written(page, root) == text else ["a table is not as recorded: run `make docs`"]
     bare = BLOCK.sub("", text)
     found += _links(bare, root)
-    told = STRAY.findall(CODE.sub("", LINK.sub("", bare)))
+    stray = STRAY.findall(CODE.sub("", LINK.sub("", bare)))
     known = CONSTANTS.get(page.name, ())
-    found += [f"{number} comes from no record" for number in told if number not in known]
+    found += [f"{number} comes from no record" for number in stray if number not in known]
     found += [
-        f"{number} is no constant of this page any more" for number in known if number not in told
+        f"{number} is no constant of this page any more" for number in known if number not in stray
     ]
     return [f"{page.name}: {line}" for line in found]
 

@@ -1,13 +1,13 @@
-"""How many photos of its own a gym needs: the shipped network trained on 2, 4, 8 of them.
+"""Photos that a gym needs for fine-tuning: the shipped network trained on 2, 4, 8 of them.
 
     python -m walltopo_lab.benchmarks.fine_tune [DATA] [-o FOLDER] [--minutes 2] [--photos 2 4 8]
 
-DATA is the folder of the test data (default ../shared/data). Per gym and number of photos: a
-`walltopo train --pretrained onnx` of so many minutes on photos drawn evenly, then AP50 before and
-after on the other photos (of gym-a on twelve of them), at all scores from 0.03. The networks go
-into FOLDER and nowhere else: both gyms are for reporting. gym-a's labels are the true mesh drawn
-into the photos; hold-masks has nine photos in all, so after eight one is left. Figures already in
-FOLDER are kept.
+DATA is the folder of the test data (default ../shared/data). Per gym and number of photos:
+`walltopo train --pretrained onnx` runs for `--minutes` on evenly drawn photos, then AP50 before and
+after is measured on the other photos (of gym-a on twelve of them), at all scores from 0.03. The
+networks stay in FOLDER, because both gyms are for reporting only. gym-a's labels are the true mesh
+drawn into the photos. hold-masks has nine photos in all, so eight training photos leave one.
+Figures already in FOLDER are kept.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from rich.console import Console
 from walltopo.core import Camera, Silent, View
 from walltopo.core.files import read_json, write_json
 from walltopo.segment.detect.detector import open_detector, shipped_model
-from walltopo.segment.detect.settings import DetectSettings
+from walltopo.segment.settings import DetectSettings
 from walltopo_lab.benchmarks.detectors import LOW_SCORE, as_dataset, look, plain_boxes
 from walltopo_lab.datasets.model import Dataset, Photo
 from walltopo_lab.datasets.read import read_dataset, write_dataset
 from walltopo_lab.evaluate.detector import evaluate_detections
 
 CLASSES = {1: "hold", 2: "volume"}
-MOST_TEST = 12
+MAX_TEST = 12
 
 
 def gym_a(data: Path) -> Dataset:
-    """Every third of the 60 photos of gym-a, with the masks of its true mesh."""
+    """Return every third of gym-a's 60 photos, with the masks of its true mesh."""
     from walltopo_lab.datasets.project import project_labels
     from walltopo_lab.evaluate.truth import read_truth
 
@@ -48,7 +48,7 @@ def gym_a(data: Path) -> Dataset:
 
 
 def hold_masks(data: Path) -> Dataset:
-    """The nine photos of an old dark gym."""
+    """Return the nine photos of an old dark gym."""
     return replace(read_dataset(data / "hold-masks" / "annotations.json"), classes=CLASSES)
 
 
@@ -56,17 +56,19 @@ GYMS = {"gym-a": gym_a, "hold-masks": hold_masks}
 
 
 def parted(dataset: Dataset, count: int) -> tuple[Dataset, Dataset]:
-    """`count` photos drawn evenly, and the others (at most `MOST_TEST`, evenly)."""
+    """Return `count` evenly drawn photos, and the rest (at most `MAX_TEST`, evenly)."""
     photos = dataset.photos
     chosen = {round(k) for k in np.linspace(0, len(photos) - 1, count)}
     rest = [p for k, p in enumerate(photos) if k not in chosen]
-    kept = np.linspace(0, len(rest) - 1, min(MOST_TEST, len(rest))).round().astype(int)
+    kept = np.linspace(0, len(rest) - 1, min(MAX_TEST, len(rest))).round().astype(int)
     train = tuple(photos[k] for k in sorted(chosen))
     return Dataset(train, CLASSES), Dataset(tuple(rest[k] for k in kept), CLASSES)
 
 
 def fine_tune(train: Dataset, out: Path, minutes: float) -> Path:
-    """The shipped network trained further on a few photos; resumes."""
+    """Train the shipped network further on a few photos and return the model; a stopped run
+    resumes.
+    """
     from walltopo_lab.train.detector import Job, train_detector
     from walltopo_lab.train.params import AugmentSettings, TrainSettings
 
@@ -83,7 +85,7 @@ def fine_tune(train: Dataset, out: Path, minutes: float) -> Path:
 
 
 def figures(model: Path, test: Dataset) -> dict[str, float]:
-    """AP50 of boxes and of masks, classes as one and mean of the classes."""
+    """Return AP50 of boxes and of masks, classes as one and mean of the classes."""
     detector = open_detector(DetectSettings(model=str(model), score=LOW_SCORE))
     seen = look(detector, [p.path for p in test.photos if p.path]).found
     boxes = evaluate_detections(as_dataset(test, seen, CLASSES, masks=False), plain_boxes(test))
@@ -96,7 +98,7 @@ def figures(model: Path, test: Dataset) -> dict[str, float]:
 
 
 def compared(gym: str, dataset: Dataset, count: int, folder: Path, minutes: float) -> Any:
-    """One row: before and after, on the photos that were not trained on."""
+    """Return one row: AP50 before and after training, on the photos outside the training."""
     out = folder / f"{gym}-{count}"
     kept = out / "figures.json"
     if not kept.is_file():
@@ -114,12 +116,12 @@ def compared(gym: str, dataset: Dataset, count: int, folder: Path, minutes: floa
 
 
 def labelled(photos: tuple[Photo, ...]) -> tuple[Photo, ...]:
-    """Those with a picture and labels."""
+    """Return the photos with a picture and labels."""
     return tuple(p for p in photos if p.annotations and p.path is not None)
 
 
 def main() -> None:
-    """Command line."""
+    """Run the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("data", type=Path, nargs="?", default=Path("../shared/data"))
     parser.add_argument("-o", "--out", type=Path, default=Path("fine-tune"))
@@ -138,8 +140,8 @@ def main() -> None:
         for count in args.photos:
             row = compared(gym, dataset, count, args.out, args.minutes)
             cells = " | ".join(f"{row['before'][n]:.3f} -> {row['after'][n]:.3f}" for n in names)
-            told = f"{row['photos']} ({row['objects']})"
-            console.print(f"| {gym} | {told} | {row['rest']} | {cells} |", markup=False)
+            cell = f"{row['photos']} ({row['objects']})"
+            console.print(f"| {gym} | {cell} | {row['rest']} | {cells} |", markup=False)
 
 
 if __name__ == "__main__":

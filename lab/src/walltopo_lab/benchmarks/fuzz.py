@@ -4,7 +4,7 @@
     python -m walltopo_lab.benchmarks.fuzz --seconds 3600 --target coco     one, for an hour
 
 Files are damaged by a seed and read in a watched process. A file with a new message is damaged
-further. A find is kept in lab/tests/fuzz/corpus, where the tests read it ever after.
+further. A finding is kept in lab/tests/fuzz/corpus, from which the tests read it.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ _LARGEST_FILE = 200_000
 
 @dataclass
 class Run:
-    """What one target went through.
+    """The results of one target.
 
     Parameters
     ----------
     counts : executions by kind of outcome.
-    finds : by text of the outcome without its numbers, the files and the outcome.
+    finds : files and outcome of each finding, by the outcome's text without its numbers.
     """
 
     counts: Counter[str] = field(default_factory=Counter[str])
@@ -46,7 +46,7 @@ class Run:
 
 
 def kept(target: str) -> dict[str, Files]:
-    """The kept files of a target by the name of their folder."""
+    """Return the kept files of a target by the name of their folder."""
     root = CORPUS / target
     folders = sorted(root.iterdir()) if root.is_dir() else []
     return {
@@ -60,7 +60,7 @@ def kept(target: str) -> dict[str, Files]:
 
 
 def keep(target: str, files: Files) -> Path:
-    """Keep a find; gives its folder."""
+    """Keep the files of a finding in the corpus; return their folder."""
     name = hashlib.blake2b(repr(sorted(files.items())).encode(), digest_size=6).hexdigest()
     for file, data in files.items():
         path = CORPUS / target / name / file
@@ -70,13 +70,13 @@ def keep(target: str, files: Files) -> Path:
 
 
 def _kind_of(outcome: Outcome) -> str:
-    """The outcome without what changes from file to file."""
+    """Return the outcome's text without its file-specific parts."""
     text = re.sub(r"'[^']*'|`[^`]*`|\"[^\"]*\"", "", outcome.text)
     return outcome.kind + re.sub(r"\d+", "", text)[:120]
 
 
 def fuzz(watched: Watched, target: str, first: int, until: Iterator[bool]) -> Run:
-    """Damage and read while `until` gives true; the same for the same `first` seed."""
+    """Damage and read files while `until` yields True; equal `first` seeds give equal runs."""
     run, seen = Run(), set[str]()
     whole = seeds(target)
     pool = [*whole, *kept(target).values()]
@@ -98,7 +98,7 @@ def fuzz(watched: Watched, target: str, first: int, until: Iterator[bool]) -> Ru
 
 
 def lasting(seconds: float) -> Iterator[bool]:
-    """True for as long as there is time, then False."""
+    """Yield True until the time is over, then False."""
     end = time.monotonic() + seconds
     while True:
         yield time.monotonic() < end

@@ -1,16 +1,16 @@
-"""How well do the movement model and the grade model do on problems of a standard board?
+"""Accuracy of the movement model and the grade model on problems of a standard board.
 
     python -m walltopo_lab.benchmarks.grades fit DATA CACHE OUT [2016]   the model that ships
     python -m walltopo_lab.benchmarks.grades report DATA CACHE [2016]   on the part that measures
     python -m walltopo_lab.benchmarks.grades carried DATA CACHE     from one set-up to the other
     python -m walltopo_lab.benchmarks.grades both DATA CACHE        learnt from one set-up, the
                                                                     other, both; measured on each
-    python -m walltopo_lab.benchmarks.grades gym DATA CACHE         one set-up as a gym that tells
-                                                                    some of its grades
+    python -m walltopo_lab.benchmarks.grades gym DATA CACHE         one set-up as a gym with
+                                                                    some known grades
     python -m walltopo_lab.benchmarks.grades movement DATA CACHE    tops reached, seconds
 
-DATA is the folder of the test data (`board-grades` in it). CACHE keeps the movement of all problems,
-a quarter of an hour of two cores.
+DATA is the folder of the test data (with `board-grades`). CACHE keeps the movement of all problems,
+which takes a quarter of an hour on two cores.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from walltopo_lab.train.grades.shipped import errors_of, fit_on, write_model
 
 Ints = npt.NDArray[np.int64]
 _V = np.array(V_OF)
-_TOLD = (0, 5, 20, 100, 300)
+_GIVEN = (0, 5, 20, 100, 300)
 _DRAWS = 20
 HEAD = (
     "| set-up | from | exact | ±1 | MAE | V: exact | V: ±1 | in the range | range, grades |",
@@ -49,9 +49,9 @@ def _columns(names: Iterable[str]) -> list[int]:
 
 
 def _figures(board: Board, name: str, table: npt.NDArray[np.float32], what: str) -> str:
-    """A row: learnt on part 0, odds and ranges from part 1, measured on part 2."""
+    """Return a row: trained on part 0, odds and ranges from part 1, measured on part 2."""
     ok = board.reached
-    learnt, told, measured = (ok & (board.part == k) for k in range(3))
+    learnt, calibration, measured = (ok & (board.part == k) for k in range(3))
     model = (
         regressor().set_params(monotonic_cst=None)
         if table.shape[1] < len(FEATURES)
@@ -61,14 +61,16 @@ def _figures(board: Board, name: str, table: npt.NDArray[np.float32], what: str)
     return _row(
         name,
         what,
-        (model.predict(table[told]), board.grade[told]),
+        (model.predict(table[calibration]), board.grade[calibration]),
         (model.predict(table[measured]), board.grade[measured]),
     )
 
 
-def _row(name: str, what: str, told: tuple[Floats, Floats], measured: tuple[Floats, Floats]) -> str:
-    odds = fit_ordered(told[0], told[1].astype(np.int64))
-    errors = errors_of(*told)
+def _row(
+    name: str, what: str, calibration: tuple[Floats, Floats], measured: tuple[Floats, Floats]
+) -> str:
+    odds = fit_ordered(calibration[0], calibration[1].astype(np.int64))
+    errors = errors_of(*calibration)
     place, grade = measured
     true = grade.astype(np.int64)
     return (
@@ -111,14 +113,14 @@ def report(found: dict[str, Board]) -> list[str]:
 def _median(board: Board, name: str) -> str:
     learnt, measured = board.part == 0, board.part == 2
     true = board.grade[measured].astype(np.int64)
-    told = board.grade[learnt]
-    counts = np.bincount(told.astype(np.int64), minlength=len(FONT))
+    given = board.grade[learnt]
+    counts = np.bincount(given.astype(np.int64), minlength=len(FONT))
     window = np.convolve(counts, np.ones(3), "same")
 
     def all_of(grade: int) -> Ints:
         return np.full(len(true), grade)
 
-    middle = float(np.median(told))
+    middle = float(np.median(given))
     errors = errors_of(np.full(int((board.part == 1).sum()), middle), board.grade[board.part == 1])
     shares = _shares(
         all_of(int(counts.argmax())), all_of(int(middle)), all_of(int(window.argmax())), true
@@ -129,26 +131,26 @@ def _median(board: Board, name: str) -> str:
 
 
 def _stars(board: Board, name: str) -> str:
-    """The same as the last row of `report`, measured on problems of three stars."""
+    """Return the last row of `report`, measured on problems of three stars."""
     ok = board.reached
-    learnt, told = (ok & (board.part == k) for k in range(2))
+    learnt, given = (ok & (board.part == k) for k in range(2))
     measured = ok & (board.part == 2) & (board.stars == 3)
     model = regressor().fit(board.known[learnt], board.grade[learnt])
     return _row(
         name,
         "the same, of three stars",
-        (model.predict(board.known[told]), board.grade[told]),
+        (model.predict(board.known[given]), board.grade[given]),
         (model.predict(board.known[measured]), board.grade[measured]),
     )
 
 
 def _other(found: dict[str, Board], name: str) -> HistGradientBoostingRegressor:
-    """The model of the other set-ups."""
+    """Return the model trained on the other set-ups."""
     return fit_on([board for other, board in found.items() if other != name])
 
 
 def carried(found: dict[str, Board]) -> list[str]:
-    """The model of one set-up on the other, of which nothing but places is told."""
+    """Return the figures of one set-up's model on the other, with hold positions alone."""
     lines = ["| from | to | what | exact | ±1 | MAE |", "|---|---|---|---|---|---|"]
     for name, board in found.items():
         (other,) = (key for key in found if key != name)
@@ -177,8 +179,11 @@ def _counted(source: Board, board: Board) -> Floats:
 
 
 def both(found: dict[str, Board]) -> list[str]:
-    """The model that ships, learnt from one set-up, from the other, and from both: each on what
-    none of them has learnt from. Odds and ranges are of what they were learnt beside (part 1)."""
+    """Return the figures of the shipped model trained on one set-up, on the other, and on both.
+
+    Each is measured on data outside its training (part 2). Odds and ranges come from part 1 of the
+    training set-ups.
+    """
     lines = list(HEAD)
     choices = [[name] for name in found] + [list(found)]
     fitted = [(names, fit_on([found[name] for name in names])) for names in choices]
@@ -200,7 +205,7 @@ def both(found: dict[str, Board]) -> list[str]:
 
 
 def gym(found: dict[str, Board]) -> list[str]:
-    """One set-up as a gym: the other's model, and a few of its own grades."""
+    """Return the figures of one set-up as a gym: the other's model, and a few own grades."""
     lines = [
         "| gym | grades told | ±1 | MAE | in the range | range, grades |",
         "|---|---|---|---|---|---|",
@@ -212,19 +217,19 @@ def gym(found: dict[str, Board]) -> list[str]:
         errors = errors_of(model.predict(source.plain[held]), source.grade[held])
         place = model.predict(board.plain[board.reached])
         grade = board.grade[board.reached]
-        lines += [_told(name, count, place, grade, errors) for count in _TOLD]
+        lines += [_with_grades(name, count, place, grade, errors) for count in _GIVEN]
     return lines
 
 
-def _told(name: str, count: int, place: Floats, grade: Floats, errors: Errors) -> str:
+def _with_grades(name: str, count: int, place: Floats, grade: Floats, errors: Errors) -> str:
     rows = []
     for draw in range(_DRAWS):
         order = np.random.default_rng(draw).permutation(len(place))
-        told, asked = order[:count], order[count : count + 2000]
-        fitted = calibrate([Known(float(place[k]), float(grade[k])) for k in told], errors)
-        middles = np.array([fitted.place(float(place[k]))[0] for k in asked])
-        ends = [fitted.range(float(place[k])) for k in asked]
-        true = grade[asked]
+        given, others = order[:count], order[count : count + 2000]
+        fitted = calibrate([Known(float(place[k]), float(grade[k])) for k in given], errors)
+        middles = np.array([fitted.place(float(place[k]))[0] for k in others])
+        ends = [fitted.range(float(place[k])) for k in others]
+        true = grade[others]
         off = np.abs(np.round(middles) - true)
         inside = [one.low <= t <= one.high for one, t in zip(ends, true, strict=True)]
         wide = [one.high - one.low + 1 for one in ends]
@@ -234,7 +239,7 @@ def _told(name: str, count: int, place: Floats, grade: Floats, errors: Errors) -
 
 
 def movement(found: dict[str, Board]) -> list[str]:
-    """How often the top is reached, and what a sequence takes."""
+    """Return the share of tops reached, and the CPU-seconds of a sequence."""
     lines = [
         "| set-up | problems | top reached | CPU-s, median | 99 % | worst |",
         "|---|---|---|---|---|---|",

@@ -1,4 +1,4 @@
-"""Scans of one generated hall: what grows with the photos, and faster than they.
+"""Scans of one generated hall: costs that grow faster than the number of photos.
 
     walltopo synth HALL --walls 6 --photos 360 --size 640x480 --plates 3 --seed 3 \\
         --set cell=0.06 --set detail=0.4 --set lamps=3
@@ -6,12 +6,11 @@
     python -m walltopo_lab.benchmarks.hall pairs HALL SCANS --photos 150 300
     python -m walltopo_lab.benchmarks.hall sights HALL SCANS --photos 50 100 200 300
 
-A scan of N photos is one of the hall's first N, which are those of its first walls. `stages` makes
-the scans, each stage in a process of its own, in the folder SCANS, and goes on with what is there;
-CPU-seconds are those of the stage and its children with the start of the process, the peak is that
-of the largest process. `pairs` says how many of the pairs of photos that truly share surface are
-chosen to be matched; `sights` draws photos from all
-triangles that N photos show, and from those that may lie in each.
+A scan of N photos uses the hall's first N, which show its first walls. `stages` makes the scans in
+the folder SCANS, each stage in its own process, and resumes. CPU-seconds are those of the stage and
+its children including process start; the peak is that of the largest process. `pairs` prints the
+share of photo pairs with truly common surface that are chosen for matching. `sights` draws photos
+from all triangles that N photos show, and from those that may lie in each.
 """
 
 from __future__ import annotations
@@ -31,12 +30,12 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh, View
 from walltopo.core.files import read_json, write_json
-from walltopo.geometry.zbuffer import faces_before, own_vertices, render_ids, render_part
+from walltopo.geometry.zbuffer import faces_in_view, render_culled, render_ids, submesh
 from walltopo.pipeline.stages import STAGES
+from walltopo.reconstruct.settings import SparseSettings
 from walltopo.reconstruct.sparse.feature_cache import database_of
 from walltopo.reconstruct.sparse.jobs import Pairing, photo_ids
 from walltopo.reconstruct.sparse.pairs import choose_pairs
-from walltopo.reconstruct.sparse.settings import SparseSettings
 from walltopo.scans.colmap_model import read_views
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.photos import Photo, PhotoList
@@ -44,18 +43,18 @@ from walltopo.scans.photos import Photo, PhotoList
 Pair = tuple[int, int]
 
 RETRIEVED = (10, 20, 30, 50)
-SHARES = (0.3, 0.5)  # of what a photo sees, in a pair that should be matched
+SHARES = (0.3, 0.5)  # share of a photo's visible surface, in a pair that should be matched
 LOOK = (48, 36)  # rays of a photo
-DRAWN = 20  # photos that are drawn, evenly among all
-CELL = 0.25  # m, side of the cubes that photos share
+DRAWN = 20  # photos to draw, evenly spread
+CELL = 0.25  # m, side of the cubes in which shared surface is counted
 
 
 def first_photos(hall: Path, count: int) -> list[Path]:
-    """The first photos of a hall.
+    """Return the first photos of a hall.
 
     Raises
     ------
-    InputError : it has fewer.
+    InputError : the hall has fewer.
     """
     photos = sorted((hall / "photos").glob("*.jpg"))
     if len(photos) < count:
@@ -64,9 +63,9 @@ def first_photos(hall: Path, count: int) -> list[Path]:
 
 
 def run_stages(hall: Path, place: Path, count: int) -> dict[str, dict[str, float]]:
-    """CPU-seconds and GiB of each stage of a scan; what was measured before is not run again."""
-    told = place / "stages.json"
-    figures: dict[str, dict[str, float]] = read_json(told) if told.is_file() else {}
+    """Return CPU-seconds and GiB of each stage of a scan; measured stages are not run again."""
+    file = place / "stages.json"
+    figures: dict[str, dict[str, float]] = read_json(file) if file.is_file() else {}
     photos = place / "photos"
     photos.mkdir(parents=True, exist_ok=True)
     for photo in first_photos(hall, count):
@@ -85,17 +84,17 @@ def run_stages(hall: Path, place: Path, count: int) -> dict[str, dict[str, float
             "cpu": usage.ru_utime + usage.ru_stime,
             "gib": usage.ru_maxrss / 2**20,
         }
-        write_json(told, figures)
+        write_json(file, figures)
     return figures
 
 
 def exponent(counts: Sequence[int], values: Sequence[float]) -> float:
-    """e of the best fit of c * count ** e."""
+    """Return e of the best fit of c * count ** e."""
     return float(np.polyfit(np.log(counts), np.log(np.maximum(values, 1e-9)), 1)[0])
 
 
 def show_stages(measured: Mapping[int, Mapping[str, Mapping[str, float]]]) -> None:
-    """Two tables: CPU-seconds and memory of each stage at each number of photos."""
+    """Print two tables: CPU-seconds and memory of each stage at each number of photos."""
     counts = sorted(measured)
     for key, title in (("cpu", "CPU-s"), ("gib", "peak GiB")):
         print(f"\n| {title} | {' | '.join(f'{n} photos' for n in counts)} | exponent |")
@@ -109,7 +108,7 @@ def show_stages(measured: Mapping[int, Mapping[str, Mapping[str, float]]]) -> No
 
 
 def overlaps(hall: Path, views: Sequence[View]) -> NDArray[np.float64]:
-    """(n, n) share of the smaller view's cubes of surface that the other sees too, by truth."""
+    """Return (n, n) share of the smaller view's surface cubes that the other sees too, by truth."""
     from scipy.sparse import csr_array
 
     from walltopo_lab.synth.shade import distorted_rays
@@ -140,7 +139,7 @@ def overlaps(hall: Path, views: Sequence[View]) -> NDArray[np.float64]:
 
 
 def show_pairs(hall: Path, scan: ScanFolder, views: Sequence[View]) -> None:
-    """Which of the pairs that share surface are chosen, and which of those that matched."""
+    """Print the share of chosen pairs among those with common surface, and among matches."""
     from walltopo.geometry.colmap import pycolmap
 
     shared = overlaps(hall, views)
@@ -173,7 +172,7 @@ def _above(shared: NDArray[np.float64], share: float) -> set[Pair]:
 
 
 def _matched(database: Any) -> set[Pair]:
-    """Pairs of image ids with verified matches."""
+    """Return pairs of image ids with verified matches."""
     from walltopo.geometry.colmap import pycolmap
 
     rows = zip(*database.read_two_view_geometry_num_inliers(), strict=True)
@@ -181,21 +180,21 @@ def _matched(database: Any) -> set[Pair]:
 
 
 def show_sights(hall: Path, views: Mapping[int, Sequence[View]]) -> None:
-    """CPU-seconds of drawing a photo, at each number of photos."""
+    """Print the CPU-seconds of drawing a photo, at each number of photos."""
     truth = np.load(hall / "truth" / "gt.npz")
     whole = Mesh(truth["vertices"].astype(np.float64), truth["faces"])
     rows: list[tuple[int, int, float, float]] = []
     for count, own in views.items():
         shown = np.unique(np.concatenate([_before(whole, view) for view in own]))
-        mesh = Mesh(*own_vertices(whole, shown))
+        mesh = Mesh(*submesh(whole, shown))
         some = own[:: max(1, count // DRAWN)][:DRAWN]
-        render_part(mesh, some[0].camera, some[0].cam_from_world)  # the index, and compiling
+        render_culled(mesh, some[0].camera, some[0].cam_from_world)  # build the index and compile
         start = time.process_time()
         for view in some:
             render_ids(mesh.vertices, mesh.faces, view.camera, view.cam_from_world)
         middle = time.process_time()
         for view in some:
-            render_part(mesh, view.camera, view.cam_from_world)
+            render_culled(mesh, view.camera, view.cam_from_world)
         end = time.process_time()
         rows.append((count, len(shown), (middle - start) / len(some), (end - middle) / len(some)))
     print("| photos | triangles | all drawn, CPU-s a photo | those before it | ratio |")
@@ -215,7 +214,7 @@ def show_sights(hall: Path, views: Mapping[int, Sequence[View]]) -> None:
 
 
 def _before(mesh: Mesh, view: View) -> NDArray[np.int64]:
-    return faces_before(mesh, view.camera, view.cam_from_world)
+    return faces_in_view(mesh, view.camera, view.cam_from_world)
 
 
 def main() -> int:

@@ -1,10 +1,10 @@
-"""Memory of ingest on what phones make at the most, and on what they never make.
+"""Memory of ingest on the largest phone photos, and on photos beyond any phone.
 
     python -m walltopo_lab.benchmarks.ingest_memory            # makes its inputs: some minutes
     python -m walltopo_lab.benchmarks.ingest_memory --only jpeg108 heic200 --keep FOLDER
 
-Memory is the sum over the processes of a scan, resident, looked at every 10 ms (Linux). Of HEIC the
-encoder takes two minutes. Another version of walltopo is measured with its `src` on PYTHONPATH.
+Memory is the resident sum over the processes of a scan, sampled every 10 ms (Linux). Encoding the
+HEIC takes two minutes. To measure another version of walltopo, put its `src` on PYTHONPATH.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ PAGE_BYTES = 4096
 
 
 def blocks(seed: int, size: tuple[int, int], side: int) -> Image.Image:
-    """A sharp picture of random blocks."""
+    """Return a sharp picture of random blocks."""
     generator = np.random.default_rng(seed)
     shape = (-(-size[1] // side), -(-size[0] // side), 3)
     colours = generator.integers(0, 255, shape, dtype=np.uint8)
@@ -52,7 +52,7 @@ def make_heic200(folder: Path) -> None:
     pillow_heif.register_heif_opener()
     for k in range(3):
         blocks(40 + k, (4080, 3060), 100).save(folder / f"s{k}.jpg")
-    # As phones do, in tiles of 512 pixels.
+    # Phones write tiles of 512 pixels.
     blocks(30, (16_320, 12_240), 100).save(folder / "p0.heic", quality=50, tile_size=512)
 
 
@@ -99,7 +99,7 @@ def main() -> None:
 
 
 def row(title: str, photos: Path, temporary: Path) -> str:
-    """Scan up to ingest in a process of its own; one line of the table."""
+    """Scan up to ingest in a child process; return one line of the table."""
     with tempfile.TemporaryDirectory(dir=temporary) as out:
         command = [sys.executable, "-m", "walltopo", "scan", str(photos), "-o", out]
         peak = 0
@@ -112,7 +112,7 @@ def row(title: str, photos: Path, temporary: Path) -> str:
 
 
 def family(process: int) -> list[int]:
-    """A process and all that came of it."""
+    """Return a process and all its descendants."""
     found = [process]
     for children in Path(f"/proc/{process}/task").glob("*/children"):
         try:
@@ -125,7 +125,7 @@ def family(process: int) -> list[int]:
 
 
 def resident(process: int) -> int:
-    """Bytes in memory; 0 where it has ended."""
+    """Return the process's bytes in memory; 0 after its end."""
     try:
         return int(Path(f"/proc/{process}/statm").read_text().split()[1]) * PAGE_BYTES
     except (OSError, IndexError):

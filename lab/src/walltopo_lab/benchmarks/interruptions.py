@@ -2,10 +2,10 @@
 
     python -m walltopo_lab.benchmarks.interruptions [--photos DIR] [--count 100] [--seed 0]
 
-One scan is left alone. Another is interrupted by SIGKILL, SIGINT or SIGTERM and started again until
-it ends; then its files are compared with the first one's and it begins anew, until `--count`
-interruptions are made. Prints what was hit and how long a stop took; exits 1 where a file differs,
-is left half-written, or a stop was told wrongly.
+One scan runs undisturbed. Another is interrupted by SIGKILL, SIGINT or SIGTERM and restarted until
+it ends. Then its files are compared with the first one's and it begins anew, until `--count`
+interruptions are made. Prints the interrupted stages and the delays of the stops; exits 1 if a file
+differs or is half-written, or a stop was reported wrongly.
 """
 
 from __future__ import annotations
@@ -29,24 +29,24 @@ from walltopo.core.files import files_below
 from walltopo.scans.manifest import Manifest
 from walltopo_lab.synth import tiny
 
-# Small pictures: most of the time would go into them.
+# Use small pictures, because large ones would take most of the time.
 SIZES = ("texture.size", "export.first_texture", "export.detail_texture", "export.archive_texture")
 SETTINGS = tuple(word for size in SIZES for word in ("--set", f"{size}=512"))
 SIGNALS = (signal.SIGKILL, signal.SIGINT, signal.SIGTERM)
-# What tells times or is a cache; all else must be the same.
+# Files with times, and caches; all other files must be equal.
 APART = ("scan.json", "report.html", "work/features", "work/mapping", "work/hashes.json")
 
 
 @dataclass
 class Tally:
-    """What was seen.
+    """The counts and failures of a run.
 
     Parameters
     ----------
-    stages : stage at which a signal came, to how often.
-    delays : seconds from signal to death, by signal.
-    wrong : what did not hold, in words.
-    compared : finished scans that were compared.
+    stages : number of signals by stage.
+    delays : seconds from signal to exit, by signal.
+    wrong : failed checks, in words.
+    compared : number of compared finished scans.
     """
 
     stages: Counter[str] = field(default_factory=Counter)
@@ -56,12 +56,12 @@ class Tally:
 
     @property
     def count(self) -> int:
-        """Interruptions so far."""
+        """Return the number of interruptions so far."""
         return sum(map(len, self.delays.values()))
 
 
 def main() -> int:
-    """Run the benchmark; 1 where something did not hold."""
+    """Run the benchmark; return 1 if a check failed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--photos", type=Path, help="default: those of a small generated gym")
     parser.add_argument("--count", type=int, default=100)
@@ -75,13 +75,13 @@ def main() -> int:
         if photos is None:
             tiny(work / "gym")
             photos = work / "gym" / "photos"
-        # The same name: the page carries it.
+        # Use equal names, because the page contains the folder's name.
         calm, shaken = work / "calm" / "scan", work / "shaken" / "scan"
         begin = time.monotonic()
         subprocess.run(command(photos, calm), check=True)
         length = time.monotonic() - begin
         print(f"undisturbed: {length:.0f} s")
-        with suppress(KeyboardInterrupt):  # Ctrl-C tells what was seen so far
+        with suppress(KeyboardInterrupt):  # Ctrl-C prints the findings so far
             while tally.count < args.count:
                 if interrupt(photos, shaken, chance, length, tally):
                     continue
@@ -93,12 +93,12 @@ def main() -> int:
 
 
 def command(photos: Path, out: Path) -> list[str]:
-    """The scan."""
+    """Return the command of the scan."""
     return [sys.executable, "-m", "walltopo", "scan", str(photos), "-o", str(out), "-q", *SETTINGS]
 
 
 def interrupt(photos: Path, out: Path, chance: random.Random, length: float, tally: Tally) -> bool:
-    """Start or continue the scan and interrupt it; False where it ended before that."""
+    """Start or continue the scan and interrupt it; return False if it ended before the signal."""
     process = subprocess.Popen(
         command(photos, out), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
@@ -117,17 +117,17 @@ def interrupt(photos: Path, out: Path, chance: random.Random, length: float, tal
     stage = running(out)
     process.send_signal(number)
     begin = time.monotonic()
-    told = process.communicate()[1]
+    output = process.communicate()[1]
     if process.returncode == 0:
-        return False  # it had just ended
+        return False  # it ended just before the signal
     tally.delays[number].append(time.monotonic() - begin)
     tally.stages[stage] += 1
     wanted = -number if number == signal.SIGKILL else 128 + number
-    early = process.returncode == -number  # before anything was imported
+    early = process.returncode == -number  # the signal came before any import
     if process.returncode != wanted and not early:
         tally.wrong.append(f"{number.name} in {stage}: exit {process.returncode}")
-    if "race" in told:  # a traceback, COLMAP's stack trace
-        tally.wrong.append(f"{number.name} in {stage}: {told[-500:]}")
+    if "race" in output:  # matches a traceback and COLMAP's stack trace
+        tally.wrong.append(f"{number.name} in {stage}: {output[-500:]}")
     for file in out.glob("*.json"):
         try:
             json.loads(file.read_bytes())
@@ -138,14 +138,14 @@ def interrupt(photos: Path, out: Path, chance: random.Random, length: float, tal
 
 
 def running(out: Path) -> str:
-    """The stage that `scan.json` says is running."""
+    """Return the stage that `scan.json` marks as running."""
     stages = Manifest.load(out / "scan.json").stages
     at = next((name for name, record in stages.items() if record.state == "running"), "between")
     return at if stages else "start"
 
 
 def compare(calm: Path, shaken: Path, tally: Tally) -> None:
-    """Note every file that is not the same in both."""
+    """Note every file that differs between the two scans."""
     tally.compared += 1
     one, two = contents(calm), contents(shaken)
     names = sorted(one.keys() | two.keys())
@@ -154,13 +154,13 @@ def compare(calm: Path, shaken: Path, tally: Tally) -> None:
 
 
 def contents(scan: Path) -> dict[str, bytes]:
-    """Each file that must be the same."""
+    """Return the content of each file that must be equal."""
     names = {file.relative_to(scan).as_posix(): file for file in files_below(scan)}
     return {name: f.read_bytes() for name, f in names.items() if not name.startswith(APART)}
 
 
 def report(tally: Tally) -> int:
-    """Print the tally; the exit code."""
+    """Print the tally and return the exit code."""
     for number in SIGNALS:
         delays = tally.delays[number]
         if delays:

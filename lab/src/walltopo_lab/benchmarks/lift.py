@@ -5,7 +5,7 @@
     python -m walltopo_lab.benchmarks.lift coarse           # borders refined on coarse meshes
 
 Times are wall clock of one call on meshes and masks in memory, the best of three after one to
-compile; CPU seconds beside it show how busy the machine was otherwise.
+compile. CPU seconds beside them show the load of the machine.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from walltopo_lab.benchmarks.lift_scenes import MaskNoise, make_scene, spoil
 
 
 def timed(run: Callable[[], object], repeats: int = 3) -> tuple[float, float]:
-    """Best wall and CPU seconds of some calls."""
+    """Return the best wall and CPU seconds of some calls."""
     best = (np.inf, np.inf)
     for _ in range(repeats):
         wall, cpu = time.perf_counter(), time.process_time()
@@ -61,7 +61,7 @@ def speed(data: Path) -> None:
 
 
 def wall_scene(triangles: int, views: int, masks: int, seed: int = 5) -> tuple[Mesh, list[View]]:
-    """A bumpy wall of about so many triangles; ellipses where bumps are, as masks."""
+    """Return a bumpy wall of about `triangles` triangles, and views with masks of the bumps."""
     rng = np.random.default_rng(seed)
     width, height = 12.0, 4.0
     step = float(np.sqrt(2 * width * height / triangles))
@@ -133,10 +133,11 @@ def scaling() -> None:
 
 
 def coarse() -> None:
-    """Borders on meshes that are coarse, refined or not, against the truth of the fine mesh."""
+    """Print APs of refined and unrefined borders on coarse meshes, against the fine truth."""
     scene = make_scene(100)
     views = spoil(scene.views, MaskNoise(), 0)
-    # The wall faces -y, and each line along y meets it once: that maps faces to the fine mesh's.
+    # The wall faces -y, and each line along y meets it once. So rays along y map faces to those of
+    # the fine mesh.
     origins = scene.mesh.centroids - [0.0, 5.0, 0.0]
     along = np.tile([0.0, 1.0, 0.0], (len(origins), 1))
     print(

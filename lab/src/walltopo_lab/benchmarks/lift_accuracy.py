@@ -1,15 +1,15 @@
-"""How good the lift is, and what each of its choices is worth.
+"""Accuracy of the lift, and the effect of each of its design choices.
 
     python -m walltopo_lab.benchmarks.lift_accuracy given DATA     # the masks of gym-a/lift
     python -m walltopo_lab.benchmarks.lift_accuracy ablation       # on our own scenes
     python -m walltopo_lab.benchmarks.lift_accuracy gyms WORK      # on the gyms that tables tunes on
 
-APs are by face area, classes merged into one, faces that no view sees ignored. Three evaluators:
-"ScanNet" (the protocol of its benchmark), "COCO" (101 recalls, .50:.95), and "every recall" (COCO's
-matching, .50:.90, integrated over every recall that is reached: that of the figures in the test
-data's README). "as sets" is what the publication's Algorithm 7 returns, instances of two classes
-that may share triangles, here ranked by the sum of `p.score`; all other rows have one label a
-triangle and, of the literal method, rank by the mean of `p.score` (`confidence`).
+APs are by face area, classes merged into one, faces that no view sees ignored. There are three
+evaluators: "ScanNet" (the protocol of its benchmark), "COCO" (101 recalls, .50:.95), and "every
+recall" (COCO's matching, .50:.90, integrated over every reached recall, as in the test data's
+README). "as sets" is the result of the publication's Algorithm 7: instances of two classes that may
+share triangles, here ranked by the sum of `p.score`. All other rows have one label a triangle;
+those of the literal method rank by the mean of `p.score` (`confidence`).
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from walltopo_lab.evaluate.instances import ApSummary, summarise_instances
 from walltopo_lab.evaluate.overlap import Labelled, Overlap, overlap_of_faces, overlap_of_sets
 from walltopo_lab.evaluate.scannet import SCANNET_THRESHOLDS
 
-# One choice of ours at a time taken back, and one of ours at a time given to the literal method.
+# Each variant reverts one of our choices, or adds one of ours to the literal method.
 ABLATION: dict[str, dict[str, Any]] = {
     "robust (all of the default)": {},
     "the surest mask on top": {"on_top": "surest"},
@@ -45,14 +45,14 @@ ABLATION: dict[str, dict[str, Any]] = {
     "modularity": {"objective": "modularity"},
     "modularity, resolution 10": {"objective": "modularity", "resolution": 10.0},
     "without soft borders": {"border_band": 0.0},
-    "one sample a triangle": {"most_splits": 1},
-    "no support needed": {"least_support": 0.0},
+    "one sample a triangle": {"max_splits": 1},
+    "no support needed": {"min_support": 0.0},
     "duplicates stay": {"drop_duplicates": False},
     "no reassignment": {"rounds": 0},
     "pinholes stay": {"fill_pinholes": False},
     "all of these taken back": {
         "on_top": "surest", "by_class": True, "overlap": "all", "voters": "all",
-        "objective": "modularity", "border_band": 0.0, "most_splits": 1, "least_support": 0.0,
+        "objective": "modularity", "border_band": 0.0, "max_splits": 1, "min_support": 0.0,
         "drop_duplicates": False, "rounds": 0, "fill_pinholes": False,
     },
     "literal": {"method": "literal"},
@@ -77,7 +77,7 @@ GIVEN: dict[str, dict[str, Any]] = {
 
 
 def load_gym(data: Path, masks: str) -> tuple[Mesh, list[View], Mapping[str, NDArray[Any]]]:
-    """Mesh, views with masks, and the truth's arrays of gym-a/lift."""
+    """Return mesh, views with masks, and the truth's arrays of gym-a/lift."""
     folder = data / "gym-a" / "lift"
     truth = np.load(folder / "gt.npz")
     mesh = Mesh(truth["vertices"].astype(np.float64), truth["faces"].astype(np.int32))
@@ -99,14 +99,14 @@ def _overlap(
 def against(
     found: Instances, mesh: Mesh, truth: NDArray[np.int32], face_views: NDArray[np.int32]
 ) -> ApSummary:
-    """Classes merged into one, by face area; faces that no view sees are ignored."""
+    """Return the AP by face area, classes merged into one; faces that no view sees are ignored."""
     return summarise_instances([_overlap(found, mesh, truth, face_views)]).agnostic
 
 
 def _sets(
     mesh: Mesh, views: Sequence[View], params: LiftParams, truth: Mapping[str, NDArray[Any]]
 ) -> Overlap:
-    """What Algorithm 7 returns, against the truth."""
+    """Return the overlap of Algorithm 7's instances with the truth."""
     from scipy import sparse
 
     evidence, cluster, kept = literal_kept(mesh, views, params)
@@ -144,7 +144,7 @@ def _row(name: str, overlap: Overlap) -> str:
 
 
 def given(data: Path) -> None:
-    """The masks that gym-a comes with; nothing was chosen on them."""
+    """Print the figures on the masks of gym-a; no setting was chosen on them."""
     print(
         "| masks, method | ScanNet: AP / AP50 / AP25 | COCO: AP / AP50 "
         "| every recall: AP / AP50 / AP25 | AP .50:.95 | instances |\n|---|---|---|---|---|---|"
@@ -162,7 +162,7 @@ def given(data: Path) -> None:
 
 
 def _spoilt(scenes: int) -> list[tuple[str, Scene, Sequence[View]]]:
-    """Scenes 100 and up, with clean masks and two kinds of noise."""
+    """Return scenes 100 and up, with clean masks and two kinds of noise."""
     noises = {"noisy": MaskNoise(), "hard": MaskNoise(halved=0.06, twice=0.06)}
     cases: list[tuple[str, Scene, Sequence[View]]] = []
     for seed in range(scenes):
@@ -174,7 +174,7 @@ def _spoilt(scenes: int) -> list[tuple[str, Scene, Sequence[View]]]:
 
 
 def ablation(scenes: int) -> None:
-    """ScanNet's APs, means over the scenes."""
+    """Print ScanNet's APs, means over the scenes."""
     cases = _spoilt(scenes)
     print(
         "| variant | clean AP | noisy AP / AP50 / AP25 | hard AP / AP50 / AP25 |\n|---|---|---|---|"
@@ -191,7 +191,7 @@ def ablation(scenes: int) -> None:
 
 
 def gyms(work: Path) -> None:
-    """ScanNet's APs on generated gyms, masks by the shipped detector."""
+    """Print ScanNet's APs on generated gyms, with masks by the shipped detector."""
     plan = Plan(work, gyms=0, photos=32, trials=0)
     walls = {preset: [load_wall(plan, preset, 0)] for preset in plan.presets}
     names = " | ".join(f"{preset}: AP, merged | AP50 | AP, mean of classes" for preset in walls)

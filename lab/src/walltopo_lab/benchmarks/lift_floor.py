@@ -1,11 +1,11 @@
-"""What no lift can do without: what it must read and write at least, and how long that alone takes.
+"""Lower bound of any lift: the minimum of its reads and writes, and the time of those alone.
 
     python -m walltopo_lab.benchmarks.lift_floor DATA       # DATA: the folder with gym-a/lift
 
-Which triangles a view sees depends on all that lie in its photo. So each view reads those once
-(three vertices' numbers, and each vertex), each mask is read once, and each sighting, a triangle
-that a view sees, is written once. `plain` does this and nothing else, on all cores; beside it
-stands the lift, in the same run.
+The triangles that a view sees depend on all triangles in its photo. So each view reads those once
+(three vertex numbers, and each vertex), each mask is read once, and each sighting (a triangle that
+a view sees) is written once. `plain` does only this, on all cores; the lift is timed in the same
+run.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from walltopo.segment.lift.visibility import cull_blocks
 from walltopo_lab.benchmarks.lift import timed
 from walltopo_lab.benchmarks.lift_accuracy import load_gym
 
-# Numbers of the mask, the view, the share, the distance to the border and the resolution.
+# Bytes of the mask and view numbers, the share, the distance to the border and the resolution.
 _SIGHTING_BYTES = 20
 
 
 @kernel
 def _read(which: Any, blocks: Any, vertex_starts: Any, vertices: Any, faces: Any) -> Any:
-    """Add up all vertices and vertex numbers of some blocks: each byte is read once."""
+    """Add up all vertices and vertex numbers of some blocks, so that each byte is read once."""
     total, numbers = 0.0, 0
     for b in which:
         for v in range(vertex_starts[b], vertex_starts[b + 1]):
@@ -51,7 +51,7 @@ def _in_photo(blocks: Blocks, view: View, limit: float) -> Any:
 
 
 def plain(blocks: Blocks, views: Sequence[View], evidence: Evidence, params: LiftParams) -> None:
-    """Read what the views look at, and write what they saw."""
+    """Read all triangles in the views' photos, and write all sightings."""
 
     def looked(view: View) -> None:
         which = _in_photo(blocks, view, params.visibility_distance)

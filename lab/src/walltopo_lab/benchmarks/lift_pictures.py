@@ -1,4 +1,4 @@
-"""Draw the pictures of docs/lift.md: one step of the lift each.
+"""Draw the pictures of docs/lift.md, each of one step of the lift.
 
 python -m walltopo_lab.benchmarks.lift_pictures docs/pictures/lift
 """
@@ -19,7 +19,7 @@ from walltopo.segment.lift import LiftParams, lift
 from walltopo.segment.lift.blocks import blocks_of
 from walltopo.segment.lift.evidence import Sampling, gather_evidence
 from walltopo.segment.lift.similarity import compare_projections
-from walltopo.segment.lift.tidy import tidy_order
+from walltopo.segment.lift.vote import tidy_order
 from walltopo.segment.lift_files import instance_colours
 from walltopo_lab.benchmarks.lift_scenes import MaskNoise, make_scene, spoil
 
@@ -28,7 +28,7 @@ GREY = (150, 150, 150)
 
 
 def shaded(mesh: Mesh, view: View, colours: Colours) -> Colours:
-    """The mesh as the view sees it, each face in its colour (sRGB), lit from the camera."""
+    """Return a rendering of the mesh, each face in its colour (sRGB), lit from the camera."""
     ids, _ = render_ids(mesh.vertices, mesh.faces, view.camera, view.cam_from_world)
     light = np.abs(mesh.normals @ (view.direction + [0.35, 0.0, -0.45]))
     image = np.full((*ids.shape, 3), 255, dtype=np.uint8)
@@ -38,7 +38,7 @@ def shaded(mesh: Mesh, view: View, colours: Colours) -> Colours:
 
 
 def heat(values: NDArray[Any]) -> Colours:
-    """Blue (0) over white (0.5) to red (1)."""
+    """Return colours from blue (0) over white (0.5) to red (1)."""
     t = np.clip(values, 0, 1)[:, None]
     low, middle, high = np.array([40, 80, 200]), np.array([245, 245, 245]), np.array([200, 40, 30])
     mixed = np.where(t < 0.5, low + (middle - low) * 2 * t, middle + (high - middle) * (2 * t - 1))
@@ -56,7 +56,7 @@ def main(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     scene = make_scene(7, width=3.2, height=2.4, objects=26, views=22)
     views = spoil(scene.views, MaskNoise(), 3)
-    # The photo in which most is to be seen.
+    # Show the photo with the largest total mask area.
     shown = max(range(len(views)), key=lambda k: sum(mask.area for mask in scene.views[k].masks))
     mesh, view = scene.mesh, views[shown]
     colours = instance_colours(64)
@@ -67,7 +67,7 @@ def main(folder: Path) -> None:
         masks[inside] = (0.35 * masks[inside] + 0.65 * colours[number]).astype(np.uint8)
     save(folder, "1-masks.png", masks)
 
-    sampling = Sampling(8.0, band=4.0, most_splits=8)
+    sampling = Sampling(8.0, band=4.0, max_splits=8)
     evidence = gather_evidence(
         blocks_of(mesh), views, lambda v: tidy_order(v, "small", True), sampling, Silent()
     )

@@ -1,8 +1,8 @@
 """Small scenes with known truth, on which the lift's defaults were chosen.
 
-A bent wall with bumps of many sizes (some touching, some on top of larger ones), cameras as a
-person with a phone would hold them, masks from a z-buffer and then spoilt: missing, fused with a
-neighbour, false, of the wrong class, with borders off, cut in half, found twice.
+A scene is a bent wall with bumps of many sizes, some touching, some on top of larger ones. Cameras
+are held as by a person with a phone. Masks come from a z-buffer and are then degraded: missing,
+fused with a neighbour, false, of the wrong class, with wrong borders, cut in half, found twice.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ HOLD, VOLUME = 1, 2
 
 @dataclass(frozen=True)
 class MaskNoise:
-    """What goes wrong with masks: chances, and the border's error in pixels."""
+    """Errors of masks: probabilities, and the border's error in pixels."""
 
     missing: float = 0.12
     border_px: int = 3
@@ -36,7 +36,7 @@ class MaskNoise:
 class Scene:
     """A mesh, its truth (0 = none), and views with perfect masks.
 
-    `mask_objects[v][m]` is the object that mask m of view v shows.
+    `face_views` is the number of views that see each face.
     """
 
     mesh: Mesh
@@ -56,7 +56,7 @@ def make_scene(
     photo: tuple[int, int] = (1280, 960),
     depth_noise: float = 0.002,
 ) -> Scene:
-    """A wall of `width` x `height` metres in steps of `step`, with bumps, seen by cameras."""
+    """Return a wall of `width` x `height` metres in steps of `step`, with bumps and views."""
     rng = np.random.default_rng(seed)
     cols, rows = round(width / step) + 1, round(height / step) + 1
     x, z = np.meshgrid(np.linspace(0, width, cols), np.linspace(0, height, rows))
@@ -70,7 +70,7 @@ def make_scene(
     faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
     mesh = Mesh(np.stack([x, y, z], -1).reshape(-1, 3), faces)
     flat = vertex_object.ravel()
-    # A face belongs to what two of its corners belong to.
+    # A face belongs to the object of at least two of its corners.
     corner = flat[faces]
     face_instance = np.where(
         (corner[:, 0] == corner[:, 1]) | (corner[:, 0] == corner[:, 2]), corner[:, 0], corner[:, 1]
@@ -89,7 +89,7 @@ def _bumps(
     for number in range(1, objects + 1):
         volume = number <= max(1, objects // 14)
         size = rng.uniform(0.2, 0.45) if volume else 0.03 + rng.gamma(2.0, 0.02)
-        if spots and not volume and rng.random() < 0.25:  # close to the one before
+        if spots and not volume and rng.random() < 0.25:  # close to the previous object
             px, pz, psize = spots[-1]
             angle, gap = rng.uniform(0, 2 * np.pi), psize + size * rng.uniform(0.8, 1.6)
             cx, cz = px + gap * np.cos(angle), pz + gap * np.sin(angle)
@@ -148,7 +148,7 @@ def _photograph(
 
 
 def spoil(views: tuple[View, ...], noise: MaskNoise, seed: int) -> list[View]:
-    """The views with masks as a detector would give them."""
+    """Return the views with masks like a detector's."""
     rng = np.random.default_rng(seed)
     return [view.with_masks(tuple(_spoil_view(view, noise, rng))) for view in views]
 
@@ -199,7 +199,7 @@ def _shift_border(bitmap: Bools, most: int, rng: np.random.Generator) -> Bools:
     if step > 0:
         shifted[window] = ndimage.binary_dilation(bitmap[window], iterations=step)
     else:
-        # What the photo cuts off is no border of the object.
+        # The photo's edge is no border of the object.
         shifted[window] = ndimage.binary_erosion(bitmap[window], iterations=-step, border_value=1)
     return shifted
 

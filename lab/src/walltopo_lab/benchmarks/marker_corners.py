@@ -1,4 +1,4 @@
-"""Where marker corners are found, against where they truly are: OpenCV's ways and ours.
+"""Errors of detected marker corners against truth: OpenCV's refinements and ours.
 
     python -m walltopo_lab.benchmarks.marker_corners DATA/gym-a GYM
 
@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from walltopo.core import Camera, View
 from walltopo.geometry.similarity import fit_similarity
 from walltopo.images.files import read_grey
-from walltopo.reconstruct.scale.markers import Detection, detect_markers
+from walltopo.images.markers import Detection, detect_markers
 from walltopo.reconstruct.scale.plates import built_in_plates
 
 Floats = NDArray[np.float64]
-_GYM_A_K1 = 0.035  # of gym-a's lens; generated gyms tell theirs
+_GYM_A_K1 = 0.035  # lens distortion of gym-a; generated gyms record their own
 _OPENCV = {
     "OpenCV, no refinement": cv2.aruco.CORNER_REFINE_NONE,
     "OpenCV, subpixel": cv2.aruco.CORNER_REFINE_SUBPIX,
@@ -33,7 +33,7 @@ _OPENCV = {
 
 
 def true_views(folder: Path, photos: Path) -> dict[str, View]:
-    """The photos with their exact cameras."""
+    """Return the photos' views with exact cameras."""
     data = np.load(folder / "gt.npz")
     fx, _, cx, cy = data["intrinsics"].tolist()
     width, height = data["size"].tolist()
@@ -45,7 +45,7 @@ def true_views(folder: Path, photos: Path) -> dict[str, View]:
 
 
 def true_corners(folder: Path) -> dict[int, Floats]:
-    """Marker id to its (4, 3) corners in the world."""
+    """Return marker id to its (4, 3) corners in the world."""
     scene = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
     corners: dict[int, Floats] = {}
     for entry, plate in zip(scene["plates"], built_in_plates(), strict=False):
@@ -58,7 +58,7 @@ def true_corners(folder: Path) -> dict[int, Floats]:
 
 
 def by_opencv(grey: NDArray[np.uint8], photo: str, refinement: int) -> list[Detection]:
-    """OpenCV's detections with one of its refinements."""
+    """Return OpenCV's detections with one of its refinements."""
     parameters = cv2.aruco.DetectorParameters()
     parameters.cornerRefinementMethod = refinement
     table = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
@@ -73,7 +73,7 @@ def by_opencv(grey: NDArray[np.uint8], photo: str, refinement: int) -> list[Dete
 def report(
     label: str, found: list[Detection], views: dict[str, View], truth: dict[int, Floats]
 ) -> None:
-    """Print the errors' length and how far they point out of the marker."""
+    """Print the length of the errors and their mean component away from the marker's centre."""
     errors, outwards, false = [], [], 0
     for detection in found:
         if detection.marker not in truth:

@@ -1,9 +1,9 @@
-"""What each pixel sees, by the z-buffer and by single rays through Embree: CPU seconds as a ratio.
+"""Visible triangle per pixel, by z-buffer and by Embree rays: CPU seconds as a ratio.
 
     python -m walltopo_lab.benchmarks.rays DATA      # DATA: the folder with gym-a/lift
 
-Ten views of 1280 x 960 on 1.33 million triangles; building Embree's hierarchy is not counted. Both
-are timed in turns in one run, so the ratio holds on a busy machine too.
+Ten views of 1280 x 960 on 1.33 million triangles; the time excludes building Embree's hierarchy.
+Both methods alternate in one run, so the ratio holds on a busy machine too.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ VIEWS = 10
 
 
 def pixel_rays(view: View) -> NDArray[np.float64]:
-    """(H * W, 3) directions through the middle of each pixel of a pinhole view, world frame."""
+    """Return (H * W, 3) directions through each pixel's centre of a pinhole view, world frame."""
     camera = view.camera
     y, x = np.mgrid[: camera.height, : camera.width] + 0.5
     local = np.stack([(x - camera.cx) / camera.fx, (y - camera.cy) / camera.fy, np.ones_like(x)], 2)
@@ -36,7 +36,7 @@ def main() -> None:
     parser.add_argument("data", type=Path, metavar="DATA")
     mesh, views, _ = load_gym(parser.parse_args().data, "noisy")
     embree, views = Bvh(mesh.vertices, mesh.faces), views[:: len(views) // VIEWS][:VIEWS]
-    render_ids(mesh.vertices, mesh.faces, views[0].camera, views[0].cam_from_world)  # compiles
+    render_ids(mesh.vertices, mesh.faces, views[0].camera, views[0].cam_from_world)  # compile
     drawing, casting, same = 0.0, 0.0, []
     for view in views:
         rays = pixel_rays(view)

@@ -3,8 +3,8 @@
     python -m walltopo_lab.benchmarks.reconstruction_poses truth SCAN TRUTH [--update SCAN TRUTH]...
     python -m walltopo_lab.benchmarks.reconstruction_poses gym-a --data DATA --out FOLDER
 
-`truth` judges finished scans; `gym-a` runs ingest, sparse and scale on gym-a, then gym-a-reset
-registered into it both ways, and judges all three.
+`truth` evaluates finished scans. `gym-a` runs ingest, sparse and scale on gym-a, then on
+gym-a-reset registered into it both ways, and evaluates all three.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import View
-from walltopo.pipeline.runner import note_sources, run_stage
+from walltopo.pipeline.runner import run_stage, write_sources
 from walltopo.pipeline.settings import Settings
-from walltopo.reconstruct.sparse.settings import SparseSettings
+from walltopo.reconstruct.settings import SparseSettings
 from walltopo.scans.colmap_model import read_views
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.scale import Aligned
@@ -34,7 +34,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class FloorFit:
-    """Turn about z and shift on the floor (never in height) from scan to truth."""
+    """A rotation about z and a shift along the floor (never in height) from scan to truth."""
 
     rotation: Floats
     shift: Floats
@@ -44,7 +44,7 @@ class FloorFit:
 
 
 def fit_on_floor(scan: Floats, truth: Floats) -> FloorFit:
-    """Least squares heading and place on the floor of matched points (n, 3)."""
+    """Return the least-squares heading and position on the floor of matched points (n, 3)."""
     a, b = scan[:, :2] - scan[:, :2].mean(axis=0), truth[:, :2] - truth[:, :2].mean(axis=0)
     angle = np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum())
     c, s = np.cos(angle), np.sin(angle)
@@ -55,19 +55,19 @@ def fit_on_floor(scan: Floats, truth: Floats) -> FloorFit:
 
 
 def centres(poses: Floats) -> Floats:
-    """(n, 3) camera centres of (n, 3, 4) cam_from_world."""
+    """Return (n, 3) camera centres of (n, 3, 4) cam_from_world."""
     return -np.einsum("nji,nj->ni", poses[:, :, :3], poses[:, :, 3])
 
 
 def load_truth(folder: Path) -> dict[str, Floats]:
-    """Photo name to its true cam_from_world (3, 4); poses are in the order of the names."""
+    """Return photo name to its true cam_from_world (3, 4); poses are in the order of the names."""
     poses = np.load(folder / "gt.npz")["cam_from_world"]
     names = sorted(path.name for path in (folder / "photos").iterdir())
     return dict(zip(names, poses, strict=True))
 
 
 def matched(views: list[View], truth: dict[str, Floats]) -> tuple[Floats, Floats]:
-    """Poses of scan and truth, (n, 3, 4) each, of the registered photos."""
+    """Return the poses of scan and truth, (n, 3, 4) each, of the registered photos."""
     scan = np.array([view.cam_from_world for view in views])
     return scan, np.array([truth[view.name] for view in views])
 
@@ -79,7 +79,7 @@ HEAD = (
 
 
 def _millimetres(lengths: Floats) -> str:
-    """Median and worst of some lengths in metres."""
+    """Return the median and the maximum of lengths in metres, as text."""
     return f"{1000 * np.median(lengths):.2f} / {1000 * lengths.max():.2f} mm"
 
 
@@ -94,16 +94,16 @@ def judge(
 
 
 def frame_cells(scan: Floats, real: Floats) -> list[str]:
-    """Bend, scale, up and floor of a scan on its own; poses (n, 3, 4)."""
+    """Return bend, scale, up and floor of a scan in its own frame; poses (n, 3, 4)."""
     a, b = centres(scan), centres(real)
     a0, b0 = a - a.mean(axis=0), b - b.mean(axis=0)
     u, singular, vt = np.linalg.svd(b0.T @ a0)
     scale = singular.sum() / (a0**2).sum()
     rotation = u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
     tilt = np.degrees(np.arccos(np.clip(rotation[2, 2], -1, 1)))
-    # What a full similarity leaves.
+    # The error that a full similarity leaves.
     bend = np.linalg.norm(scale * a0 @ rotation.T - b0, axis=1)
-    # The scan's floor, z = 0, put into the truth by the full fit, over the cameras' middle.
+    # Map the scan's floor point z = 0 under the cameras' mean to the truth by the full fit.
     below = np.array([*a.mean(axis=0)[:2], 0.0])
     height = scale * rotation @ (below - a.mean(axis=0)) + b.mean(axis=0)
     return [
@@ -115,7 +115,7 @@ def frame_cells(scan: Floats, real: Floats) -> list[str]:
 
 
 def judge_scan(folder: Path, truth_folder: Path) -> FloorFit:
-    """Judge a scan in its own frame; returns the fit that put it on the truth."""
+    """Print the row of a scan in its own frame; return the fit to the truth."""
     views = read_views(ScanFolder(folder).sparse)
     truth = load_truth(truth_folder)
     scan, real = matched(views, truth)
@@ -125,7 +125,9 @@ def judge_scan(folder: Path, truth_folder: Path) -> FloorFit:
 
 
 def judge_update(folder: Path, truth_folder: Path, fit: FloorFit) -> None:
-    """Judge an aligned update in its reference's frame: nothing is fitted to its own cameras."""
+    """Print the row of an aligned update in its reference's frame, without a fit to its own
+    cameras.
+    """
     scan = ScanFolder(folder)
     aligned = Aligned.load(scan.aligned)
     label = f"`{truth_folder.name}` into it, `{aligned.align}`"
@@ -136,11 +138,11 @@ def judge_update(folder: Path, truth_folder: Path, fit: FloorFit) -> None:
 def run_stages(
     folder: Path, names: Sequence[str], settings: Settings, photos: Sequence[Path] = ()
 ) -> None:
-    """Run stages of a scan; prints wall and CPU seconds of each."""
+    """Run stages of a scan; print wall and CPU seconds of each."""
     scan = ScanFolder(folder)
     folder.mkdir(parents=True, exist_ok=True)
     if photos:
-        note_sources(scan, photos)
+        write_sources(scan, photos)
     for name in names:
         clock, cpu = time.perf_counter(), _cpu_seconds()
         metrics = run_stage(scan, name, getattr(settings, name))
@@ -149,7 +151,7 @@ def run_stages(
 
 
 def run_to_scale(photos: Path, folder: Path, sparse: SparseSettings | None = None) -> None:
-    """ingest, sparse and scale."""
+    """Run ingest, sparse and scale."""
     settings = Settings(sparse=sparse or SparseSettings())
     run_stages(folder, ("ingest", "sparse", "scale"), settings, (photos,))
 

@@ -1,11 +1,12 @@
-"""Run a benchmark and keep what it printed, as the record that the pages' figures come from.
+"""Run a benchmark and store its output as the record behind the pages' figures.
 
     python -m walltopo_lab.benchmarks.record NAME [--with KEY=VALUE ...]
 
-NAME is a file `docs/results/NAME.json` without its ending; it holds the command. Words of the
-command in capitals (DATA, SCAN, ...) are replaced by what `--with` gives for them, and stand in
-the record and in what was printed: a record names no folder of a machine. A new record is begun by
-writing the file by hand, with an empty "output". `walltopo_lab.benchmarks.figures` writes the pages.
+NAME is a file `docs/results/NAME.json` without its suffix; it contains the command. Words of the
+command in capitals (DATA, SCAN, ...) are placeholders for the values of `--with`. The record and
+the stored output keep the placeholders, so a record names no folder of a machine. To begin a new
+record, write the file by hand with an empty "output". `walltopo_lab.benchmarks.figures` writes the
+pages.
 """
 
 from __future__ import annotations
@@ -27,14 +28,14 @@ console = Console()
 
 
 def filled(command: str, given: Mapping[str, str]) -> list[str]:
-    """The words of a command as this machine runs it.
+    """Return the words of a command with this machine's folders.
 
     Raises
     ------
-    InputError : a word in capitals was not given, or one is given that the command has not.
+    InputError : a word in capitals has no value, or a value has no such word.
     """
     words = shlex.split(command)
-    # DATA/gym-a: the first part of a path may stand for a folder.
+    # In DATA/gym-a, the first part of the path is a placeholder.
     heads = {word.split("/")[0] for word in words}
     wanted = {head for head in heads if head.isupper() and head.isalpha()}
     if wanted != set(given):
@@ -50,8 +51,8 @@ def filled(command: str, given: Mapping[str, str]) -> list[str]:
 
 
 def unplaced(output: str, given: Mapping[str, str]) -> str:
-    """What a command printed, with the words in capitals for the folders of this machine."""
-    # The longest first: one folder may lie in another.
+    """Return an output with this machine's folders replaced by the words in capitals."""
+    # Replace the longest first, because one folder may lie in another.
     for word, folder in sorted(given.items(), key=lambda item: -len(item[1])):
         output = output.replace(folder, word)
     return output

@@ -1,11 +1,11 @@
-"""How many photos are placed where they are few, small or of a smooth wall, by which features.
+"""Registered photos by feature type, for few or small photos or a smooth wall.
 
     python -m walltopo_lab.benchmarks.registration DATA
 
 Photos of `gym-a` at half size, every third and every fourth, against its exact truth; and the five
-overlapping photos of `holds-liam`. Photos are taken without their focal length, as from a set
-whose publisher stripped it. CPU seconds are those of the stage with its child processes, as a ratio
-to SIFT's in the same run.
+overlapping photos of `holds-liam`. Photos carry no focal length, like those of a set whose
+publisher removed it. CPU seconds are those of the stage with its child processes, as a ratio to
+SIFT's in the same run.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from walltopo.core import StageError
 from walltopo.geometry.similarity import fit_similarity
 from walltopo.images.files import read_rgb
 from walltopo.pipeline.runner import run_stage
-from walltopo.reconstruct.sparse.settings import SparseSettings
+from walltopo.reconstruct.settings import SparseSettings
 from walltopo.scans.colmap_model import read_views
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.photos import Photo, PhotoList
@@ -36,7 +36,7 @@ FEATURES: tuple[Features, ...] = ("sift", "auto", "xfeat")
 
 
 def put_photos(folder: Path, files: Sequence[Path], shrink: int) -> ScanFolder:
-    """A scan folder as after ingest."""
+    """Write a scan folder in the state after ingest; return it."""
     scan = ScanFolder(folder)
     scan.photos.mkdir(parents=True)
     entries = []
@@ -51,28 +51,28 @@ def put_photos(folder: Path, files: Sequence[Path], shrink: int) -> ScanFolder:
 def placed(
     files: Sequence[Path], shrink: int, features: Features, truth: Path | None
 ) -> tuple[str, float]:
-    """How many are placed and how well, in words; and CPU seconds."""
-    before = os.times()
+    """Return the number and accuracy of registered photos, in words, and CPU seconds."""
+    before = cpu_seconds()
     with tempfile.TemporaryDirectory() as work:
         scan = put_photos(Path(work) / "scan", files, shrink)
         try:
             run_stage(scan, "sparse", SparseSettings(features=features))
         except StageError:
-            return f"0 of {len(files)}", _spent(before)
+            return f"0 of {len(files)}", cpu_seconds() - before
         views = read_views(scan.sparse_raw)
-    told = f"{len(views)} of {len(files)}"
+    cell = f"{len(views)} of {len(files)}"
     if truth is None:
-        return told, _spent(before)
+        return cell, cpu_seconds() - before
     poses = load_truth(truth)
     found = np.array([view.centre for view in views])
     real = centres(np.array([poses[view.name] for view in views]))
     away = 1000 * np.linalg.norm(fit_similarity(found, real).apply(found) - real, axis=1)
-    return f"{told}, {np.median(away):.1f} / {away.max():.1f} mm", _spent(before)
+    return f"{cell}, {np.median(away):.1f} / {away.max():.1f} mm", cpu_seconds() - before
 
 
-def _spent(before: os.times_result) -> float:
-    now = os.times()
-    return sum(now[:4]) - sum(before[:4])
+def cpu_seconds() -> float:
+    """Return the CPU seconds of this process and its ended children."""
+    return sum(os.times()[:4])
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -92,9 +92,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for label, files, shrink, truth in rows:
         once = 0.0
         for features in FEATURES:
-            told, spent = placed(files, shrink, features, truth)
+            cell, spent = placed(files, shrink, features, truth)
             once = once or spent
-            print(f"| {label} | `{features}` | {told} | {spent / once:.1f} |", flush=True)
+            print(f"| {label} | `{features}` | {cell} | {spent / once:.1f} |", flush=True)
     return 0
 
 

@@ -1,14 +1,13 @@
-"""What stays on a wall over a reset, and what is taken for it: holds and routes of two scans.
+"""Matching of holds and routes between two scans around a reset, against truth.
 
     python -m walltopo_lab.benchmarks.reset_identity OLD NEW DATA/gym-a DATA/gym-a-reset
 
-OLD and NEW are scans of the two truths, NEW made with `--reference OLD`. True is what hangs in both
-truths at the same place, of the same kind and colour. A pair of the matching counts as right where
-both of its holds are found on that one (IoU over .5); what no scan found is missed. A pair of two
-finds that are no true hold in either scan (a tag, a hold of a downclimb) is neither right nor wrong
-and counted apart. A route is
-wrongly kept where the table that a setter confirms says "kept" or "changed" of two routes of
-which no true hold is the same.
+OLD and NEW are scans of the two truths, NEW made with `--reference OLD`. A hold truly stays if both
+truths contain it at the same place, with the same kind and colour. A matched pair is right if both
+of its holds are found on that one (IoU over .5); a staying hold that no scan found is missed. A
+pair of two found holds without a true hold in either scan (a tag, a downclimb hold) is counted
+apart, neither right nor wrong. A route is wrongly kept if the table for the setter calls it "kept"
+or "changed" although the two routes share no true hold.
 """
 
 from __future__ import annotations
@@ -21,10 +20,10 @@ from pathlib import Path
 import numpy as np
 
 from walltopo.describe.matching.holds import match_holds
-from walltopo.describe.matching.routes import Fate, compare, same_paint
-from walltopo.geometry.ply import read_mesh
-from walltopo.scans.attributes import Attributes, Hold
+from walltopo.describe.matching.routes import RouteStatus, compare, same_paint
+from walltopo.geometry.mesh_files import read_mesh
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import Hold, Holds
 from walltopo.scans.routes import Routes
 from walltopo_lab.evaluate.align import align_views
 from walltopo_lab.evaluate.carry import carry_truth, overlap_with_missing
@@ -32,13 +31,13 @@ from walltopo_lab.evaluate.routes import match_pairs
 from walltopo_lab.evaluate.scan import measured_labels, scan_views
 from walltopo_lab.evaluate.truth import TrueInstance, Truth, read_truth
 
-_WITHIN = 0.02  # metres over which truth is carried, as `walltopo evaluate scan` does
+_WITHIN = 0.02  # metres over which truth is carried, as in `walltopo evaluate scan`
 _SAME_PLACE = 0.001
 
 
 @dataclass(frozen=True)
 class Side:
-    """A scan: its holds by id, its routes, and the true instance of each hold that is one."""
+    """A scan: its holds by id, its routes, and the true instance of each matched hold."""
 
     holds: Mapping[int, Hold]
     routes: Mapping[int, Sequence[int]]
@@ -47,7 +46,7 @@ class Side:
 
 
 def read_side(folder: Path, truth: Truth) -> Side:
-    """A scan, compared with its truth."""
+    """Return a scan's data after comparison with its truth."""
     scan = ScanFolder(folder)
     whole = read_mesh(scan.mesh)
     found = measured_labels(scan, whole)
@@ -55,14 +54,14 @@ def read_side(folder: Path, truth: Truth) -> Side:
     mesh = frame.mesh(whole.without_guesses())
     carried = carry_truth(truth, mesh, _WITHIN)
     pairs = match_pairs(overlap_with_missing(found, carried, mesh.areas, truth))
-    described = Attributes.load(scan.attributes)
-    holds, unit = {hold.id: hold for hold in described.instances}, described.unit
+    described = Holds.load(scan.holds)
+    holds, unit = {hold.id: hold for hold in described.holds}, described.unit
     routes = {route.id: route.holds for route in Routes.load(scan.routes).routes}
     return Side(holds, routes, {k: v for k, v in pairs.items() if k in holds}, unit)
 
 
 def staying(before: Truth, after: Truth) -> set[tuple[int, int]]:
-    """True instances that hang in both."""
+    """Return pairs of true instances that both scans contain."""
     return {
         (a.id, b.id)
         for a in before.instances.values()
@@ -109,7 +108,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             both = {(old.true.get(a), new.true.get(b)) for a, b in painted.items()
                     if a in old.routes[line.route] and b in new.routes[line.number]}  # fmt: skip
             wrong += not both & kept
-    fates = {fate.value: sum(line.fate == fate for line in lines) for fate in Fate}
+    fates = {fate.value: sum(line.status == fate for line in lines) for fate in RouteStatus}
     print(
         "routes: "
         + ", ".join(f"{count} {name}" for name, count in fates.items())

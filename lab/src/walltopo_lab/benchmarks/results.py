@@ -1,4 +1,4 @@
-"""Records of measurements: `docs/results/*.json`, each what one command printed, when and on what."""
+"""Records of measurements in `docs/results/*.json`: one command's output, data and date."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ RESULTS = Path("docs/results")
 
 
 class Measured(msgspec.Struct, frozen=True):
-    """When, and by which version and commit ("+": with changes that were not committed)."""
+    """The date, version and commit of a measurement ("+": with uncommitted changes)."""
 
     date: str
     version: str
@@ -25,18 +25,18 @@ class Measured(msgspec.Struct, frozen=True):
 
 
 class Record(Document, frozen=True, kw_only=True):
-    """What one command printed.
+    """The output of one command.
 
     Parameters
     ----------
     command : as typed at the root of the repository; words in capitals stand for folders.
     on : the data, in words.
-    evaluator : whose protocol; "" where the figures are no scores.
-    classes : "merged into one", "mean of classes", "each by itself"; "" where there are none.
+    evaluator : source of the protocol; "" if the figures are no scores.
+    classes : "merged into one", "mean of classes", "each by itself"; "" without classes.
     measured : None before the first run.
-    transcribed : the output was copied from a page as it stood at that revision, whose author had
-        run the command; `record` has not run it since.
-    output : its lines.
+    transcribed : the output is a copy from a page at that revision, whose author ran the command;
+        `record` has not run it since.
+    output : lines of the output.
     """
 
     command: str
@@ -49,14 +49,14 @@ class Record(Document, frozen=True, kw_only=True):
 
 
 class Part(Document, frozen=True, kw_only=True):
-    """Figures of one table of `docs/results.md`, which `walltopo_lab.benchmarks.tables` writes.
+    """The figures of one table of `docs/results.md`, written by `walltopo_lab.benchmarks.tables`.
 
     Parameters
     ----------
     measured, transcribed : see `Record`.
-    note : what else a reader should know, in the page's words.
-    figures : as the table's own code makes and reads them.
-    took : seconds and cpu_seconds; setup : what the figures depend on besides code.
+    note : further information for readers, in the page's words.
+    figures : in the format of the table's own code.
+    took : seconds and cpu_seconds; setup : inputs of the figures besides code.
     """
 
     measured: Measured
@@ -68,15 +68,15 @@ class Part(Document, frozen=True, kw_only=True):
 
 
 def measured_now(root: Path = Path()) -> Measured:
-    """Today, this version, and the commit of the checkout at `root`."""
-    asked = ["git", "-C", str(root), "describe", "--always", "--dirty=+", "--abbrev=7"]
-    found = subprocess.run(asked, capture_output=True, text=True, check=False)
+    """Return today, this version, and the commit of the checkout at `root`."""
+    describe = ["git", "-C", str(root), "describe", "--always", "--dirty=+", "--abbrev=7"]
+    found = subprocess.run(describe, capture_output=True, text=True, check=False)
     today = datetime.datetime.now(datetime.UTC).date().isoformat()
     return Measured(today, walltopo.__version__, found.stdout.strip() or "unknown")
 
 
 def lines_of(path: Path) -> list[str]:
-    """What a record says, line by line; of a `Part` each figure by its place: `a/b/c: 0.5`."""
+    """Return a record's lines; for a `Part`, one line per figure with its path: `a/b/c: 0.5`."""
     if not path.name.startswith("tables-"):
         return list(Record.load(path).output)
     return list(_leaves("", Part.load(path).figures))
@@ -91,7 +91,7 @@ def _leaves(place: str, value: Any) -> Iterator[str]:
 
 
 def tables(record: Record) -> list[list[str]]:
-    """The Markdown tables among the output's lines."""
+    """Return the Markdown tables among the output's lines."""
     found: list[list[str]] = []
     inside = False
     for line in record.output:

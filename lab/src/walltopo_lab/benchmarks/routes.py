@@ -1,15 +1,15 @@
 """Figures of route clustering.
 
     python -m walltopo_lab.benchmarks.routes gym-a       true holds and colours of the rendered gym
-    python -m walltopo_lab.benchmarks.routes gyms        30 generated gyms that chose nothing
+    python -m walltopo_lab.benchmarks.routes gyms        30 generated gyms outside all tuning
     python -m walltopo_lab.benchmarks.routes masks       the real photos with hand-drawn masks, in the image
     python -m walltopo_lab.benchmarks.routes dim FOLDER  photos of gyms 4101 to 4108 in dim, mixed light, made there
     python -m walltopo_lab.benchmarks.routes proxy       path lengths on the proxy against the full mesh
     python -m walltopo_lab.benchmarks.routes speed       600 holds on a wall of 500,000 triangles
 
-An optional last argument of the others is the folder of the test data (default ../shared/data). ARI
-is the adjusted Rand index over holds that belong to a route; a hold left without a route counts as
-a group of its own.
+For the other commands an optional last argument is the folder of the test data (default
+../shared/data). ARI is the adjusted Rand index over holds that belong to a route; a hold without a
+found route counts as a group of its own.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from sklearn.metrics import adjusted_rand_score
 
 from walltopo.core import Mesh
 from walltopo.describe.routes.find import find_routes
-from walltopo.describe.routes.settings import RoutesSettings
-from walltopo.scans.attributes import Hold, Role
+from walltopo.describe.settings import RoutesSettings
+from walltopo.scans.holds import Hold, Role
 from walltopo.scans.routes import Route
 from walltopo_lab.benchmarks.routes_gyms import set_gym
 
@@ -36,7 +36,7 @@ ROLES: dict[int, Role] = {-1: "volume", -2: "downclimb"}
 
 
 def rand_index(routes: list[Route], truth: dict[int, int]) -> float:
-    """ARI of found routes against hold id to true route."""
+    """Return the ARI of found routes against true ones (hold id to route)."""
     found = {hold: route.id for route in routes for hold in route.holds}
     ids = sorted(truth)
     alone = {hold: -hold for hold in ids}
@@ -50,7 +50,7 @@ def _point(values: list[float]) -> tuple[float, float, float]:
 
 
 def true_holds(folder: Path) -> tuple[Mesh, list[Hold], dict[int, int]]:
-    """Mesh, holds with true attributes, and true routes of a rendered scan."""
+    """Return mesh, holds with true attributes, and true routes of a rendered scan."""
     source = folder / "lift" / "gt.npz"
     data = np.load(source if source.is_file() else folder / "gt.npz")
     scene = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
@@ -74,7 +74,7 @@ def true_holds(folder: Path) -> tuple[Mesh, list[Hold], dict[int, int]]:
 
 
 def gym_a(data: Path) -> None:
-    """ARI with true holds and colours."""
+    """Print the ARI of routes from true holds and colours."""
     for name in ("gym-a", "gym-a-reset"):
         mesh, holds, truth = true_holds(data / name)
         begun = time.process_time()
@@ -87,7 +87,7 @@ def gym_a(data: Path) -> None:
 
 
 def gyms(data: Path) -> None:
-    """ARI over generated gyms: presets easy, modern, oldschool-dark and lead in turn."""
+    """Print the ARI over 30 generated gyms of the presets easy, modern, oldschool-dark and lead."""
     presets = ("modern", "oldschool-dark", "lead", "modern", "easy")
     values = []
     for number in range(30):
@@ -103,21 +103,21 @@ def gyms(data: Path) -> None:
 
 
 def masks(data: Path) -> None:
-    """ARI per real photo."""
+    """Print the ARI per real photo."""
     from walltopo_lab.benchmarks.routes_photos import report_masks
 
     report_masks(data / "hold-masks")
 
 
 def dim(folder: Path) -> None:
-    """ARI per photo of generated gyms that chose nothing, in dim, mixed light."""
+    """Print the ARI per photo of generated gyms in dim, mixed light, outside all tuning."""
     from walltopo_lab.benchmarks.routes_photos import report_generated
 
     report_generated(folder, 4101, 8)
 
 
 def proxy(data: Path) -> None:
-    """Errors of proxies of several sizes: against FlipOut on the full mesh of gym-a/lift."""
+    """Print path errors of proxies of several sizes against FlipOut on gym-a/lift's full mesh."""
     from walltopo.describe.routes.geodesic import pair_lengths
     from walltopo.describe.routes.grouping import candidate_pairs
     from walltopo.describe.routes.proxy import PROXY_FACES, build_proxy
@@ -152,13 +152,13 @@ def proxy(data: Path) -> None:
 
 
 def painted(hold: Hold, number: int) -> Hold:
-    """The hold in one of ten hues."""
+    """Return the hold in one of ten hues."""
     red, green, blue = (round(255 * v) for v in colorsys.hsv_to_rgb(number / 10, 0.8, 0.8))
     return replace(hold, colour=f"colour {number}", colour_rgb=(red, green, blue))
 
 
 def speed(data: Path) -> None:
-    """All colours of 600 holds on 500,000 triangles."""
+    """Print the time of finding the routes of 600 holds in 10 colours on 500,000 triangles."""
     rng = np.random.default_rng(0)
     columns, rows = 707, 354
     x, z = np.meshgrid(np.linspace(0, 14, columns), np.linspace(0, 5, rows))
@@ -178,7 +178,7 @@ def speed(data: Path) -> None:
         for k, p in enumerate(places)
     ]
     mesh = Mesh(vertices, faces)
-    find_routes(mesh, holds[:40], RoutesSettings())  # libraries loaded, code compiled
+    find_routes(mesh, holds[:40], RoutesSettings())  # load libraries and compile
     for settings, words in (
         (RoutesSettings(), "by paint"),
         (RoutesSettings(link="colour"), "by name"),

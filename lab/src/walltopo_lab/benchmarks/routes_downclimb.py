@@ -1,10 +1,11 @@
-"""Are downclimb holds found by themselves? On gyms of the generator, set but not photographed.
+"""Detection of downclimb holds, on generated gyms that are set but not photographed.
 
     python -m walltopo_lab.benchmarks.routes_downclimb choose     other values of the rule, on gyms 3000 to 3029
     python -m walltopo_lab.benchmarks.routes_downclimb report     the rule, on gyms 1000 to 1029
 
-Colours are true; types are told as the shipped network tells them of lifted instances: each drawn
-from what it said of that type on two reconstructed gyms (`python -m walltopo_lab.benchmarks.types scans`).
+Colours are true. Types are confused as by the shipped network on lifted instances: each is drawn
+from the network's answers for that type on two reconstructed gyms (`python -m
+walltopo_lab.benchmarks.types scans`).
 """
 
 from __future__ import annotations
@@ -14,12 +15,12 @@ import sys
 import numpy as np
 from msgspec.structs import replace
 
-from walltopo.describe.classify import downclimb
-from walltopo.scans.attributes import Hold
+from walltopo.describe.classify import attributes
+from walltopo.scans.holds import Hold
 from walltopo_lab.benchmarks.routes_gyms import set_gym
 
 PRESETS = ("modern", "oldschool-dark", "lead", "modern", "easy")
-# What lifted holds of a type were called, and how often: gyms 7000, modern and oldschool-dark.
+# Predicted types of lifted holds, with counts: gyms 7000, modern and oldschool-dark.
 CALLED = {
     "jug": {"jug": 57, "foothold": 2, "pinch": 1, "sloper": 1, "unknown": 15},
     "crimp": {"crimp": 13, "foothold": 5, "pocket": 1, "unknown": 12},
@@ -31,7 +32,7 @@ CALLED = {
 
 
 def as_seen(holds: list[Hold], seed: int) -> list[Hold]:
-    """The holds with types as a scan would have them."""
+    """Return the holds with types as confused as a scan's."""
     rng = np.random.default_rng([17, seed])
     seen = []
     for hold in holds:
@@ -42,10 +43,10 @@ def as_seen(holds: list[Hold], seed: int) -> list[Hold]:
 
 
 def count(gyms: list[tuple[list[Hold], list[Hold]]]) -> str:
-    """How many downclimb holds are found, and how many others are taken for some."""
+    """Return the number of downclimb holds found, and of other holds mistaken for them."""
     there = found = false = 0
     for holds, seen in gyms:
-        colours = downclimb.downclimb_colours(seen, 1.0)
+        colours = attributes.downclimb_colours(seen, 1.0)
         there += sum(hold.role == "downclimb" for hold in holds)
         found += sum(hold.role == "downclimb" and hold.colour in colours for hold in holds)
         false += sum(hold.role == "hold" and hold.colour in colours for hold in holds)
@@ -72,11 +73,11 @@ def main() -> None:
         "LARGE": (1.0, 1.2),
         "ALONE": (3, 6),
     }.items():
-        kept = getattr(downclimb, name)
+        kept = getattr(attributes, name)
         for value in values:
-            setattr(downclimb, name, value)
+            setattr(attributes, name, value)
             print(f"{name} = {value}: {count(gyms)}")
-        setattr(downclimb, name, kept)
+        setattr(attributes, name, kept)
 
 
 if __name__ == "__main__":

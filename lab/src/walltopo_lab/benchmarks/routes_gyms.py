@@ -1,4 +1,4 @@
-"""Gyms of the generator, set but not photographed, for figures of route clustering."""
+"""Generated gyms, set but not photographed, for benchmarks of route clustering."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.scans.attributes import Hold, Role
+from walltopo.scans.holds import Hold, Role
 from walltopo_lab.evaluate.routes import type_of_kind
 from walltopo_lab.synth.bodies import Body
 from walltopo_lab.synth.holds import make_hold
@@ -25,8 +25,8 @@ class SetGym:
 
     Parameters
     ----------
-    route : hold id to its route, for holds that have one.
-    part : hold id to what it is in its route: hold, foot, start, top.
+    route : hold id to its route, for holds on a route.
+    part : hold id to its role in its route: hold, foot, start, top.
     body : hold id to its shape.
     """
 
@@ -42,7 +42,7 @@ def _make(kind: str, style: str, rng: np.random.Generator, scale: float) -> Body
 
 
 def _one_surface(polygons: list[NDArray[np.float64]]) -> Mesh:
-    """The facets as one mesh that hangs together, in triangles of some decimetres."""
+    """Return the facets as one connected mesh, in triangles of some decimetres."""
     import trimesh
 
     corners = np.vstack(polygons)
@@ -57,7 +57,7 @@ def _one_surface(polygons: list[NDArray[np.float64]]) -> Mesh:
 
 
 def set_gym(preset: str, seed: int) -> SetGym:
-    """The wall of `walltopo synth --preset PRESET --seed SEED` with its routes."""
+    """Return the wall of `walltopo synth --preset PRESET --seed SEED` with its routes."""
     settings, _ = gym_preset(preset)
     wall = build_wall(settings, np.random.default_rng([seed, 1]))
     facets, volumes = place_volumes(wall, settings, np.random.default_rng([seed, 2]))

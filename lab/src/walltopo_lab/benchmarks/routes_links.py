@@ -1,10 +1,10 @@
-"""Routes by the names of colours or by paint, in 3D: generated gyms with their photos.
+"""Route clustering by colour names or by paint, in 3D: generated gyms with their photos.
 
     python -m walltopo_lab.benchmarks.routes_links GYM [GYM ...]
 
-Each GYM is a folder of `walltopo synth`, or of the rendered gym (DATA/gym-a). Instances are the
-true ones, their colours are read from the photos as a scan does; downclimb holds are told by the
-truth. ARI is over the holds that belong to a route.
+Each GYM is a folder of `walltopo synth`, or of the rendered gym (DATA/gym-a). Instances and
+downclimb holds are the true ones; colours are read from the photos as in a scan. ARI covers the
+holds that belong to a route.
 """
 
 from __future__ import annotations
@@ -24,12 +24,10 @@ from walltopo.describe.classify.colour import (
     with_white,
 )
 from walltopo.describe.classify.geometry import measure_shapes
-from walltopo.describe.classify.light import TINT_RADIUS
-from walltopo.describe.classify.observe import observe
-from walltopo.describe.classify.settings import ClassifySettings
+from walltopo.describe.classify.light import TINT_RADIUS, observe
 from walltopo.describe.routes.find import find_routes
-from walltopo.describe.routes.settings import RoutesSettings
-from walltopo.scans.attributes import Hold
+from walltopo.describe.settings import ClassifySettings, RoutesSettings
+from walltopo.scans.holds import Hold
 from walltopo.scans.photos import PhotoSet
 from walltopo_lab.benchmarks.colours import generated_scan, scale, true_scan
 from walltopo_lab.benchmarks.routes import rand_index
@@ -37,7 +35,7 @@ from walltopo_lab.evaluate.truth import read_truth
 
 
 def holds_of(folder: Path) -> tuple[Mesh, list[Hold], dict[int, int]]:
-    """Mesh, holds with the colours that the photos show, and the true routes."""
+    """Return mesh, holds with the colours read from the photos, and the true routes."""
     settings = ClassifySettings()
     made = (folder / "truth" / "cameras").is_dir()
     views, mesh, labels, _, kinds = generated_scan(folder) if made else true_scan(folder, False)
@@ -46,8 +44,8 @@ def holds_of(folder: Path) -> tuple[Mesh, list[Hold], dict[int, int]]:
     shapes = measure_shapes(mesh, labels, sorted(kinds))
     seen = {k: rows for k, rows in sorted(seen.items()) if k in shapes}
     places = {k: shape.position for k, shape in shapes.items()}
-    light = with_white(light, seen, places)
-    paints = paint_over_views(seen, light, places)
+    light = with_white(light, seen)
+    paints = paint_over_views(seen, light)
     volumes = {k for k, kind in kinds.items() if kind == "volume"}
     palette = find_palette(paints, volumes, **scale(settings))
     colours = assign_colours(paints, palette, **scale(settings))

@@ -1,7 +1,7 @@
-"""Routes in single photos: colours from the pixels, paths in the image.
+"""Route clustering in single photos: colours from the pixels, paths in the image.
 
-Nothing is chosen here. Of real photos with hand-drawn masks figures are over the masks that carry
-a `route_id`; all holds of a photo take part, volumes only where they carry one.
+No setting is chosen here. For real photos with hand-drawn masks, figures cover the masks with a
+`route_id`. All holds of a photo take part; volumes take part only with a `route_id`.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def _holds(folder: Path, image: dict[str, Any], entries: list[dict[str, Any]]) -
     return read_holds(photo, masks, [None if route is None else int(route) for route in given])
 
 
-def _told(values: Mapping[str, float]) -> str:
+def _routes_line(values: Mapping[str, float]) -> str:
     return ", ".join(f"{WAYS[way]} {value:.3f}" for way, value in values.items())
 
 
@@ -41,9 +41,9 @@ def report_generated(folder: Path, first: int, count: int) -> None:
     for photo in read_photos(folder):
         holds = of_generated(photo)
         rows.append({way: ari(holds, way) for way in WAYS})
-        print(f"{photo.name} ({len(holds.points)} holds): {_told(rows[-1])}")
+        print(f"{photo.name} ({len(holds.points)} holds): {_routes_line(rows[-1])}")
     means = {way: float(np.mean([row[way] for row in rows])) for way in WAYS}
-    print(f"{len(rows)} photos, mean ARI: {_told(means)}")
+    print(f"{len(rows)} photos, mean ARI: {_routes_line(means)}")
 
 
 def report_masks(folder: Path) -> None:
@@ -60,10 +60,10 @@ def report_masks(folder: Path) -> None:
         results = {way: ari(holds, way) for way in WAYS}
         print(
             f"{image['file_name']} ({len(known)} of {len(entries)} masks in "
-            f"{len(set(known))} routes): {_told(results)}"
+            f"{len(set(known))} routes): {_routes_line(results)}"
         )
         for way, value in results.items():
             totals[way] += value * len(known)
         count += len(known)
     means = {way: total / count for way, total in totals.items()}
-    print(f"{count} masks, ARI: {_told(means)}")
+    print(f"{count} masks, ARI: {_routes_line(means)}")

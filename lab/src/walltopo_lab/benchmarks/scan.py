@@ -1,10 +1,10 @@
-"""Whole scans from photos, as a user runs them: registered, metric, holds, time, memory.
+"""Whole scans from photos, as run by a user: registered photos, scale, holds, time, memory.
 
     python -m walltopo_lab.benchmarks.scan DATA            # the real spray wall and the rendered gym
     python -m walltopo_lab.benchmarks.scan DATA --only spraywall --keep FOLDER
 
-DATA is the folder that holds `spraywall/` and `gym-a/`. Nothing is tuned on either. Beside seconds
-stands how many calibrations they are (`benchmarks/calibration.py`), by which machines compare.
+DATA is the folder with `spraywall/` and `gym-a/`. Nothing is tuned on either. Times are also given
+in units of the calibration (`benchmarks/calibration.py`), so that machines can be compared.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core.files import read_json
-from walltopo.geometry.ply import read_mesh
+from walltopo.geometry.mesh_files import read_mesh
 from walltopo.geometry.zbuffer import render_ids
 from walltopo.scans.colmap_model import read_views
 from walltopo.scans.folder import ScanFolder
@@ -45,9 +45,9 @@ def main() -> int:
 
 
 def scan(photos: Path, out: Path) -> dict[str, Any]:
-    """Run the command in a process of its own; returns its figures.
+    """Run the command in a child process; return its figures.
 
-    Stages that a kept folder already has are not run again; their recorded times count.
+    Stages already in a kept folder are not run again; their recorded times count.
     """
     command = [sys.executable, "-m", "walltopo", "scan", str(photos), "-o", str(out)]
     before = calibration_s()
@@ -92,17 +92,17 @@ def report_stages(result: dict[str, Any]) -> None:
     print("\n| stage | seconds | calibrations | peak GiB |\n|---|---|---|---|")
     for stage, record in result["stages"].items():
         seconds = record["seconds"]
-        told = f"{seconds:.1f} | {seconds / unit:.0f} | {record['peak_mb'] / 1024:.1f}"
-        print(f"| {stage} | {told} |")
+        cells = f"{seconds:.1f} | {seconds / unit:.0f} | {record['peak_mb'] / 1024:.1f}"
+        print(f"| {stage} | {cells} |")
     whole = result["seconds"]
     print(f"| all | {whole:.1f} | {whole / unit:.0f} | {result['peak_mb'] / 1024:.1f} |")
     print(f"\ncalibration: {before:.3f} s before the scan, {after:.3f} s after it")
 
 
 def boxes_found(folder: ScanFolder, labels: Path) -> tuple[int, int]:
-    """How many labelled boxes of one photo the projected holds meet, and how many there are.
+    """Return the number of labelled boxes of one photo that projected holds match, and the total.
 
-    Only what the scan shows as holds and volumes counts.
+    Only instances that the scan shows as holds and volumes count.
     """
     view = next(v for v in read_views(folder.sparse) if Path(v.name).stem == labels.stem)
     mesh = read_mesh(folder.mesh)
@@ -121,7 +121,7 @@ def boxes_found(folder: ScanFolder, labels: Path) -> tuple[int, int]:
 
 
 def instance_boxes(seen: NDArray[np.int32]) -> NDArray[np.float64]:
-    """(n, 4) boxes x0, y0, x1, y1 of the ids in an id image."""
+    """Return (n, 4) boxes x0, y0, x1, y1 of the ids in an id image."""
     boxes = []
     for instance in np.unique(seen[seen > 0]):
         y, x = np.nonzero(seen == instance)
@@ -130,7 +130,7 @@ def instance_boxes(seen: NDArray[np.int32]) -> NDArray[np.float64]:
 
 
 def box_iou(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(n, m) intersection over union of two sets of boxes."""
+    """Return (n, m) intersection over union of two sets of boxes."""
     low = np.maximum(a[:, None, :2], b[None, :, :2])
     high = np.minimum(a[:, None, 2:], b[None, :, 2:])
     overlap = np.clip(high - low, 0, None).prod(axis=2)

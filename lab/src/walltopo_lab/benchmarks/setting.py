@@ -1,12 +1,12 @@
-"""Are proposed problems what was wished for, by a grade model that the search did not use?
+"""Agreement of proposed problems with their specification, by a grade model outside the search.
 
     python -m walltopo_lab.benchmarks.setting DATA CACHE
 
-On walls of the generator, whose holds all count, whatever their colour. The problems of the board
-are dealt into two halves (near-twins on one side), a grade model is learnt on each; the search
-uses one, the other judges what it proposes. Both know the same movement model and the same
-features, so that the two agree says that the search does not lean on the accidents of one fit. It
-does not say that climbers would. DATA and CACHE: see `walltopo_lab.benchmarks.grades`.
+The walls are generated, and all their holds count, regardless of colour. The board's problems are
+split into two halves (near-duplicates on one side), and a grade model is trained on each. The
+search uses one model, the other evaluates the proposals. Both use the same movement model and
+features, so their agreement shows only that the search does not exploit one fit. It does not show
+that climbers would agree. DATA and CACHE: see `walltopo_lab.benchmarks.grades`.
 """
 
 from __future__ import annotations
@@ -23,7 +23,6 @@ import numpy as np
 import numpy.typing as npt
 from msgspec import structs
 
-from walltopo.scans.holds import hold_rows
 from walltopo.scans.routes import Route
 from walltopo_climb.grades.font import FONT, parse_grade
 from walltopo_climb.grades.model import GradeModel, Range
@@ -32,7 +31,7 @@ from walltopo_climb.movement.body import ADULT
 from walltopo_climb.problems.pool import Pool
 from walltopo_climb.problems.rows import Proposal
 from walltopo_climb.problems.search import propose
-from walltopo_climb.problems.wish import Wish
+from walltopo_climb.problems.spec import ProblemSpec
 from walltopo_lab.benchmarks.routes_gyms import set_gym
 from walltopo_lab.train.grades.cached import boards
 from walltopo_lab.train.grades.fit import Board
@@ -45,7 +44,7 @@ _SEED = 7
 
 
 def half(board: Board, number: int) -> Board:
-    """One half of a board's problems, dealt by groups; its parts 0 and 1 as they were."""
+    """Return one half of a board's problems, split by groups; its parts 0 and 1 are unchanged."""
     mine = parts_of(board.groups, (0.5, 0.5), _SEED) == number
     arrays = {
         name: getattr(board, name)[mine]
@@ -56,7 +55,7 @@ def half(board: Board, number: int) -> Board:
 
 
 def model_of(found: Sequence[Board], number: int, folder: Path) -> GradeModel:
-    """The grade model of one half."""
+    """Train, write and load the grade model of one half."""
     halves = [half(board, number) for board in found]
     path = folder / f"{number}.onnx"
     write_model(fit_on(halves), halves, path)
@@ -64,21 +63,23 @@ def model_of(found: Sequence[Board], number: int, folder: Path) -> GradeModel:
 
 
 def pool_of(preset: str, seed: int) -> Pool:
-    """The holds of a generated wall; it faces as they do, for a hold sits flat on it."""
+    """Return the holds of a generated wall; the wall's steepness is that of each hold's normal."""
     holds = tuple(
         structs.replace(
             hold, steepness_deg=math.degrees(math.asin(max(-1.0, min(1.0, -hold.normal[2]))))
         )
         for hold in set_gym(preset, seed).holds
     )
-    return Pool.of(hold_rows(holds, {}, ()), 1.0, True)
+    return Pool.of(holds, 1.0, True)
 
 
 @dataclass(frozen=True)
 class Row:
-    """A proposal, judged: the wished place, whether an adult gets up, the other model's range."""
+    """A judged proposal: requested grade, whether an adult reaches the top, the other model's
+    range.
+    """
 
-    wished: float
+    requested: float
     tops: bool
     place: float
     range: Range
@@ -86,18 +87,18 @@ class Row:
     alike: float
 
 
-def judge(pool: Pool, one: Proposal, wish: Wish, scale: Scale) -> Row:
-    """What a model that the search did not use says of a proposal."""
+def judge(pool: Pool, one: Proposal, spec: ProblemSpec, scale: Scale) -> Row:
+    """Return the judgement of a proposal by a model that the search did not use."""
     holds = (*one.hands, *one.feet)
     route = Route(0, holds=holds, start=one.start, top=one.top, footholds=one.feet)
     climbed = climb_route(route, pool.near(holds), pool.unit)
     tops = climbed is not None and climbed.moves.reached and climbed.moves.body == ADULT
-    wished = parse_grade(wish.grade)
+    requested = parse_grade(spec.grade)
     assert climbed is not None
-    assert wished is not None
+    assert requested is not None
     place = float(scale.model.places(climbed.features[None])[0])
     found = scale.range(place, climbed.known)
-    return Row(wished, tops, place, found, not one.misses, one.alike)
+    return Row(requested, tops, place, found, not one.violations, one.alike)
 
 
 def main(arguments: list[str]) -> int:
@@ -107,7 +108,7 @@ def main(arguments: list[str]) -> int:
     found = list(boards(Path(arguments[0]), Path(arguments[1]), 1, ("2016",)).values())
     with tempfile.TemporaryDirectory() as name:
         searches, judges = (Scale(model_of(found, k, Path(name)), ()) for k in (0, 1))
-    print("| wish | proposed | as wished | top reached | wished in the other's range | "
+    print("| spec | proposed | as requested | top reached | requested in the other's range | "
           "other's place off, grades, median | alike, mean | CPU-s an answer |")  # fmt: skip
     print("|---|---|---|---|---|---|---|---|")
     everything: list[Row] = []
@@ -117,11 +118,11 @@ def main(arguments: list[str]) -> int:
         took: list[float] = []
         for preset, seed in WALLS:
             pool = pool_of(preset, seed)
-            wish = Wish(grade=grade, seed=seed)
+            spec = ProblemSpec(grade=grade, seed=seed)
             began = time.process_time()
-            answer = propose(pool, wish, searches)
+            answer = propose(pool, spec, searches)
             took.append(time.process_time() - began)
-            rows += [judge(pool, one, wish, judges) for one in answer.proposals]
+            rows += [judge(pool, one, spec, judges) for one in answer.proposals]
         print(_line(grade, rows, took))
         everything += rows
         seconds += took
@@ -130,11 +131,11 @@ def main(arguments: list[str]) -> int:
 
 
 def _line(name: str, rows: Sequence[Row], seconds: Sequence[float]) -> str:
-    inside = [one.range.low <= round(one.wished) <= one.range.high for one in rows]
-    off: npt.NDArray[np.float64] = np.array([abs(one.place - one.wished) for one in rows])
-    asked = 3 * len(seconds)
+    inside = [one.range.low <= round(one.requested) <= one.range.high for one in rows]
+    off: npt.NDArray[np.float64] = np.array([abs(one.place - one.requested) for one in rows])
+    wanted_count = 3 * len(seconds)
     return (
-        f"| {name} | {len(rows)} of {asked} | {np.mean([one.fits for one in rows]):.2f} | "
+        f"| {name} | {len(rows)} of {wanted_count} | {np.mean([one.fits for one in rows]):.2f} | "
         f"{np.mean([one.tops for one in rows]):.2f} | {np.mean(inside):.2f} | "
         f"{np.median(off):.2f} | {np.mean([one.alike for one in rows]):.2f} | "
         f"{np.median(seconds):.1f} |"

@@ -1,16 +1,16 @@
-"""Which instances of the lift a scan shows as holds: what its two limits rest on.
+"""The two limits that decide which lifted instances a scan shows as holds.
 
     python -m walltopo_lab.benchmarks.shown score [--work FOLDER] [--gyms 2] [--preset modern]
     python -m walltopo_lab.benchmarks.shown flat SCAN TRUTH [SCAN TRUTH ...]
 
-`score` is of `classify.least_score`: it generates the gyms that the lift's table tunes and chooses
-on (`walltopo_lab.benchmarks.tables`; those that it reports on are left alone), finds their holds
-with the shipped detector, lifts with a scan's settings and prints, for several least scores: mIoU
-over all gyms, precision, recall and F1 of the holds that are shown, and the volumes shown and right.
+`score` evaluates `classify.min_score`. It generates the gyms that the lift's table tunes and
+chooses on (`walltopo_lab.benchmarks.tables`; its test gyms stay unused), detects their holds with
+the shipped detector, and lifts with a scan's settings. It prints for several minimum scores: mIoU
+over all gyms, precision, recall and F1 of the shown holds, and the volumes shown and right.
 
-`flat` is of `classify.flat_below`: each SCAN is a finished scan of a gym whose exact truth is the
-folder TRUTH (`walltopo synth` writes one as GYM/truth). Printed for several limits: how many real
-holds, and how many instances that are none (less than 1 % on a true instance), are called flat.
+`flat` evaluates `classify.flat_below`. Each SCAN is a finished scan of a gym whose exact truth is
+the folder TRUTH (`walltopo synth` writes one as GYM/truth). It prints for several limits how many
+real holds, and how many false instances (less than 1 % on a true instance), are called flat.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import numpy as np
 
 from walltopo.core import Silent
 from walltopo.describe.classify.low_confidence import Lifted, Rise, flat_instances, measure_rises
-from walltopo.geometry.ply import read_mesh
+from walltopo.geometry.mesh_files import read_mesh
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.instances import InstanceRecords, InstanceTable
 from walltopo.segment.lift import LiftParams, lift
@@ -37,22 +37,22 @@ from walltopo_lab.evaluate.scan import measured_labels, scan_views
 from walltopo_lab.evaluate.semantics import class_of_faces, confusion, semantic_metrics
 from walltopo_lab.evaluate.truth import read_truth
 
-LEAST = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3)
+MIN = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3)
 LIMITS = (0.002, 0.003, 0.004, 0.005, 0.006, 0.008, 0.010)  # metres
 HOLD, VOLUME = 1, 2
 WITHIN = 0.02
-NOTHING = 0.01  # share of an instance on true instances below which it is none
+NOTHING = 0.01  # share of an instance's area on true instances below which it is false
 
 
 def score(args: argparse.Namespace) -> None:
-    """Print what each least score shows."""
+    """Print the figures of each minimum score."""
     plan = Plan(args.work, 0, args.photos, 0)
     walls = [load_wall(plan, args.preset, number) for number in range(args.gyms)]
     params = LiftParams(**scan_defaults())
     found = [Labelled.of(lift(wall.mesh, wall.views, params, Silent())) for wall in walls]
     print("| least score | mIoU | holds: precision | recall | F1 | volumes shown | right | of |")
     print("|---|---|---|---|---|---|---|---|")
-    for least in LEAST:
+    for least in MIN:
         shown = [at_score(labelled, least) for labelled in found]
         tables = [
             confusion(
@@ -74,7 +74,7 @@ def score(args: argparse.Namespace) -> None:
 
 
 def heights(folder: Path, truth_folder: Path) -> tuple[dict[int, Rise], dict[int, Rise]]:
-    """Rises of the real holds of a scan and of what is none; half matches are left out."""
+    """Return heights of the scan's real holds and of its false ones, without half matches."""
     scan, truth = ScanFolder(folder), read_truth(truth_folder)
     whole = read_mesh(scan.mesh)
     mesh = whole.without_guesses()
@@ -96,7 +96,7 @@ def heights(folder: Path, truth_folder: Path) -> tuple[dict[int, Rise], dict[int
 
 
 def flat(args: argparse.Namespace) -> None:
-    """Print what each limit calls flat."""
+    """Print the instances that each limit calls flat."""
     folders = zip(args.folders[::2], args.folders[1::2], strict=True)
     found = [heights(scan, truth) for scan, truth in folders]
     print("| flat below, mm | real ones called flat | false ones called flat |")
@@ -109,7 +109,7 @@ def flat(args: argparse.Namespace) -> None:
 
 
 def main() -> None:
-    """Command line."""
+    """Run the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     words = parser.add_subparsers(required=True)
     one = words.add_parser("score")

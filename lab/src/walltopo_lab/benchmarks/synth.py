@@ -1,4 +1,4 @@
-"""What a gym costs and how well its photos reconstruct.
+"""Cost of a generated gym, and reconstruction quality of its photos.
 
 python -m walltopo_lab.benchmarks.synth pictures docs/pictures/synth   # the pictures of docs/synth.md
 python -m walltopo_lab.benchmarks.synth speed                          # CPU-seconds of a 2 MP photo
@@ -19,7 +19,7 @@ import numpy as np
 from walltopo.scans.colmap_model import view_of_image
 from walltopo_lab.synth import PRESETS, PhotoSettings, gym_preset, make_gym
 
-# Seed and which photo of a walk of 12 each preset is shown with.
+# Seed, and the photos to show out of a walk of 12, for each preset.
 SHOWN = {
     "easy": (3, (1, 5)),
     "modern": (3, (2, 4)),
@@ -30,7 +30,7 @@ SHOWN = {
 
 
 def pictures(out: Path, presets: Sequence[str]) -> None:
-    """Two photos of every preset, side by side, as small JPEGs."""
+    """Write two photos of every preset, side by side, as small JPEGs."""
     from PIL import Image
 
     from walltopo_lab.synth.develop import develop, draw_exposure
@@ -58,8 +58,10 @@ def pictures(out: Path, presets: Sequence[str]) -> None:
 
 
 def speed(presets: Sequence[str]) -> None:
-    """CPU-seconds and wall seconds of one 1632x1224 photo, developed and with its masks, and
-    of building the gym."""
+    """Print CPU-seconds and wall seconds of one photo, and CPU-seconds of building the gym.
+
+    A photo of 1632x1224 is rendered, developed and gets its masks.
+    """
     from walltopo_lab.synth.develop import develop, draw_exposure
     from walltopo_lab.synth.path import phone_camera, walk
     from walltopo_lab.synth.render import Renderer
@@ -73,7 +75,7 @@ def speed(presets: Sequence[str]) -> None:
         built = time.process_time() - cpu
         poses = walk(gym.wall, gym.plates, settings, photos, np.random.default_rng(1))
         renderer = Renderer(gym)
-        renderer.render(phone_camera(photos), poses[0], 1)  # compiles
+        renderer.render(phone_camera(photos), poses[0], 1)  # compile
         cpu, wall = time.process_time(), time.perf_counter()
         for pose in poses[1:]:
             linear, ids = renderer.render(phone_camera(photos), pose, 2)

@@ -5,11 +5,11 @@
         [--only labels,detectors,lift,given,routes,endtoend]
     python -m walltopo_lab.benchmarks.tables --page     # only write the page
 
-Writes docs/results.md from docs/results/tables-*.json, where every part keeps its figures. A part is
-not run again while they are there and were made with the same detector and plan, unless --again
-says so; gyms, detections and searches stay in DIR (default build/tables). The last table is of a scan
-folder: it is measured anew whenever --scan is given. The generated gyms of the lift's table are
-split by gym (see `walltopo_lab.benchmarks.tables_lift`); `gym-a` is never tuned on.
+Writes docs/results.md from docs/results/tables-*.json, which keep the figures of every part. A part
+with figures of the same detector and plan is not run again without --again. Gyms, detections and
+searches stay in DIR (default build/tables). The last table evaluates a scan folder, and is measured
+anew with every --scan. The generated gyms of the lift's table are split by gym (see
+`walltopo_lab.benchmarks.tables_lift`); `gym-a` is never tuned on.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ CLASSES = {1: "hold", 2: "volume"}
 
 
 def labels_from_paint(data: Path, args: argparse.Namespace) -> Row:
-    """Table 1: labels that a painted, reconstruction-like mesh gives, against true masks."""
+    """Return table 1: labels from a painted, reconstruction-like mesh, against true masks."""
     from walltopo_lab.datasets.compare import compare
     from walltopo_lab.datasets.project import project_labels
     from walltopo_lab.datasets.refine import grabcut, refine_dataset
@@ -92,9 +92,9 @@ def labels_from_paint(data: Path, args: argparse.Namespace) -> Row:
 
 
 def detectors(data: Path, args: argparse.Namespace) -> Row:
-    """Table 2: the shipped detector on photos it never saw, ranked, and at its own thresholds."""
+    """Return table 2: the shipped detector on unseen photos, ranked, and at its own thresholds."""
     from walltopo.segment.detect.detector import open_detector
-    from walltopo.segment.detect.settings import DetectSettings
+    from walltopo.segment.settings import DetectSettings
     from walltopo_lab.datasets.read import read_dataset
     from walltopo_lab.evaluate.detector import evaluate_detections
 
@@ -127,12 +127,12 @@ def _plan(args: argparse.Namespace) -> Plan:
 
 
 def lift(_data: Path, args: argparse.Namespace) -> Row:
-    """Table 3: 3D instances and semantics on generated gyms."""
+    """Return table 3: 3D instances and semantics on generated gyms."""
     return lift_table(_plan(args))
 
 
 def given_masks(data: Path, args: argparse.Namespace) -> Row:
-    """Table 4: the lift alone, on the masks that gym-a comes with; never tuned on."""
+    """Return table 4: the lift alone, on the masks of gym-a, which no tuning uses."""
     from walltopo_lab.tune.lift_problem import load_lift_wall
     from walltopo_lab.tune.walls import Wall
 
@@ -159,16 +159,16 @@ def given_masks(data: Path, args: argparse.Namespace) -> Row:
 
 
 def routes(data: Path, args: argparse.Namespace) -> Row:
-    """Table 5: route ARI with true holds and colours, by default and tuned."""
+    """Return table 5: route ARI with true holds and colours, by default and tuned."""
     return routes_table(data, args.work, args.gyms, args.trials)
 
 
 def end_to_end(data: Path, args: argparse.Namespace) -> Row:
-    """Table 6: a scan of gym-a from its photos alone (give the scan folder with --scan)."""
+    """Return table 6: a scan of gym-a from its photos alone (the scan folder of --scan)."""
     from walltopo_lab.evaluate.scan import evaluate_scan
     from walltopo_lab.evaluate.truth import read_truth
 
-    # Not the stages' seconds: they are of the hour in which the scan was made.
+    # Omit the stages' seconds, because they depend on the machine's load during the scan.
     figures = evaluate_scan(ScanFolder(args.scan), read_truth(data / "gym-a"), similarity=False)
     return {"figures": figures.figures}
 
@@ -184,7 +184,7 @@ PARTS: dict[str, Callable[[Path, argparse.Namespace], Row]] = {
 
 
 def _setup(name: str, args: argparse.Namespace) -> Row:
-    """What a part's figures depend on besides code: other values, other figures."""
+    """Return the inputs of a part's figures besides code; a change makes the figures stale."""
     setup: Row = {}
     if name in ("lift", "routes"):
         setup |= {"gyms": args.gyms, "trials": args.trials}
@@ -199,7 +199,7 @@ def _setup(name: str, args: argparse.Namespace) -> Row:
 
 
 def run_part(name: str, args: argparse.Namespace) -> None:
-    """Measure one part, unless its figures are there."""
+    """Measure one part, unless its figures exist."""
     kept, setup = RESULTS / f"tables-{name}.json", _setup(name, args)
     if name == "endtoend" and args.scan is None:
         return

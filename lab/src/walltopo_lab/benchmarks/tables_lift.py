@@ -1,9 +1,9 @@
-"""The lift's table: ways to lift on generated gyms, tuned and judged on different ones.
+"""The lift's table: variants of the lift on generated gyms, tuned and evaluated on different ones.
 
-Gyms of a preset are numbered: 0 is tuned on; 1 chooses among the search's best trials and
-the defaults; the others are only reported on. Everything is kept in the work folder: gyms, the
-detector's masks (under the detector's own hash, so that another detector is another file) and the
-searches; a run that was stopped goes on.
+Gyms of a preset are numbered. Gym 0 is for tuning, gym 1 chooses among the search's best trials and
+the defaults, and the others are only reported on. The work folder keeps gyms, searches and the
+detector's masks (under the detector's hash, so that another detector gets another file). A stopped
+run resumes.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from rich.console import Console
 
 from walltopo.core import Silent
 from walltopo.core.files import hash_path, write_json
-from walltopo.describe.classify.settings import ClassifySettings
+from walltopo.describe.settings import ClassifySettings
 from walltopo.pipeline.settings import Settings as ScanSettings
 from walltopo.segment.detect.detector import open_detector, shipped_model
 from walltopo.segment.detect.photos import detect_photos
-from walltopo.segment.detect.settings import DetectSettings
 from walltopo.segment.lift import LiftParams
 from walltopo.segment.lift.methods import run_method
+from walltopo.segment.settings import DetectSettings
 from walltopo_lab.evaluate.instances import summarise_instances
 from walltopo_lab.evaluate.operating import at_score, operating_point
 from walltopo_lab.evaluate.overlap import Labelled
@@ -38,10 +38,10 @@ from walltopo_lab.tune.study import open_study, results, search
 from walltopo_lab.tune.walls import Wall
 
 PRESETS = ("modern", "oldschool-dark")
-USES = ("train", "val")  # and the rest: test
+USES = ("train", "val")  # all further gyms: test
 FIRST_SEED = 7000  # the shipped detector was trained on gyms 2000 to 2013
 SIZE = (1280, 960)
-# So many of the search's best trials are put to the validation gym.
+# The validation gym chooses among this many of the search's best trials.
 SHORT_LIST = 5
 
 Settings = Mapping[str, tuple[str, Mapping[str, Any]]]
@@ -51,7 +51,7 @@ console = Console(stderr=True)
 
 @dataclass(frozen=True)
 class Plan:
-    """How much is done: where it is kept, test gyms, photos a gym, trials a search, presets."""
+    """The extent of the work: folder, test gyms, photos a gym, trials a search, presets."""
 
     work: Path
     gyms: int
@@ -61,9 +61,9 @@ class Plan:
 
 
 def detector_hash() -> str:
-    """Names the shipped detector: its weights and how it looks by default."""
+    """Return a hash of the shipped detector: its weights and the settings that decide its masks."""
     settings = DetectSettings()
-    # What decides the masks; where and how fast the network runs does not.
+    # Include only settings that decide the masks, not those of the place and speed of inference.
     looks = [getattr(settings, name) for name in ("score", "size", "tile", "overlap", "again")]
     text = f"{hash_path(shipped_model())} {looks}"
     return hashlib.blake2b(text.encode(), digest_size=4).hexdigest()
@@ -72,11 +72,11 @@ def detector_hash() -> str:
 def detections(
     photos: Sequence[Path], folder: Path, name: str = "detections", score: float = 0.0
 ) -> Path:
-    """The shipped detector's masks of some photos, kept under its hash.
+    """Return the file of the shipped detector's masks of some photos, kept under its hash.
 
     Parameters
     ----------
-    score : least score; 0 takes the detector's own.
+    score : minimum score; 0 takes the detector's own.
     """
     path = folder / f"{name}-{detector_hash()}.json"
     if not path.is_file():
@@ -86,7 +86,7 @@ def detections(
 
 
 def gym_folder(plan: Plan, preset: str, number: int) -> Path:
-    """One gym with its photos, made if it is not there."""
+    """Return the folder of one gym with its photos, and generate it if absent."""
     gym, photos = gym_preset(preset)
     photos = replace(photos, photos=plan.photos, width=SIZE[0], height=SIZE[1])
     folder = plan.work / "gyms" / f"{preset}-{number}"
@@ -97,12 +97,12 @@ def gym_folder(plan: Plan, preset: str, number: int) -> Path:
 
 
 def test_gyms(plan: Plan, preset: str) -> list[Path]:
-    """The gyms that are only reported on."""
+    """Return the gyms that are only reported on."""
     return [gym_folder(plan, preset, len(USES) + k) for k in range(plan.gyms)]
 
 
 def load_wall(plan: Plan, preset: str, number: int) -> LiftWall:
-    """A gym with its photos and the shipped detector's masks, made where they are not there."""
+    """Return a gym with its photos and the shipped detector's masks, and make them if absent."""
     folder = gym_folder(plan, preset, number)
     masks = detections(sorted((folder / "photos").glob("*.jpg")), folder)
     use = "train" if USES[number : number + 1] == ("train",) else "test"
@@ -117,7 +117,7 @@ def _walls(plan: Plan, preset: str, use: str) -> list[LiftWall]:
 def _tuned(
     plan: Plan, preset: str, method: str, train: Sequence[LiftWall], val: Sequence[LiftWall]
 ) -> Row:
-    """Settings searched on the train gyms; the validation gym has the last word."""
+    """Search settings on the train gyms and return the choice of the validation gym."""
     problem, judge = LiftProblem(train, method), LiftProblem(val, method)
     name = f"{preset}-{method}-{plan.photos}-{detector_hash()}"
     study = open_study(problem, f"sqlite:///{plan.work / 'tuning.db'}", name, 0)
@@ -142,12 +142,12 @@ def _tuned(
 
 
 def lift_rows(walls: Sequence[LiftWall], settings: Settings) -> Row:
-    """Figures of each way to lift, over all walls together.
+    """Return the figures of each variant of the lift, over all walls together.
 
-    AP ranks all instances. The semantic figures are of all of them and, for the robust method, of
-    those that a scan shows (`classify.least_score`).
+    AP ranks all instances. The semantic figures cover all of them and, for the robust method, those
+    that a scan shows (`classify.min_score`).
     """
-    cut = ClassifySettings().least_score
+    cut = ClassifySettings().min_score
     rows: Row = {}
     for name, (method, values) in settings.items():
         params = replace(LiftParams(), method=method, **dict(values))  # type: ignore[arg-type]
@@ -181,13 +181,13 @@ def lift_rows(walls: Sequence[LiftWall], settings: Settings) -> Row:
 
 
 def scan_defaults() -> dict[str, Any]:
-    """What a scan's lift sets otherwise than the library."""
+    """Return the lift settings of a scan that differ from the library's defaults."""
     library, scan = asdict(LiftParams()), asdict(ScanSettings().lift)
     return {name: value for name, value in scan.items() if value != library[name]}
 
 
 def ways_to_lift(tuned: Mapping[str, Row], preset: str) -> dict[str, tuple[str, dict[str, Any]]]:
-    """The rows of the table: name to method and settings."""
+    """Return the rows of the table: name to method and settings."""
     return {
         "literal, defaults": ("literal", {}),
         "literal, surest on top": ("literal", {"on_top": "surest"}),
@@ -199,7 +199,7 @@ def ways_to_lift(tuned: Mapping[str, Row], preset: str) -> dict[str, tuple[str, 
 
 
 def lift_table(plan: Plan) -> Row:
-    """The plan's presets, and in `tuned.json` what the searches found."""
+    """Return the tables of the plan's presets; write the searches' results to `tuned.json`."""
     tables: Row = {}
     tuned: dict[str, Row] = {}
     for preset in plan.presets:

@@ -1,4 +1,4 @@
-"""docs/results.md from the figures that `walltopo_lab.benchmarks.tables` kept."""
+"""The page docs/results.md, from the figures that `walltopo_lab.benchmarks.tables` keeps."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from walltopo.core.files import atomic_path
 from walltopo_lab.benchmarks.results import Part
 from walltopo_lab.benchmarks.tables_lift import PRESETS
 
-# Quoted from the publication of the method; another gym, so for orientation only.
+# Quoted from the method's publication, on another gym, so for orientation only.
 QUOTED = {
     "modern gym": (
         ("the published method, tuned", 75.9, 33.2, 81.4),
@@ -27,7 +27,7 @@ TARGETS = {"instance mAP50": 0.80, "instance mAP": 0.45, "semantic mIoU": 0.85, 
 
 
 def write_page(path: Path, parts: Mapping[str, Part]) -> None:
-    """Write the page; a part that is missing is named as not run."""
+    """Write the page; it names a missing part as not run."""
     lines = [
         "# Results",
         "",
@@ -119,7 +119,7 @@ def _lift(figures: Mapping[str, Any], setup: Mapping[str, Any]) -> list[str]:
         "too). AP, AP50, AP25 by the ScanNet protocol on face area: first the mean of the classes, "
         "as publications report it, then all instances as one class; mIoU of "
         "wall, hold and volume, of all instances and of those that a scan shows "
-        "(`classify.least_score`).",
+        "(`classify.min_score`).",
         "",
         *_ap_table(figures["tables"]),
         "",
@@ -218,7 +218,7 @@ def _end_to_end(result: Mapping[str, Any], setup: Mapping[str, Any]) -> list[str
 
 
 def _ranked_and_shown(figures: Mapping[str, Any]) -> list[str]:
-    """What AP ranks, and what a user sees."""
+    """Return the lines on the ranked instances and on those that a user sees."""
     agnostic, shown = figures.get("instances", {}).get("agnostic", {}), figures.get("shown", {})
     precision, recall = _three(shown.get("precision")), _three(shown.get("recall"))
     iou = figures.get("semantics", {}).get("iou", {})

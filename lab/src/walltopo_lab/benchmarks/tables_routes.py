@@ -16,7 +16,7 @@ from walltopo_lab.tune.walls import Wall
 
 
 def _set_wall(preset: str, number: int) -> RoutesWall:
-    """A generated gym, set but not photographed."""
+    """Return a generated gym, set but not photographed."""
     gym = set_gym(preset, FIRST_SEED + number)
     holds = [hold for hold in gym.holds if hold.id in gym.route]
     points = np.array([hold.position for hold in holds], dtype=np.float64)
@@ -27,7 +27,7 @@ def _set_wall(preset: str, number: int) -> RoutesWall:
 
 
 def routes_table(data: Path, work: Path, gyms: int, trials: int) -> dict[str, Any]:
-    """ARI of each wall by the defaults and by settings tuned on the presets' first two gyms."""
+    """Return the ARI of each wall by default and tuned on the presets' first two gyms."""
     train = RoutesProblem([_set_wall(p, k) for p in PRESETS for k in range(len(USES))])
     study = open_study(train, f"sqlite:///{work / 'tuning.db'}", "routes", 0)
     search(study, train, trials)

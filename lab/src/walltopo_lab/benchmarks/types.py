@@ -1,15 +1,15 @@
-"""Types of holds on gyms that trained nothing: by relief, and by a classifier of cutouts.
+"""Types of holds on gyms outside the training: by relief, and by a classifier of cutouts.
 
     python -m walltopo_lab.benchmarks.types scans GYM SCAN [GYM SCAN ...]   on reconstructed meshes
     python -m walltopo_lab.benchmarks.types MODEL.onnx GYM [GYM ...]
     python -m walltopo_lab.benchmarks.types MODEL.onnx gym-a [DATA]         on the gym of another generator
 
-Each GYM is a folder of `walltopo synth`; for scans it may be DATA/gym-a. Printed: how many holds
-are named, and how many of those rightly. `scans`: each SCAN, finished up to `lift`, is of its GYM's
-photos; the shipped network of reliefs names the true instances, carried onto the scan's mesh, and
-the lifted ones that meet a true one at an IoU over .5. With a MODEL: by relief, the shipped network
-on the true mesh as far as photos see it, with 1.5 mm of noise; by cutouts, all true masks of a
-hold, summed by area, at several least confidences.
+Each GYM is a folder of `walltopo synth`; for scans it may be DATA/gym-a. The output is the number
+of named holds, and of those named rightly. `scans`: each SCAN, finished up to `lift`, belongs to
+the photos of its GYM. The shipped network of reliefs names the true instances, carried onto the
+scan's mesh, and the lifted ones that match a true one at an IoU over .5. With a MODEL: by relief,
+the shipped network on the visible part of the true mesh, with 1.5 mm of noise; by cutouts, all true
+masks of a hold, summed by area, at several minimum confidences.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from pathlib import Path
 import numpy as np
 
 from walltopo.core import Mesh, Silent
-from walltopo.describe.classify.observe import observe
-from walltopo.describe.classify.settings import ClassifySettings
+from walltopo.describe.classify.light import observe
 from walltopo.describe.classify.types import shipped_model
+from walltopo.describe.settings import ClassifySettings
 from walltopo.scans.photos import PhotoSet
 from walltopo_lab.benchmarks.colours import true_scan
 from walltopo_lab.classifier.cutout_classifier import (
@@ -37,12 +37,12 @@ from walltopo_lab.classifier.verdicts import verdicts
 from walltopo_lab.evaluate.truth import Truth, read_truth
 from walltopo_lab.evaluate.types import answers_of, named_on_scans, true_types
 
-Key = tuple[str, int]  # gym and hold
+Key = tuple[str, int]  # gym name and hold id
 LEVELS = (0.0, 0.2, 0.4, 0.6, 0.8)
 
 
 def by_relief(truth: Truth, types: dict[int, str]) -> dict[int, str]:
-    """What the shipped network says of the holds that photos see."""
+    """Return the shipped network's types of the holds that photos see."""
     seen = (truth.face_views > 0) | (truth.face_instance == 0)
     noise = np.random.default_rng(0).normal(0, 0.0015, truth.mesh.vertices.shape)
     mesh = Mesh(truth.mesh.vertices + noise, truth.mesh.faces[seen])
@@ -57,14 +57,16 @@ def scans(words: list[str]) -> None:
     pairs = [(Path(a), Path(b)) for a, b in zip(words[::2], words[1::2], strict=True)]
     titles = ("true instances on the scans' meshes", "lifted instances")
     for title, found in zip(titles, named_on_scans(shipped_model(), pairs), strict=True):
-        said = {key: name for key, (name, _) in found.answers.items()}
-        told(title, said, found.truth)
-        for pair, count in sorted(Counter((found.truth[k], said[k]) for k in said).items()):
+        named_types = {key: name for key, (name, _) in found.answers.items()}
+        print_figures(title, named_types, found.truth)
+        for pair, count in sorted(
+            Counter((found.truth[k], named_types[k]) for k in named_types).items()
+        ):
             print(f"  {pair[0]} called {pair[1]}: {count}")
 
 
 def by_cutouts(gym: Path, classifier: CutoutClassifier) -> dict[int, Verdict]:
-    """What the classifier says of the holds that photos show well enough."""
+    """Return the classifier's verdicts on the holds that photos show well enough."""
     cutouts = read_cutouts([gym], "type", classifier.side)
     chance = classifier.confidences(cutouts.pictures)
     area = (cutouts.pictures != 114).any(axis=3).sum(axis=(1, 2)).astype(np.float64)
@@ -76,10 +78,10 @@ def by_cutouts(gym: Path, classifier: CutoutClassifier) -> dict[int, Verdict]:
     return found
 
 
-def told(title: str, said: dict[Key, str], truth: dict[Key, str]) -> None:
-    """Print how many are named and right."""
-    named = [key for key in truth if said.get(key, "unknown") != "unknown"]
-    right = sum(said[key] == truth[key] for key in named)
+def print_figures(title: str, named_types: dict[Key, str], truth: dict[Key, str]) -> None:
+    """Print the number of named holds, and of those named rightly."""
+    named = [key for key in truth if named_types.get(key, "unknown") != "unknown"]
+    right = sum(named_types[key] == truth[key] for key in named)
     print(
         f"{title}: {len(named)} of {len(truth)} named, {right} right "
         f"({right / max(len(named), 1):.3f} of the named, {right / len(truth):.3f} of all)"
@@ -92,22 +94,23 @@ def table(
     relief: dict[Key, str],
     verdict: dict[Key, Verdict],
 ) -> None:
-    """Print all ways."""
-    told("by relief", relief, truth)
+    """Print the figures by relief, by cutouts, and by both."""
+    print_figures("by relief", relief, truth)
     for level in sorted({*LEVELS, classifier.certain}):
         sure = {key: one.name for key, one in verdict.items() if one.confidence >= level}
-        said = {key: classifier.meaning(name).type for key, name in sure.items()}
+        named_types = {key: classifier.meaning(name).type for key, name in sure.items()}
         own = " (the network's own)" if level == classifier.certain else ""
-        told(f"by cutouts, confidence from {level}{own}", said, truth)
+        print_figures(f"by cutouts, confidence from {level}{own}", named_types, truth)
         both = {key: relief.get(key, "unknown") for key in truth}
         both = {
-            k: said.get(k, "unknown") if name == "unknown" else name for k, name in both.items()
+            k: named_types.get(k, "unknown") if name == "unknown" else name
+            for k, name in both.items()
         }
-        told("  by relief, else by those", both, truth)
+        print_figures("  by relief, else by those", both, truth)
 
 
 def of_another_generator(classifier: CutoutClassifier, data: Path) -> None:
-    """The same on `gym-a`: every third photo, the instances' own cutouts as a scan takes them."""
+    """Print the figures on `gym-a`: every third photo, cutouts of instances as in a scan."""
     settings = ClassifySettings()
     views, mesh, labels, _, _ = true_scan(data / "gym-a", True)
     seen, _ = observe(

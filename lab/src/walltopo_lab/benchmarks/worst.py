@@ -1,10 +1,11 @@
-"""The worst cases of a detector on photos it never saw, to be looked at one by one.
+"""Draw the worst cases of a detector on photos outside its training.
 
     python -m walltopo_lab.benchmarks.worst [DATA] [--sets valid,masks] [--model NAME|FILE] [-o DIR]
 
-Printed: which labelled objects no detection meets (IoU under .3 at the thresholds in use), by class
-and by what they have in common. DIR gets two sheets: `missed.png`, the largest of them in their
-photo, and `false.png`, the surest detections that meet no label, at most two of each a photo.
+The output is the number of labelled objects without a matching detection (IoU under .3 at the
+thresholds in use), by class and by common properties. DIR gets two sheets. `missed.png` shows the
+largest missed objects in their photo. `false.png` shows the detections of highest score that match
+no label. Each sheet has at most two of a photo.
 """
 
 from __future__ import annotations
@@ -21,12 +22,12 @@ from PIL import Image, ImageDraw
 
 from walltopo.images.files import read_rgb
 from walltopo.segment.detect.detector import open_detector
-from walltopo.segment.detect.found import box_iou
-from walltopo.segment.detect.settings import DetectSettings
+from walltopo.segment.detect.photo_detections import box_iou
+from walltopo.segment.settings import DetectSettings
 from walltopo_lab.benchmarks.detectors import SETS, boxes_of
 from walltopo_lab.datasets.read import read_dataset
 
-MET, FREE = 0.3, 0.1  # an object is seen from the first IoU on; below the second nothing is there
+MET, FREE = 0.3, 0.1  # IoU from which an object is seen; IoU below which a detection is false
 SHOWN, COLUMNS, SIDE, TITLE = 24, 6, 260, 14
 A_PHOTO = 2
 DARK = 60  # mean of 255
@@ -34,14 +35,14 @@ DARK = 60  # mean of 255
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """One labelled object, or one detection that meets none.
+    """One labelled object, or one detection that matches none.
 
     Parameters
     ----------
     photo : the picture; box : x0, y0, x1, y1 in its pixels; label : 1 hold, 2 volume.
-    rank : what cases are sorted by, the first is the worst.
-    seen : whether a detection meets it; cut : whether the photo's edge cuts it.
-    carries : how many other objects have their middle in its box; brightness : mean, 0 to 255.
+    rank : sort key; the largest is the worst.
+    seen : whether a detection matches it; cut : whether the photo's edge cuts it.
+    carries : number of other objects with their middle in its box; brightness : mean, 0 to 255.
     """
 
     photo: Path
@@ -55,7 +56,7 @@ class Case:
 
 
 def cases_of(path: Path, settings: DetectSettings) -> tuple[list[Case], list[Case]]:
-    """All labelled objects of a set, and the detections that meet none of them."""
+    """Return all labelled objects of a set, and the detections that match none of them."""
     detector = open_detector(settings)
     objects: list[Case] = []
     false: list[Case] = []
@@ -91,7 +92,7 @@ def cases_of(path: Path, settings: DetectSettings) -> tuple[list[Case], list[Cas
 
 
 def table(objects: Sequence[Case]) -> Iterator[str]:
-    """How many objects of each kind are missed, line by line."""
+    """Yield the table of missed objects of each kind, line by line."""
     kinds: dict[str, Callable[[Case], bool]] = {
         "all": lambda case: True,
         "cut by the photo's edge": lambda case: case.cut,
@@ -111,7 +112,7 @@ def table(objects: Sequence[Case]) -> Iterator[str]:
 
 
 def sheet(cases: Sequence[Case]) -> Image.Image:
-    """The worst cases, each in its surroundings."""
+    """Return a sheet of the worst cases, each with its surroundings."""
     taken: Counter[Path] = Counter()
     shown: list[Case] = []
     for case in sorted(cases, key=lambda case: -case.rank):
@@ -142,7 +143,7 @@ def _around(case: Case) -> Image.Image:
 
 
 def main() -> None:
-    """Command line."""
+    """Run the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("data", type=Path, nargs="?", default=Path("../shared/data"))
     parser.add_argument("--model", default="onnx")

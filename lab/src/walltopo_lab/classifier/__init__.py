@@ -1,1 +1,1 @@
-"""Types of holds from masked cutouts: train a classifier, and read one from an ONNX file."""
+"""Classification of hold types from masked cutouts: training, and ONNX inference."""

@@ -1,4 +1,4 @@
-"""A classifier of cutouts (ONNX): its input picture, its classes and what they mean."""
+"""A classifier of hold cutouts (ONNX): its input image, its classes and their meaning."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
-from walltopo.core.toml import read_toml
+from walltopo.core.files import read_toml
 from walltopo.images.networks import Network, open_network
 from walltopo.scans.document import parse
 
@@ -22,12 +22,12 @@ ROLES = ("hold", "volume", "downclimb")
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a class says; "" where it says nothing.
+    """The hold attributes that a class implies; "" for an unspecified one.
 
     Parameters
     ----------
-    type : of the hold.
-    colour : "" where the class does not tell.
+    type : type of the hold.
+    colour : colour name, "" if the class does not specify it.
     role : one of `ROLES`.
     """
 
@@ -45,14 +45,14 @@ def _default(name: str) -> Meaning:
 
 
 class _Row(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What a file says of a class; see `Meaning`."""
+    """The entry of a class in a file; see `Meaning`."""
 
     type: str | None = None
     colour: str = ""
     role: Literal["hold", "volume", "downclimb"] | None = None
 
     def meaning(self, name: str) -> Meaning:
-        """With what its name says where the file says nothing."""
+        """Return the class's meaning, with defaults from its name for missing fields."""
         default = _default(name)
         type_ = default.type if self.type is None else self.type
         return Meaning(type_, self.colour, self.role or default.role)
@@ -71,7 +71,7 @@ def read_classes(path: Path) -> dict[str, Meaning]:
 
     Raises
     ------
-    InputError : the file is missing, is not TOML, or an entry is wrong; names which.
+    InputError : the file is missing, is not TOML, or has an invalid entry, which the message names.
     """
     hint = "See docs/colours.md for its format."
     found: dict[str, Meaning] = {}
@@ -85,17 +85,17 @@ def read_classes(path: Path) -> dict[str, Meaning]:
 
 
 def meanings_of(names: Sequence[str], given: Mapping[str, Meaning]) -> list[Meaning]:
-    """The meaning of each class of a network; `given` wins over what its name says."""
+    """Return the meaning of each class of a network: from `given`, else from its name."""
     return [given.get(name) or _default(name) for name in names]
 
 
 def to_json(meanings: Mapping[str, Meaning]) -> str:
-    """Text for the metadata of a network."""
+    """Return the meanings as JSON for a network's metadata."""
     return json.dumps({name: asdict(meaning) for name, meaning in meanings.items()})
 
 
 def meanings_from_json(text: str, path: Path) -> dict[str, Meaning]:
-    """Read back what `to_json` wrote into the network at `path`."""
+    """Parse the JSON that `to_json` wrote into the network at `path`."""
     try:
         rows = msgspec.json.decode(text, type=dict[str, _Row])
     except (msgspec.DecodeError, RecursionError) as error:
@@ -103,13 +103,13 @@ def meanings_from_json(text: str, path: Path) -> dict[str, Meaning]:
     return {name: row.meaning(name) for name, row in rows.items()}
 
 
-GREY = 114  # around the hold
+GREY = 114  # background around the hold
 
-FILLED = 0.9  # share of the side that the hold's longest extent takes
+FILLED = 0.9  # share of the side covered by the hold's longest extent
 
 
 def square(crop: NDArray[np.uint8], mask: NDArray[np.bool_], side: int) -> NDArray[np.uint8]:
-    """(side, side, 3) uint8: the masked pixels in the middle, scaled to fill it, grey around.
+    """Return (side, side, 3) uint8: the masked pixels, scaled to fit and centred on grey.
 
     Parameters
     ----------
@@ -142,19 +142,19 @@ def square(crop: NDArray[np.uint8], mask: NDArray[np.bool_], side: int) -> NDArr
 
 Floats = NDArray[np.float64]
 
-DEFAULT_SIDE = 224  # where the network's input is free and its metadata do not tell
+DEFAULT_SIDE = 224  # for a network with dynamic input size and no `side` in its metadata
 
 BATCH = 64
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a classifier says of one hold.
+    """A classifier's result for one hold.
 
     Parameters
     ----------
     name : the class.
-    confidence : margin to the next class times the share of the cutouts that agree, by weight.
+    confidence : margin to the second class times the weighted share of the cutouts that agree.
     """
 
     name: str
@@ -163,14 +163,14 @@ class Verdict:
 
 @dataclass(frozen=True, eq=False)
 class CutoutClassifier:
-    """A loaded network.
+    """A loaded classifier network.
 
     Parameters
     ----------
-    network : as loaded.
-    names : its classes; meanings : what each says of a hold, same order.
-    side : of the pictures it takes, pixels.
-    certain : confidence below which it should not be believed; 0 where the file does not tell.
+    network : the ONNX network.
+    names : its classes; meanings : the implied hold attributes of each, in the same order.
+    side : side of its input images, pixels.
+    certain : minimum reliable confidence; 0 if the file does not specify one.
     """
 
     network: Network
@@ -180,7 +180,7 @@ class CutoutClassifier:
     certain: float = 0.0
 
     def confidences(self, pictures: NDArray[np.uint8]) -> Floats:
-        """(n, classes) in [0, 1], rows sum to 1, of (n, side, side, 3) uint8 RGB pictures."""
+        """Return (n, classes) in [0, 1], rows sum to 1, for (n, side, side, 3) uint8 RGB images."""
         session = self.network.session
         fixed = self.network.input_shape[0] == 1
         step = 1 if fixed else BATCH
@@ -198,12 +198,12 @@ class CutoutClassifier:
         return np.vstack(rows)
 
     def meaning(self, name: str) -> Meaning:
-        """Of one class."""
+        """Return the meaning of one class."""
         return self.meanings[self.names.index(name)]
 
 
 def _probabilities(answer: Floats) -> Floats:
-    """Softmax, unless the network has done it."""
+    """Return the softmax, or the input if the network already applies it."""
     if (answer >= 0).all() and np.allclose(answer.sum(axis=1), 1.0, atol=1e-3):
         return answer
     odds = np.exp(answer - answer.max(axis=1, keepdims=True))
@@ -230,20 +230,20 @@ def _side(network: Network) -> int:
 
 
 def open_classifier(path: Path, classes: Mapping[str, Meaning] | None = None) -> CutoutClassifier:
-    """Load a classifier.
+    """Load a classifier from an ONNX file.
 
     Parameters
     ----------
-    classes : meaning of its classes; wins over what the file's metadata say.
+    classes : meaning of its classes; overrides the file's metadata.
 
     Raises
     ------
-    InputError : no such file, no ONNX file, no class names in it, or classes it does not have.
+    InputError : the file is missing, is not ONNX, or has no class names; or `classes` has others.
     """
     network = open_network(path)
     names = _names(network)
-    told = network.metadata.get("classes")
-    own = {} if told is None else meanings_from_json(told, path)
+    classes_text = network.metadata.get("classes")
+    own = {} if classes_text is None else meanings_from_json(classes_text, path)
     missing = sorted(set(classes or {}) - set(names))
     if missing:
         raise InputError(
@@ -255,9 +255,9 @@ def open_classifier(path: Path, classes: Mapping[str, Meaning] | None = None) ->
 
 
 def judge(confidences: Floats, weights: Floats, names: Sequence[str]) -> Verdict:
-    """One verdict over the cutouts of a hold.
+    """Return one verdict over the cutouts of a hold.
 
-    The class confidences are summed over the cutouts, by weight; the largest sum wins.
+    The class is the one with the largest weighted sum of confidences over the cutouts.
 
     Parameters
     ----------

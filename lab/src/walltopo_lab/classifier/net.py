@@ -6,7 +6,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-WIDTHS = (24, 48, 80, 128)  # per stage; each halves the picture
+WIDTHS = (24, 48, 80, 128)  # per stage; each stage halves the resolution
 
 
 def _conv(inputs: int, outputs: int, stride: int = 1) -> nn.Sequential:
@@ -18,7 +18,7 @@ def _conv(inputs: int, outputs: int, stride: int = 1) -> nn.Sequential:
 
 
 class _Block(nn.Module):
-    """Two 3x3 convolutions around a shortcut."""
+    """Residual block of two 3x3 convolutions."""
 
     def __init__(self, width: int) -> None:
         super().__init__()
@@ -32,7 +32,7 @@ class _Block(nn.Module):
 
 
 class CutoutNet(nn.Module):
-    """(n, 3, s, s) float32 RGB in [0, 1] to (n, classes) logits."""
+    """Network from (n, 3, s, s) float32 RGB in [0, 1] to (n, classes) logits."""
 
     def __init__(self, classes: int) -> None:
         super().__init__()

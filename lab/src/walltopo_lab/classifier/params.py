@@ -10,7 +10,7 @@ from walltopo.core import about, check_settings
 
 @dataclass(frozen=True)
 class ClassifierSettings:
-    """How a classifier of cutouts is trained."""
+    """Training settings of the cutout classifier."""
 
     side: Annotated[int, about("side of the square cutouts", unit="px", low=32, high=320)] = 64
     epochs: Annotated[int, about("passes over the cutouts", low=1, high=1000)] = 30

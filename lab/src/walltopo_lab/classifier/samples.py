@@ -1,4 +1,4 @@
-"""Labelled cutouts: from a folder per class, from a scan, or from a generated or labelled gym."""
+"""Labelled cutouts from a folder per class, from a scan, or from a gym with ground truth."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ from walltopo.core import InputError
 from walltopo.core.errors import naming
 from walltopo.core.files import read_json
 from walltopo.images.files import open_picture, read_rgb
-from walltopo.scans.attributes import Attributes
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import Holds
 from walltopo.scans.pictures import Cutouts as StoredCutouts
 from walltopo_lab.classifier.cutout_classifier import Meaning, read_classes, square
 
-# What a class is made of, where attributes of holds are known.
+# Hold attributes that define a class, for sources with known attributes.
 LABELS = ("type", "colour", "colour+type")
 PICTURES = (".png", ".jpg", ".jpeg", ".webp")
-LEAST_PIXELS = 80  # a smaller cutout shows no shape
+MIN_PIXELS = 80  # a smaller cutout shows no shape
 
 
 @dataclass(frozen=True, eq=False)
 class Cutouts:
-    """Labelled pictures of holds.
+    """Labelled cutouts of holds.
 
     Parameters
     ----------
-    pictures : (n, side, side, 3) uint8 RGB (`picture.square`).
+    pictures : (n, side, side, 3) uint8 RGB (`cutout_classifier.square`).
     label : (n,) int64 into `names`.
-    hold : (n,) int64, equal for cutouts of one hold: they are never split.
-    names : classes; meanings : what they say, for those that say more than their name.
+    hold : (n,) int64, equal for cutouts of one hold, which are never split.
+    names : classes; meanings : attributes of those classes that imply more than their name.
     keys : source and name or number of each hold.
     """
 
@@ -48,17 +48,17 @@ class Cutouts:
     keys: tuple[str, ...] = ()
 
     def counts(self) -> dict[str, int]:
-        """Holds per class."""
+        """Return the number of holds per class."""
         pairs = {(int(hold), int(label)) for hold, label in zip(self.hold, self.label, strict=True)}
         found = Counter(self.names[label] for _, label in pairs)
         return {name: found[name] for name in self.names}
 
     def meaning(self, given: Mapping[str, Meaning]) -> Cutouts:
-        """The same cutouts whose classes mean what `given` says.
+        """Return the same cutouts with the given meanings of classes.
 
         Raises
         ------
-        InputError : `given` has a class that no cutout is of.
+        InputError : `given` has a class without cutouts.
         """
         missing = sorted(set(given) - set(self.names))
         if missing:
@@ -77,28 +77,28 @@ class _Cutout:
 
 
 def read_cutouts(sources: Sequence[Path], label: str, side: int) -> Cutouts:
-    """Read all sources, each of one of three kinds.
+    """Read the cutouts of all sources, each of one of three kinds.
 
-    - a folder with one folder of pictures per class (alpha = mask; without alpha the whole
-      picture is the hold), with a `classes.toml` beside them if classes mean more than a type;
-    - a scan folder: its `cutouts/` and the attributes of `attributes.json`, which a setter's
-      corrections are part of; holds to review and unknown ones are left out;
+    - a folder with one folder of images per class (alpha = mask; without alpha the whole
+      image is the hold), with a `classes.toml` beside them if classes imply more than a type;
+    - a scan folder: its `cutouts/` and the attributes of `holds.json`, which include a setter's
+      corrections; holds to review and unknown ones are left out;
     - a gym with truth: `photos/`, `truth/masks.json`, `truth/scene.json`.
 
     Parameters
     ----------
-    label : one of `LABELS`: what a class is made of, for scans and truth.
+    label : one of `LABELS`: the attributes that define a class, for scans and truth.
 
     Raises
     ------
-    InputError : a source is none of these, or all of them have fewer than two classes.
+    InputError : a source is of no such kind, or all sources together have fewer than two classes.
     """
     found: list[_Cutout] = []
     for source in sources:
         before = len(found)
         found += _read(Path(source), label, side)
         if len(found) == before:
-            raise InputError(f"{source}: holds no labelled cutout of {LEAST_PIXELS} pixels or more")
+            raise InputError(f"{source}: holds no labelled cutout of {MIN_PIXELS} pixels or more")
     names = tuple(sorted({cutout.name for cutout in found}))
     if len(names) < 2:
         raise InputError(
@@ -121,7 +121,7 @@ def _read(source: Path, label: str, side: int) -> Iterator[_Cutout]:
     if (source / "truth" / "scene.json").is_file():
         return _of_truth(source, label, side)
     scan = ScanFolder(source)
-    if scan.attributes.is_file():
+    if scan.holds.is_file():
         return _of_scan(scan, label, side)
     if source.is_dir() and any(child.is_dir() for child in source.iterdir()):
         return _of_folders(source, side)
@@ -131,7 +131,7 @@ def _read(source: Path, label: str, side: int) -> Iterator[_Cutout]:
 
 
 def _class(label: str, colour: str, kind: str, role: str) -> tuple[str, Meaning] | None:
-    """Name and meaning of a hold's class; None if what the class is made of is unknown."""
+    """Return name and meaning of a hold's class; None if a defining attribute is unknown."""
     if role != "hold":
         return role, Meaning("volume" if role == "volume" else kind, role=role)
     parts = {"colour": colour, "type": kind}
@@ -153,23 +153,23 @@ def _of_folders(source: Path, side: int) -> Iterator[_Cutout]:
         for file in files:
             picture = _picture(file, side)
             if picture is not None:
-                # Cutouts of one hold share the name up to the last underscore, as in a scan.
+                # As in a scan, cutouts of one hold share the name up to the last underscore.
                 hold = f"{folder}/{file.stem.rsplit('_', 1)[0]}"
                 yield _Cutout(picture, folder.name, hold, meanings.get(folder.name))
 
 
 def _picture(file: Path, side: int) -> NDArray[np.uint8] | None:
-    """The square picture of a cutout file; None if it shows too little."""
+    """Return the square image of a cutout file; None if the hold has too few pixels."""
     with naming(file), open_picture(file) as image:
         pixels = np.asarray(image.convert("RGBA"))
     mask = pixels[..., 3] >= 128
-    if np.count_nonzero(mask) < LEAST_PIXELS:
+    if np.count_nonzero(mask) < MIN_PIXELS:
         return None
     return square(pixels[..., :3], mask, side)
 
 
 def _of_scan(scan: ScanFolder, label: str, side: int) -> Iterator[_Cutout]:
-    holds = {hold.id: hold for hold in Attributes.load(scan.attributes).instances}
+    holds = {hold.id: hold for hold in Holds.load(scan.holds).holds}
     for entry in StoredCutouts.load(scan.cutouts).index:
         hold = holds.get(entry.id)
         if hold is None or hold.review:
@@ -187,7 +187,7 @@ def _truth_class(item: dict[str, Any], label: str) -> tuple[str, Meaning] | None
 
 
 def _of_truth(source: Path, label: str, side: int) -> Iterator[_Cutout]:
-    """Cutouts by the true masks of the photos."""
+    """Yield cutouts from the true masks of the photos."""
     from walltopo.scans.segmentation import decode_segmentation, parse_segmentation
 
     items = {int(item["id"]): item for item in read_json(source / "truth/scene.json")["instances"]}
@@ -200,11 +200,11 @@ def _of_truth(source: Path, label: str, side: int) -> Iterator[_Cutout]:
         for entry in per_image.get(int(image["id"]), []):
             number = int(entry["instance_id"])
             named = _truth_class(items[number], label)
-            if named is None or entry["area"] < LEAST_PIXELS:
+            if named is None or entry["area"] < MIN_PIXELS:
                 continue
             shape = parse_segmentation(entry["segmentation"], f"{source}: {number}")
             mask = decode_segmentation(shape, image["width"], image["height"], 1, 1.0)
-            if np.count_nonzero(mask.bitmap) < LEAST_PIXELS:
+            if np.count_nonzero(mask.bitmap) < MIN_PIXELS:
                 continue
             x, y = mask.x, mask.y
             height, width = mask.bitmap.shape

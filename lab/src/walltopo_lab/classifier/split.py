@@ -1,4 +1,4 @@
-"""Which holds are kept for choosing the weights."""
+"""Split of labelled cutouts into training and held-out holds."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from walltopo_lab.classifier.samples import Cutouts
 
 
 def hold_split(cutouts: Cutouts, share: float, seed: int) -> NDArray[np.bool_]:
-    """(n,) whether a cutout is held out: whole holds, the same share of every class.
+    """Return (n,) whether a cutout is held out: whole holds, the same share of every class.
 
     Raises
     ------
-    InputError : a class has fewer than two holds, one to train on and one to choose by.
+    InputError : a class has fewer than two holds; one each is needed for training and validation.
     """
     rng = np.random.default_rng(seed)
     held = np.zeros(len(cutouts.label), dtype=np.bool_)

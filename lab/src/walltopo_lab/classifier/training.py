@@ -1,4 +1,4 @@
-"""Train the small network on labelled cutouts and write it as ONNX."""
+"""Training of the cutout network on labelled cutouts, and its export as ONNX."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ RIGHT = 0.9
 
 @dataclass(frozen=True, eq=False)
 class Trained:
-    """A trained network and how good it was on held-out holds.
+    """A trained network and its accuracy on held-out holds.
 
     Parameters
     ----------
-    net : in eval mode, the weights of the best epoch.
-    accuracy : share of the held-out holds named right, all their cutouts together.
-    per_cutout : share of the held-out cutouts.
-    epoch : the best one; holds : (trained on, held out).
-    certain : least confidence from which `RIGHT` of the held-out holds named are named right.
+    net : the network in eval mode, with the weights of the best epoch.
+    accuracy : share of the held-out holds that are classified correctly, over all their cutouts.
+    per_cutout : share of the held-out cutouts that are classified correctly.
+    epoch : the best one; holds : numbers of (training, held-out) holds.
+    certain : lowest confidence from which `RIGHT` of the classified held-out holds are correct.
     """
 
     net: CutoutNet
@@ -50,7 +50,10 @@ class Trained:
 
 
 def _varied(pictures: Tensor, settings: ClassifierSettings, rng: torch.Generator) -> Tensor:
-    """Mirrored, turned, scaled, moved, brighter or darker, of another hue; (n, 3, s, s)."""
+    """Return (n, 3, s, s) augmented cutouts.
+
+    The augmentation mirrors, rotates, scales and shifts, and changes brightness and hue.
+    """
     count = len(pictures)
 
     def uniform(low: float, high: float) -> Tensor:
@@ -71,7 +74,7 @@ def _varied(pictures: Tensor, settings: ClassifierSettings, rng: torch.Generator
 
 
 def _other_hue(pictures: Tensor, shift: Tensor) -> Tensor:
-    """Turned about the grey axis of RGB by `shift` of the circle; (n,)."""
+    """Return images with hues rotated by `shift` (n,), a share of the circle, in RGB."""
     angle = 2 * torch.pi * shift
     c, s = angle.cos(), angle.sin()
     third, root = (1 - c) / 3, s / 3**0.5
@@ -89,7 +92,7 @@ def _tensor(pictures: NDArray[np.uint8]) -> Tensor:
 
 
 def _answers(net: CutoutNet, pictures: NDArray[np.uint8]) -> NDArray[np.float64]:
-    """(n, classes) confidences."""
+    """Return the (n, classes) confidences."""
     net.eval()
     with torch.no_grad():
         blocks = [net(_tensor(part)) for part in np.array_split(pictures, 8) if len(part)]
@@ -97,7 +100,7 @@ def _answers(net: CutoutNet, pictures: NDArray[np.uint8]) -> NDArray[np.float64]
 
 
 def _check(net: CutoutNet, cutouts: Cutouts, held: Bools) -> tuple[float, float, float]:
-    """Accuracy per hold and per cutout, and `Trained.certain`."""
+    """Return the accuracy per hold and per cutout, and `Trained.certain`."""
     chance = _answers(net, cutouts.pictures[held])
     label, hold = cutouts.label[held], cutouts.hold[held]
     confidences, right = [], []
@@ -111,7 +114,7 @@ def _check(net: CutoutNet, cutouts: Cutouts, held: Bools) -> tuple[float, float,
 
 
 def _certain(confidences: NDArray[np.float64], right: Bools) -> float:
-    """The lowest of 20 levels from which enough of what is named is right; 1 if none is."""
+    """Return the lowest of 20 levels from which `RIGHT` of the verdicts are correct, else 1."""
     for level in np.arange(0.0, 1.0, 0.05):
         named = confidences >= level
         if named.any() and right[named].mean() >= RIGHT:
@@ -120,9 +123,9 @@ def _certain(confidences: NDArray[np.float64], right: Bools) -> float:
 
 
 def train(cutouts: Cutouts, settings: ClassifierSettings, progress: Progress) -> Trained:
-    """Train from fresh weights; the epoch with the best held-out holds wins.
+    """Train from random weights; keep the epoch with the best held-out accuracy.
 
-    Classes count alike however many cutouts they have.
+    All classes have the same weight, regardless of their number of cutouts.
     """
     torch.manual_seed(settings.seed)
     torch.set_num_threads(settings.threads)
@@ -170,15 +173,15 @@ class _Deployed(nn.Module):
 
 
 def write_onnx(trained: Trained, cutouts: Cutouts, path: Path) -> None:
-    """Write the network with its class names and their meaning; checked against PyTorch.
+    """Write the network with its class names and their meaning; verify it against PyTorch.
 
     Raises
     ------
-    StageError : the written file answers otherwise.
+    StageError : the written file gives different results.
     """
     import onnx
 
-    # The exporter tells at length which operators of torchvision it does without.
+    # The exporter logs every torchvision operator that it lacks.
     logging.getLogger("torch.onnx").setLevel(logging.ERROR)
     side = cutouts.pictures.shape[1]
     deployed = _Deployed(trained.net).eval()

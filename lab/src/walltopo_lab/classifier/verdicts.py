@@ -1,4 +1,4 @@
-"""What a classifier of cutouts says of each hold."""
+"""Application of a cutout classifier to the holds of a scan."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from walltopo.describe.classify.observations import HoldView
 from walltopo.describe.classify.palette import Entry
-from walltopo.describe.classify.settings import ClassifySettings
-from walltopo.scans.attributes import UNKNOWN, Hold
+from walltopo.describe.settings import ClassifySettings
+from walltopo.scans.holds import UNKNOWN, Hold
 from walltopo_lab.classifier.cutout_classifier import (
     CutoutClassifier,
     Meaning,
@@ -23,15 +23,15 @@ from walltopo_lab.classifier.cutout_classifier import (
     square,
 )
 
-MOST_CUTOUTS = 12  # of one hold that the classifier looks at
+MAX_CUTOUTS = 12  # cutouts of one hold that are classified
 
 
 class OnCutouts:
-    """The plug-in of `walltopo.classifiers`: types and colours of holds from their cutouts.
+    """The plug-in of `walltopo.classifiers` for types and colours of holds from their cutouts.
 
     Raises
     ------
-    InputError : the model or the file of classes cannot be used.
+    InputError : the model or the file of classes is invalid.
     """
 
     def __init__(self, settings: ClassifySettings) -> None:
@@ -42,21 +42,21 @@ class OnCutouts:
     def holds(
         self, holds: Sequence[Hold], seen: Mapping[int, Sequence[HoldView]]
     ) -> Sequence[Hold]:
-        """Return the holds as the classifier names them."""
+        """Return the holds with the classifier's types and colours."""
         return followed(holds, seen, self._classifier, self._settings)
 
     def palette(self, entries: Sequence[Entry], holds: Sequence[Hold]) -> Sequence[Entry]:
-        """Return the palette with the colours that only classes name."""
+        """Return the palette with the additional colours that classes name."""
         return with_class_colours(entries, holds)
 
 
 def cutout_weights(views: Sequence[HoldView], weighting: str) -> NDArray[np.float64]:
-    """(n,) weights of a hold's cutouts.
+    """Return (n,) weights of a hold's cutouts.
 
     Parameters
     ----------
-    weighting : "area": visible pixels; "sharp": those, less where the cutout is blurred against
-        the hold's others, cut off, overexposed, or partly hidden by something nearer; "box": width
+    weighting : "area": visible pixels; "sharp": visible pixels, reduced if the cutout is blurred
+        relative to the hold's others, clipped, overexposed, or partly occluded; "box": width
         times height of the visible pixels' box (the publication's Algorithm 8).
     """
     if weighting == "box":
@@ -73,24 +73,24 @@ def cutout_weights(views: Sequence[HoldView], weighting: str) -> NDArray[np.floa
 
 
 def _box_area(view: HoldView) -> float:
-    """Pixels of the photo in the box around a hold's visible pixels."""
+    """Return the pixels of the photo in the bounding box of a hold's visible pixels."""
     rows, columns = np.nonzero(view.mask)
     box = (np.ptp(rows) + 1.0) * (np.ptp(columns) + 1.0)
-    return float(view.pixels * box / len(rows))  # the crop is shrunk, `pixels` is not
+    return float(view.pixels * box / len(rows))  # the crop is downscaled, `pixels` is not
 
 
 def verdicts(
     classifier: CutoutClassifier,
     seen: Mapping[int, Sequence[HoldView]],
     weighting: str,
-    most: int = MOST_CUTOUTS,
+    most: int = MAX_CUTOUTS,
 ) -> dict[int, Verdict]:
-    """The class of each hold that a photo shows.
+    """Return the class of each hold that a photo shows.
 
     Parameters
     ----------
     seen : hold id to its cutouts.
-    most : so many of the heaviest are looked at; with the weighting "box" all of them are.
+    most : maximum number of cutouts, by weight; the weighting "box" uses all of them.
     """
     found: dict[int, Verdict] = {}
     for hold, views in seen.items():
@@ -106,9 +106,9 @@ def verdicts(
 
 
 def follow(hold: Hold, verdict: Verdict, meaning: Meaning, certain: float) -> Hold:
-    """The hold as a verdict has it; what the class does not tell stays.
+    """Return the hold with a verdict's attributes; attributes that the class lacks are kept.
 
-    Below `certain` the type is "unknown", and nothing else is believed.
+    Below `certain` the type is "unknown" and all other attributes are kept.
     """
     if hold.kind == "volume":
         return hold
@@ -130,28 +130,28 @@ def followed(
     classifier: CutoutClassifier,
     settings: ClassifySettings,
 ) -> list[Hold]:
-    """All holds as the classifier has them; holds that no photo shows stay as they are.
+    """Return all holds with the classifier's attributes; holds in no photo are unchanged.
 
-    Holds that it is not sure of are for review.
+    Low-confidence holds are marked for review.
     """
-    said = verdicts(classifier, seen, settings.cutout_weight)
+    by_hold = verdicts(classifier, seen, settings.cutout_weight)
     result = []
     for hold in holds:
-        verdict = said.get(hold.id)
+        verdict = by_hold.get(hold.id)
         if verdict is not None:
             meaning = classifier.meaning(verdict.name)
             doubtful = verdict.confidence < settings.review_below
             hold = follow(hold, verdict, meaning, classifier.certain)
             if hold.kind != "volume":
-                # A colour that the class tells replaces the palette's doubt about it.
-                told = bool(meaning.colour) and not doubtful
-                hold = replace(hold, review=doubtful or (hold.review and not told))
+                # The class names the colour, so the palette's low confidence no longer matters.
+                names_colour = bool(meaning.colour) and not doubtful
+                hold = replace(hold, review=doubtful or (hold.review and not names_colour))
         result.append(hold)
     return result
 
 
 def with_class_colours(palette: Sequence[Entry], holds: Sequence[Hold]) -> list[Entry]:
-    """The palette and the colours that only classes name, with the median of their holds."""
+    """Return the palette plus the colours of classes alone, as the median of their holds."""
     known = {entry.name for entry in palette} | {UNKNOWN}
     added = []
     for name in dict.fromkeys(hold.colour for hold in holds if hold.colour not in known):

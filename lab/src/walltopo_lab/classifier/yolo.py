@@ -1,4 +1,4 @@
-"""The same classes by YOLO11-cls, through the `ultralytics` extra (AGPL-3.0)."""
+"""Training of the same classes with YOLO11-cls and the `ultralytics` extra (AGPL-3.0)."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from walltopo_lab.classifier.split import hold_split
 from walltopo_lab.extras import need_ultralytics
 from walltopo_lab.onnx_file import set_metadata
 
-BASE = "yolo11n-cls.yaml"  # fresh weights; give `--base yolo11n-cls.pt` to start from ImageNet
+BASE = "yolo11n-cls.yaml"  # random weights; `--base yolo11n-cls.pt` starts from ImageNet
 
 
 def write_folders(cutouts: Cutouts, held: NDArray[np.bool_], folder: Path) -> None:
-    """The layout Ultralytics reads: train/<number>/ and val/<number>/ of PNG pictures.
+    """Write Ultralytics' layout: train/<number>/ and val/<number>/ of PNG images.
 
-    Folders carry the class's number, because Ultralytics sorts names and gyms name classes
+    Folders have the class's number as name, because Ultralytics sorts names and gyms name classes
     with any characters.
     """
     from PIL import Image
@@ -45,7 +45,7 @@ def train_yolo(
     base: str,
     progress: Progress,
 ) -> float:
-    """Train and export; returns the share of held-out cutouts named right.
+    """Train and export; return the share of held-out cutouts that are classified correctly.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def train_yolo(
 
 
 def _label(path: Path, cutouts: Cutouts, side: int) -> None:
-    """Put the classes' own names and meanings in place of the folders' numbers."""
+    """Replace the folders' numbers by the classes' own names and meanings."""
     facts = {
         "names": json.dumps(list(cutouts.names)),
         "classes": to_json(cutouts.meanings),

@@ -1,4 +1,4 @@
-"""`walltopo dataset`: labelled photos between formats, checked, split, and made from meshes."""
+"""`walltopo dataset`: convert, check and split labelled photos, and make them from meshes."""
 
 from __future__ import annotations
 
@@ -8,9 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from walltopo.cli.needs import add_needs
-from walltopo.cli.options import MOST_SEED, Number
-from walltopo.cli.outputs import add_overwrite, target
+from walltopo.cli.options import MAX_SEED, Number, add_needs, add_overwrite, target
 from walltopo_lab.extras import PLOTS, of
 
 FORMATS = ("coco", "coco-rle", "yolo", "yolo-seg", "labelme", "labelme-embedded", "via")
@@ -31,7 +29,7 @@ examples:
 
 
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add this group's commands."""
+    """Add the `dataset` group of commands."""
     group = commands.add_parser(
         "dataset",
         help="labelled photos: convert, show, split, check, compare, from painted meshes",
@@ -75,7 +73,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     divide.add_argument("--parts", default="train=0.8,valid=0.2", help="train=0.8,valid=0.2")
     divide.add_argument("--by-gym", action="store_true", help="the default; said for clarity")
     divide.add_argument("--pattern", default="", help="regular expression: gym in the name")
-    divide.add_argument("--seed", type=Number(int, low=0, high=MOST_SEED), default=0)
+    divide.add_argument("--seed", type=Number(int, low=0, high=MAX_SEED), default=0)
     divide.add_argument("--to", choices=FORMATS, default="coco", help="format (coco)")
     stats = add("stats", "what is in a set", _stats)
     stats.add_argument("-o", "--output", type=Path, metavar="PNG", help="also a chart")
@@ -144,7 +142,7 @@ def _refined(dataset: Any, name: str | None, model: str) -> Any:
 
 
 def _sam(model: str) -> Any:
-    """A refiner that tells Segment Anything each object's box, and points inside it if known."""
+    """Return a refiner that prompts Segment Anything with each object's box and inner points."""
     import numpy as np
 
     from walltopo.core import Silent
@@ -164,7 +162,7 @@ def _sam(model: str) -> Any:
 
     def refine(image: Any, masks: Any, are_boxes: Any) -> Any:
         answers: list[Any] = [None] * len(masks)
-        # The middle of a mere box need not be on the object: SAM gets no points there.
+        # The centre of a box may lie off the object, so SAM gets no points for boxes.
         for plain in (True, False):
             mine = [k for k, is_box in enumerate(are_boxes) if bool(is_box) == plain]
             found = ask(image, [masks[k] for k in mine], not plain) if mine else []
@@ -199,7 +197,7 @@ def _convert(args: argparse.Namespace) -> int:
 
 
 def _classes(words: Sequence[str]) -> dict[str, list[str]]:
-    """`--classes` as new name to old names."""
+    """Return `--classes` as new name to old names."""
     from walltopo.core import SettingsError
 
     pairs = [word.partition("=") for word in words]
@@ -318,7 +316,7 @@ def _compare(args: argparse.Namespace) -> int:
 def _paint(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.core.outputs import written_file
-    from walltopo.geometry.ply import read_mesh
+    from walltopo.geometry.mesh_files import read_mesh
     from walltopo.scans.folder import ScanFolder
     from walltopo_lab.datasets.legend import write_legend
     from walltopo_lab.datasets.painted import paint_instances, write_painted

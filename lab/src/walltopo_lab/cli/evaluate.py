@@ -1,4 +1,4 @@
-"""`walltopo evaluate`: figures against truth, for scans, lifts and detectors."""
+"""`walltopo evaluate`: metrics of scans, lifts and detectors against ground truth."""
 
 from __future__ import annotations
 
@@ -7,9 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from walltopo.cli.needs import add_needs
-from walltopo.cli.options import Number
-from walltopo.cli.outputs import add_overwrite, target
+from walltopo.cli.options import Number, add_needs, add_overwrite, target
 from walltopo_lab.extras import LEARN, PLOTS
 
 _SCAN_EPILOG = """\
@@ -27,7 +25,7 @@ examples:
   walltopo evaluate detector detections.json --truth hold-boxes/valid -o figures
 """
 
-# section, key, what the table says, unit
+# section, key, label in the table, unit
 _ROWS = (
     ("poses", "registered", "photos registered", ""),
     ("poses", "centre_median_mm", "camera centres, median", "mm"),
@@ -64,7 +62,7 @@ _AP = (("ap", "AP"), ("ap50", "AP50"), ("ap25", "AP25"), ("coco_ap", "AP .50:.95
 
 
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add this group's commands."""
+    """Add the `evaluate` group of commands."""
     group = commands.add_parser("evaluate", help="figures against truth")
     kinds = group.add_subparsers(dest="kind", metavar="WHAT", required=True)
     raw = argparse.RawDescriptionHelpFormatter
@@ -172,7 +170,7 @@ def _scan(args: argparse.Namespace) -> int:
 
 
 def scan_table(fits: list[dict[str, Any]]) -> Any:
-    """One row a figure, one column a fit."""
+    """Return a table with one row per metric and one column per fit."""
     from rich.table import Table
 
     table = Table("figure", *[str(f["fit"]) for f in fits], title="scan against truth")

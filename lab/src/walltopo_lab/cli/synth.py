@@ -1,4 +1,4 @@
-"""`walltopo synth`: gyms with exact ground truth."""
+"""`walltopo synth`: generate gyms with exact ground truth."""
 
 from __future__ import annotations
 
@@ -7,9 +7,7 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
-from walltopo.cli.needs import add_needs
-from walltopo.cli.options import MOST_SEED, Number, option_help
-from walltopo.cli.outputs import add_overwrite, target
+from walltopo.cli.options import MAX_SEED, Number, add_needs, add_overwrite, option_help, target
 from walltopo.core import InputError, SettingsError, settings_of
 from walltopo_lab.extras import SHAPES
 from walltopo_lab.synth.params import PRESETS, GymSettings, PhotoSettings, gym_preset
@@ -19,7 +17,7 @@ _EXAMPLE = """example:
   walltopo synth gym3-reset --reset-of gym3 --reset-seed 8 --reset-part left --photos 16
 """
 _TYPES: dict[type, Any] = {int: int, float: float, str: str}
-# Settings with an option of their own; the rest through --set key=value.
+# Settings with their own option; all others need --set key=value.
 _GYM_OPTIONS = ("walls", "width", "height", "routes", "volumes", "plates")
 
 
@@ -35,7 +33,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     )
     parser.add_argument("out", type=Path, help="folder to write")
     add_overwrite(parser)
-    seed = Number(int, low=0, high=MOST_SEED)
+    seed = Number(int, low=0, high=MAX_SEED)
     parser.add_argument("--preset", choices=tuple(PRESETS), default=None, help="kind of gym")
     parser.add_argument("--seed", type=seed, default=None, help="decides everything (default 0)")
     parser.add_argument("--photos", type=Number(int, low=1), default=None, help="number of photos")
@@ -67,7 +65,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 
 def run(args: argparse.Namespace) -> int:
-    """Generate; exit code 0."""
+    """Generate the gym and return exit code 0."""
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener
 
@@ -100,7 +98,7 @@ def _list_settings() -> None:
 
 
 def _recipe(args: argparse.Namespace) -> Any:
-    """The recipe the options ask for."""
+    """Return the recipe that the options specify."""
     from walltopo_lab.synth.recipe import Recipe
 
     if args.reset_of is not None:
@@ -161,7 +159,7 @@ def _size(text: str) -> tuple[int, int]:
 
 
 def _apply(change: str, gym: dict[str, Any], photo: dict[str, Any]) -> None:
-    """Sort `key=value` or `photo.key=value` into its settings, converted to the field's type."""
+    """Put `key=value` or `photo.key=value` into its settings, converted to the field's type."""
     import difflib
 
     key, equals, value = change.partition("=")

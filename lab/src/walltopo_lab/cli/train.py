@@ -1,4 +1,4 @@
-"""`walltopo train`: a detector from labelled photos."""
+"""`walltopo train`: train a detector on labelled photos."""
 
 from __future__ import annotations
 
@@ -10,9 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from walltopo.cli.needs import add_needs
-from walltopo.cli.options import add_option
-from walltopo.cli.outputs import add_overwrite, target
+from walltopo.cli.options import add_needs, add_option, add_overwrite, target
 from walltopo.core import InputError, SettingsError, settings_of
 from walltopo_lab.cli.train_classifier import classifier_parser
 from walltopo_lab.cli.train_shipped import hold_types_parser, paint_parser
@@ -42,7 +40,10 @@ rule for routes.link = paint); each has its own --help.
 
 
 class _ByFirstWord(argparse.ArgumentParser):
-    """`train classifier ...` and the like are read by other parsers than `train DATASET...`."""
+    """A parser that delegates `train classifier ...` and similar commands to their own parsers.
+
+    All other words go to the parser of `train DATASET...`.
+    """
 
     def __init__(
         self, detector: argparse.ArgumentParser, others: Mapping[str, argparse.ArgumentParser]
@@ -50,7 +51,7 @@ class _ByFirstWord(argparse.ArgumentParser):
         super().__init__(add_help=False)
         self._detector, self._others = detector, others
         self.parser_without_word, self.parsers_by_word = detector, tuple(others.values())
-        # What looks at a parser to tell of its options (shells' completion) sees the detector's.
+        # Shell completion inspects a parser's options: show it those of the detector.
         self._actions = detector._actions
         self._option_string_actions = detector._option_string_actions
 
@@ -64,7 +65,7 @@ class _ByFirstWord(argparse.ArgumentParser):
 
 
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the command."""
+    """Add the `train` command."""
     parser = commands.add_parser(
         "train",
         help="train a detector on labelled photos",
@@ -131,15 +132,15 @@ def _needs(args: argparse.Namespace) -> dict[str, str]:
 
 
 def _add_settings(group: argparse._ArgumentGroup, *kinds: type[Any]) -> None:
-    """An option per setting of these kinds; None where it is not given."""
+    """Add an option per setting of these kinds, with default None."""
     known = [settings_of(kind) for kind in kinds]
     for field in {name: f for fields in reversed(known) for name, f in fields.items()}.values():
-        told = ", ".join(str(own[field.name].default) for own in known if field.name in own)
+        summary = ", ".join(str(own[field.name].default) for own in known if field.name in own)
         if len(kinds) > 1 and field.name not in known[0]:
-            told = f"Ultralytics' networks only; {told}"
+            summary = f"Ultralytics' networks only; {summary}"
         elif len(kinds) > 1 and field.name not in known[1]:
-            told = f"votes only; {told}"
-        add_option(group, field, told)
+            summary = f"votes only; {summary}"
+        add_option(group, field, summary)
 
 
 def _given(args: argparse.Namespace, *kinds: type[Any]) -> dict[str, Any]:
@@ -148,7 +149,7 @@ def _given(args: argparse.Namespace, *kinds: type[Any]) -> dict[str, Any]:
 
 
 def _settings(args: argparse.Namespace, kind: type[Any]) -> Any:
-    """Settings of the chosen model; an option of the other kind is refused."""
+    """Return the settings of the chosen model; reject an option of another model."""
     known = settings_of(kind).keys()
     given = _given(args, TrainSettings, YoloSettings)
     for name in sorted(set(given) - known):
@@ -164,7 +165,7 @@ def _augmentation(args: argparse.Namespace) -> AugmentSettings:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Train, export, say how good it is."""
+    """Train, export, and print the metrics."""
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener
 
@@ -196,8 +197,8 @@ def run(args: argparse.Namespace) -> int:
             figures = train_detector(job, settings, augment, progress)
         else:
             figures = train_yolo(job, args.model, settings, augment, progress)
-    told = ", ".join(f"{name} {value:.3f}" for name, value in figures.items())
-    console.print(f"{args.out / 'holds.onnx'}: {told}", soft_wrap=True)
+    summary = ", ".join(f"{name} {value:.3f}" for name, value in figures.items())
+    console.print(f"{args.out / 'holds.onnx'}: {summary}", soft_wrap=True)
     return 0
 
 

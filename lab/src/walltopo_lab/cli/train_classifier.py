@@ -1,14 +1,18 @@
-"""`walltopo train classifier`: what a hold is, from its cutouts."""
+"""`walltopo train classifier`: train a classifier of hold cutouts."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
-from walltopo.cli.needs import add_needs
-from walltopo.cli.options import add_options, options_given
-from walltopo.cli.outputs import add_overwrite, target
-from walltopo.cli.parser import Parser
+from walltopo.cli.options import (
+    Parser,
+    add_needs,
+    add_options,
+    add_overwrite,
+    options_given,
+    target,
+)
 from walltopo_lab.classifier.params import ClassifierSettings
 from walltopo_lab.extras import of
 
@@ -24,7 +28,7 @@ then
 
 
 def classifier_parser(prog: str) -> argparse.ArgumentParser:
-    """The parser of `walltopo train classifier`."""
+    """Return the parser of `walltopo train classifier`."""
     parser = Parser(
         prog=prog,
         description="Train a classifier of hold cutouts on labelled ones, and export it as ONNX "
@@ -69,7 +73,7 @@ def _needs(args: argparse.Namespace) -> dict[str, str]:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Train, export, say how good it is."""
+    """Train, export, and print the accuracy."""
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener
     from walltopo.core import SettingsError
@@ -94,16 +98,16 @@ def run(args: argparse.Namespace) -> int:
             from walltopo_lab.classifier.yolo import BASE, train_yolo
 
             top = train_yolo(cutouts, settings, made, args.base or BASE, progress)
-            told = f"{top:.3f} of the held-out cutouts right"
+            summary = f"{top:.3f} of the held-out cutouts right"
         else:
             from walltopo_lab.classifier.training import train, write_onnx
 
             trained = train(cutouts, settings, progress)
             write_onnx(trained, cutouts, made)
-            told = (
+            summary = (
                 f"{trained.accuracy:.3f} of {trained.holds[1]} held-out holds right, "
                 f"{trained.per_cutout:.3f} of their cutouts (epoch {trained.epoch}, which they "
                 "chose)"
             )
-    console.print(f"{args.out}: {told}", soft_wrap=True)
+    console.print(f"{args.out}: {summary}", soft_wrap=True)
     return 0

@@ -1,14 +1,11 @@
-"""`walltopo train hold-types` and `walltopo train paint`: what else the product ships."""
+"""`walltopo train hold-types` and `walltopo train paint`: train further shipped models."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
-from walltopo.cli.needs import add_needs
-from walltopo.cli.options import MOST_SEED, Number
-from walltopo.cli.outputs import add_overwrite, target
-from walltopo.cli.parser import Parser
+from walltopo.cli.options import MAX_SEED, Number, Parser, add_needs, add_overwrite, target
 from walltopo_lab.extras import LEARN, SHAPES, of
 
 HOLD_TYPES = """\
@@ -29,7 +26,7 @@ their figure on other gyms is printed by
 
 
 def hold_types_parser(prog: str) -> argparse.ArgumentParser:
-    """The parser of `walltopo train hold-types`."""
+    """Return the parser of `walltopo train hold-types`."""
     parser = Parser(
         prog=prog,
         description="Train the network that names hold types by their relief, on made-up holds "
@@ -54,7 +51,7 @@ def hold_types_parser(prog: str) -> argparse.ArgumentParser:
 
 
 def paint_parser(prog: str) -> argparse.ArgumentParser:
-    """The parser of `walltopo train paint`."""
+    """Return the parser of `walltopo train paint`."""
     parser = Parser(
         prog=prog,
         description="Fit how likely two holds are of one route by their paint (routes.link = "
@@ -65,7 +62,7 @@ def paint_parser(prog: str) -> argparse.ArgumentParser:
     parser.add_argument("folder", type=Path, help="of the photos; made where they are not there")
     parser.add_argument(
         "--gyms",
-        type=Number(int, low=0, high=MOST_SEED),
+        type=Number(int, low=0, high=MAX_SEED),
         nargs=2,
         default=(4000, 18),
         metavar=("FIRST", "COUNT"),
@@ -78,7 +75,7 @@ def paint_parser(prog: str) -> argparse.ArgumentParser:
 
 
 def run_hold_types(args: argparse.Namespace) -> int:
-    """Train, choose how sure it must be, write."""
+    """Train the hold-type network, choose its confidence threshold, and write it."""
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener
     from walltopo.core import SettingsError
@@ -99,7 +96,7 @@ def run_hold_types(args: argparse.Namespace) -> int:
 
 
 def run_paint(args: argparse.Namespace) -> int:
-    """Render what is not there, fit, print."""
+    """Render missing photos, fit the paint model, and print it."""
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener
     from walltopo.core.outputs import claimed_folder

@@ -1,4 +1,4 @@
-"""`walltopo tune`: settings chosen by search on labelled walls and photos."""
+"""`walltopo tune`: search for the best settings on labelled walls and photos."""
 
 from __future__ import annotations
 
@@ -6,9 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from walltopo.cli.needs import add_needs
-from walltopo.cli.options import MOST_SEED, Number
-from walltopo.cli.outputs import add_overwrite, target
+from walltopo.cli.options import MAX_SEED, Number, add_needs, add_overwrite, target
 from walltopo_lab.cli.tune_detector import add_detector
 from walltopo_lab.extras import LEARN, PLOTS, of
 
@@ -30,7 +28,7 @@ Run again to go on; run on several machines with one database to share the work.
 
 
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add this group's commands."""
+    """Add the `tune` group of commands."""
     group = commands.add_parser("tune", help="choose settings on labelled walls and photos")
     kinds = group.add_subparsers(dest="what", metavar="WHAT", required=True)
     for what, help in (
@@ -65,7 +63,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
             default=1,
             help="processes on this machine (1)",
         )
-        parser.add_argument("--seed", type=Number(int, low=0, high=MOST_SEED), default=0)
+        parser.add_argument("--seed", type=Number(int, low=0, high=MAX_SEED), default=0)
         if what == "lift":
             parser.add_argument("--method", choices=("robust", "literal"), default="robust")
             parser.add_argument("--figure", choices=("ap", "ap50", "ap25", "coco_ap"), default="ap")
@@ -85,7 +83,7 @@ def _problem(what: str, walls: list[Any], method: str, figure: str) -> Any:
 
 
 def _work(args: argparse.Namespace, storage: str, name: str, seed: int) -> None:
-    """One more worker process on the same study."""
+    """Run an additional worker process on the same study."""
     from walltopo_lab.tune.study import open_study, search
     from walltopo_lab.tune.walls import contents, read_walls
 
@@ -112,7 +110,7 @@ def _run(args: argparse.Namespace) -> int:
     walls = read_walls(args.walls)
     train = [wall for wall in walls if wall.use == "train"]
     held_out = [wall for wall in walls if wall.use == "test"]
-    # One folder for all of `tune`: each search merges its settings into the same walltopo.toml.
+    # One folder for all `tune` commands: each search merges its settings into one walltopo.toml.
     claimed_folder(target(args, args.output, "tune", inputs=[args.walls]))
     storage = args.storage or f"sqlite:///{args.output / 'study.db'}"
     method, figure = getattr(args, "method", ""), getattr(args, "figure", "")

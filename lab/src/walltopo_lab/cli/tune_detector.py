@@ -1,13 +1,11 @@
-"""`walltopo tune detector`: hyperparameters of a detector's training by successive halving."""
+"""`walltopo tune detector`: tune a detector's training hyperparameters by successive halving."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
-from walltopo.cli.needs import add_needs
-from walltopo.cli.options import MOST_SEED, Number
-from walltopo.cli.outputs import add_overwrite, target
+from walltopo.cli.options import MAX_SEED, Number, add_needs, add_overwrite, target
 from walltopo_lab.extras import PLOTS, of
 
 _EPILOG = """\
@@ -22,7 +20,7 @@ Run again to go on; a trial that was interrupted is not resumed but counts for n
 
 
 def add_detector(kinds: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the command to `walltopo tune`."""
+    """Add the `detector` command to `walltopo tune`."""
     parser = kinds.add_parser(
         "detector",
         help="a detector's training, by AP50 on held-out photos",
@@ -71,7 +69,7 @@ def add_detector(kinds: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     parser.add_argument("--device", choices=("auto", "cpu", "cuda"), default="auto")
     parser.add_argument("--storage", default="", help="database URL (default: DIR/study.db)")
     parser.add_argument("--study", default="", help="name in the database (default: the family)")
-    parser.add_argument("--seed", type=Number(int, low=0, high=MOST_SEED), default=0)
+    parser.add_argument("--seed", type=Number(int, low=0, high=MAX_SEED), default=0)
     parser.add_argument("-v", "--verbose", action="store_true", help="a line per trial and minute")
     parser.set_defaults(run=_run)
     add_needs(parser, _needs)

@@ -1,4 +1,4 @@
-"""Faults in a set: boxes outside, empty objects, duplicates, labels that sit turned."""
+"""Detection of faults in a labelled set: bad boxes, empty objects, duplicates, rotated labels."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from walltopo_lab.datasets.model import Dataset, Photo
 
 Floats = NDArray[np.float64]
 
-# Boxes as shares of the photo (n, 4: x0, y0, x1, y1) under each way to turn or mirror labels.
-# Turning by 90 degrees swaps the axes, as when a phone's EXIF turn was applied to one of the two.
+# Relative boxes (n, 4: x0, y0, x1, y1) under each rotation or reflection of the labels.
+# A 90 degree turn swaps the axes, as when EXIF rotation was applied to photo or labels alone.
 TURNS: dict[str, Callable[[Floats], Floats]] = {
     "as they are": lambda b: b,
     "turned by 180°": lambda b: 1 - b[:, [2, 3, 0, 1]],
@@ -24,23 +24,23 @@ TURNS: dict[str, Callable[[Floats], Floats]] = {
     "turned by 90° anticlockwise": lambda b: np.c_[b[:, 1], 1 - b[:, 2], b[:, 3], 1 - b[:, 0]],
 }
 _LONG_SIDE = 480
-# A turn is reported when it fits this much better than the labels as they are. Chosen on labels
-# of the train part turned on purpose; see docs/datasets.md for what it finds and misses.
+# Minimum score gain over the labels as they are for a turn to be reported. Chosen on labels of the
+# train part that were rotated on purpose; docs/datasets.md lists detection and miss rates.
 MARGIN = 0.2
-_LEAST_BOXES = 6
+_MIN_BOXES = 6
 _LARGE_BOX = 0.05  # share of the photo
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One fault.
+    """One fault of a set.
 
     Parameters
     ----------
-    photo : its name.
+    photo : name of the photo.
     kind : outside, empty, tiny, duplicate, turned, unreadable.
-    text : what is wrong, for people.
-    annotation : index of the object in its photo, None where the photo as a whole is meant.
+    text : description of the fault for the user.
+    annotation : index of the object in its photo, None for a fault of the whole photo.
     """
 
     photo: str
@@ -50,7 +50,7 @@ class Finding:
 
 
 def _boxes(photo: Photo) -> Floats:
-    """(n, 4) x0, y0, x1, y1 as shares of the photo."""
+    """Return (n, 4) x0, y0, x1, y1 relative to the photo's size."""
     xywh = np.array([a.box for a in photo.annotations], dtype=np.float64).reshape(-1, 4)
     corners = np.concatenate([xywh[:, :2], xywh[:, :2] + xywh[:, 2:]], axis=1)
     return corners / np.array([photo.width, photo.height] * 2)
@@ -82,8 +82,10 @@ def _check_boxes(photo: Photo) -> list[Finding]:
 
 
 def _interest(photo: Photo) -> Floats:
-    """(h, w) how much each pixel looks like a thing on a wall: colour away from its wide
-    surroundings, and edges; zero mean, unit spread."""
+    """Return (h, w) saliency of each pixel: colour contrast to its wide surroundings, and edges.
+
+    The map has zero mean and unit standard deviation.
+    """
     import cv2
 
     pixels = photo.pixels()
@@ -103,25 +105,25 @@ def _interest(photo: Photo) -> Floats:
 
 
 def turned_boxes(photo: Photo, turn: str) -> Floats:
-    """(n, 4) x0, y0, x1, y1 as shares of the photo, under one of `TURNS`."""
+    """Return (n, 4) x0, y0, x1, y1 relative to the photo's size, under one of `TURNS`."""
     return np.clip(TURNS[turn](_boxes(photo)), 0, 1)
 
 
 def _small(photo: Photo) -> NDArray[np.int64]:
-    """Indices of the boxes that are small against the photo."""
+    """Return the indices of the boxes that are small relative to the photo."""
     boxes = _boxes(photo)
     return np.flatnonzero(np.abs(np.prod(boxes[:, 2:] - boxes[:, :2], axis=1)) < _LARGE_BOX)
 
 
 def turn_scores(photo: Photo) -> dict[str, float]:
-    """How well the labels fit the picture under each turn.
+    """Return how well the labels fit the photo under each turn.
 
-    Each box counts alike: the interest inside it less that in the ring around it. Boxes of more
-    than 1/20 of the photo are left out: a volume looks like the wall it stands on.
+    Each box has the same weight: its mean saliency minus that of the ring around it. Boxes of more
+    than 1/20 of the photo are left out: a volume resembles the wall around it.
 
     Raises
     ------
-    InputError : the picture cannot be read.
+    InputError : the photo cannot be read.
     """
     import cv2
 
@@ -143,7 +145,7 @@ def turn_scores(photo: Photo) -> dict[str, float]:
 
 
 def _box_sums(sums: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats]:
-    """Sum and number of pixels in boxes, from an integral image; at least one pixel each."""
+    """Return the sum and number (at least 1) of pixels in boxes, from an integral image."""
     top = np.array([sums.shape[1], sums.shape[0]]) - 1
     a = np.clip(np.floor(low).astype(np.int64), 0, top - 1)
     b = np.clip(np.ceil(high).astype(np.int64), a + 1, top)
@@ -153,7 +155,7 @@ def _box_sums(sums: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats]:
 
 
 def _check_turn(photo: Photo) -> list[Finding]:
-    if len(_small(photo)) < _LEAST_BOXES:
+    if len(_small(photo)) < _MIN_BOXES:
         return []
     try:
         scores = turn_scores(photo)
@@ -167,11 +169,11 @@ def _check_turn(photo: Photo) -> list[Finding]:
 
 
 def check_dataset(dataset: Dataset, pictures: bool = True) -> list[Finding]:
-    """All faults of a set, photo by photo.
+    """Return all faults of a set, photo by photo.
 
     Parameters
     ----------
-    pictures : also open each picture and look for labels that are turned against it.
+    pictures : also open each photo and check for labels that are rotated relative to it.
     """
     found: list[Finding] = []
     for photo in dataset.photos:

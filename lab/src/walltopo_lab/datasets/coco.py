@@ -1,4 +1,4 @@
-"""COCO JSON: polygons, RLE and boxes."""
+"""Reading and writing of COCO JSON: polygons, RLE and boxes."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ import numpy as np
 
 from walltopo.core import InputError, Mask
 from walltopo.core.errors import naming
-from walltopo.core.files import join_inside, read_json, write_json
-from walltopo.core.toml import deeper_than
+from walltopo.core.files import deeper_than, join_inside, read_json, write_json
 from walltopo.scans.document import Label, Side, check_once, parse
 from walltopo.scans.segmentation import (
     Rle,
@@ -24,12 +23,12 @@ from walltopo.scans.segmentation import (
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo, Polygon
 from walltopo_lab.datasets.shapes import box_of_polygons, polygons_of
 
-_DEEPEST = 32  # other keys are written again: JSON is written by recursion
+_DEEPEST = 32  # limits the recursion when the other keys are written back as JSON
 _KNOWN = {"id", "image_id", "category_id", "bbox", "segmentation", "score", "area", "iscrowd"}
 
 
 def is_coco(data: Any) -> bool:
-    """Whether parsed JSON has the keys of COCO."""
+    """Return whether parsed JSON has the keys of COCO."""
     return isinstance(data, dict) and {"images", "annotations", "categories"} <= set(data)
 
 
@@ -56,7 +55,7 @@ class _Row(msgspec.Struct, frozen=True):
 
 
 class _File(msgspec.Struct, frozen=True):
-    """A set of labels; other than in `detections.json`, shapes may be lacking."""
+    """A set of labels; unlike in `detections.json`, shapes are optional."""
 
     images: tuple[_Image, ...]
     categories: tuple[_Category, ...]
@@ -68,7 +67,7 @@ class _File(msgspec.Struct, frozen=True):
 
 
 def find_photo(name: str, folders: Sequence[Path]) -> Path | None:
-    """The first of `folder/name` that exists; InputError where the name leads out of them."""
+    """Return the first existing `folder/name`; reject a name that leads out of a folder."""
     paths = [join_inside(folder, name) for folder in folders]
     return next((path for path in paths if path.is_file()), None)
 
@@ -76,12 +75,12 @@ def find_photo(name: str, folders: Sequence[Path]) -> Path | None:
 def read_coco(path: Path, photos: Path | None = None) -> Dataset:
     """Read a COCO file.
 
-    Category ids are kept (0 becomes the next free id: 0 means "none" here). Pictures are looked
-    for in `photos`, beside the file, and in `images/` and `photos/` there.
+    Category ids are kept (0 becomes the next free id: 0 means "none" here). Photos are searched
+    in `photos`, beside the file, and in `images/` and `photos/` there.
 
     Raises
     ------
-    InputError : not COCO, or an annotation is broken; names which.
+    InputError : not COCO, or an invalid annotation, which the message names.
     """
     data = read_json(path)
     if not is_coco(data):
@@ -144,7 +143,7 @@ def _annotation(row: _Row, image: _Image, label: int, extra: dict[str, Any]) -> 
 
 
 def _segmentation(annotation: Annotation, photo: Photo, rle: bool) -> tuple[Any, float]:
-    """COCO's `segmentation` and `area`."""
+    """Return COCO's `segmentation` and `area`."""
     from walltopo_lab.datasets.shapes import mask_of
 
     if not annotation.has_shape:
@@ -162,7 +161,7 @@ def write_coco(path: Path, dataset: Dataset, *, rle: bool = False, scores: bool 
     Parameters
     ----------
     rle : shapes as compressed RLE (exact, with holes) instead of polygons.
-    scores : with `score`, as for detections.
+    scores : write `score`, as for detections.
     """
     images: list[dict[str, Any]] = []
     annotations: list[dict[str, Any]] = []

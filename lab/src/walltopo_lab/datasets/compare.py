@@ -1,4 +1,4 @@
-"""Two labellings of the same photos: how far they agree."""
+"""Agreement of two labellings of the same photos."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from walltopo_lab.datasets.shapes import mask_of
 
 @dataclass(frozen=True)
 class Comparison:
-    """Agreement of a set with a reference.
+    """Agreement of a set with a reference set.
 
     Parameters
     ----------
-    per_photo : photo name to its mean IoU over the classes in it (wall included).
+    per_photo : photo name to its mean IoU over the classes in it (including the wall).
     per_class : class name to IoU over the pixels of all photos; "none" is the wall.
     miou : mean of `per_class`.
-    miou_objects : the same without the wall.
+    miou_objects : mean of `per_class` without the wall.
     instance_iou : mean over the reference's objects of the IoU with the best object of the other
-        set, whatever its class; 0 where there is none.
+        set, regardless of class; 0 without any overlap.
     objects : number of the reference's objects.
     """
 
@@ -40,7 +40,7 @@ class Comparison:
 
 
 def label_image(photo: Photo, numbers: dict[int, int]) -> NDArray[np.uint8]:
-    """(height, width) the class of each pixel, 0 = none; small objects lie over large ones."""
+    """Return (height, width) the class of each pixel, 0 = none; small objects cover large ones."""
     image = np.zeros((photo.height, photo.width), dtype=np.uint8)
     masks = [mask_of(annotation, photo) for annotation in photo.annotations]
     for mask in sorted(masks, key=lambda m: -m.area):
@@ -66,7 +66,7 @@ def _best_overlaps(photo: Photo, other: Photo) -> list[float]:
 
 
 def compare(dataset: Dataset, reference: Dataset) -> Comparison:
-    """How well `dataset` agrees with `reference` on the photos that both have.
+    """Return the agreement of `dataset` with `reference` on the photos that both contain.
 
     Classes are matched by name, photos by the stem of their name.
 

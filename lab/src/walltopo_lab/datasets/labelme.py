@@ -1,4 +1,4 @@
-"""LabelMe: one JSON per photo, the picture embedded or linked."""
+"""Reading and writing of LabelMe: one JSON per photo, with the photo embedded or linked."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ VERSION = "5.5.0"
 
 
 def is_labelme(data: Any) -> bool:
-    """Whether parsed JSON has the keys of LabelMe."""
+    """Return whether parsed JSON has the keys of LabelMe."""
     return isinstance(data, dict) and {"shapes", "imagePath"} <= set(data)
 
 
@@ -47,7 +47,7 @@ class _File(msgspec.Struct, frozen=True):
 
 
 def embedded_photo(data: str | None, path: Path) -> bytes | None:
-    """The picture inside a LabelMe file, as the bytes of its own file; None where it is linked."""
+    """Return the file content of a photo embedded in a LabelMe file; None for a linked photo."""
     if not data:
         return None
     try:
@@ -60,12 +60,12 @@ def read_labelme(folder: Path) -> Dataset:
     """Read every LabelMe JSON of a folder (or one file).
 
     Class ids follow the names in alphabetical order. Shapes: polygon, rectangle, circle; lines
-    and points say nothing about an area and are left out. Shapes of one label and `group_id` are
+    and points enclose no area and are left out. Shapes of one label and `group_id` are
     parts of one object.
 
     Raises
     ------
-    InputError : a file is broken; names it.
+    InputError : a file is invalid; the message names it.
     """
     files = [folder] if folder.is_file() else sorted(folder.rglob("*.json"))
     found = [(path, read_json(path)) for path in files]
@@ -104,11 +104,11 @@ def _photo(path: Path, file: _File, labels: Mapping[str, int]) -> Photo:
 
 
 def _linked(path: Path, picture: str) -> Path:
-    """Where the picture of a file lies, or would lie.
+    """Return the path of a file's photo, or the path at which the photo is expected.
 
-    LabelMe notes the way from the JSON to the picture, which leads up and down again where the
-    two have folders of their own. Only the file's name is taken of such a way, and looked for
-    in the folders where pictures lie beside labels.
+    LabelMe stores the path from the JSON to the photo, which contains `..` where the
+    two lie in separate folders. For such a path only the file name is used, and searched
+    in the usual photo folders near the labels.
     """
     way = PurePosixPath(picture.replace("\\", "/"))  # LabelMe writes Windows paths on Windows
     if not way.is_absolute() and ".." not in way.parts:
@@ -136,7 +136,7 @@ def write_labelme(root: Path, dataset: Dataset, *, embed: bool = False) -> None:
 
     Parameters
     ----------
-    embed : put the picture into the file (needs `Photo.path`).
+    embed : embed the photo in the file (needs `Photo.path`).
     """
     for photo in dataset.photos:
         shapes: list[dict[str, Any]] = []

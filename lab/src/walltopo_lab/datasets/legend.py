@@ -1,4 +1,4 @@
-"""What the colours of a painted mesh mean."""
+"""The legend of a painted mesh: the meaning of its colours."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ class Legend:
 
     Parameters
     ----------
-    wall : colours of what is no object.
+    wall : colours of the wall, which is no object.
     objects : colour to class name.
     default : class of objects whose colour is not listed.
     classes : class names in the order of their ids (1, 2, ...).
-    tolerance : a colour within this many steps of 255 (largest channel difference) of a listed
-        one is that one: programs round colours.
+    tolerance : a colour within this many of 255 levels (largest channel difference) of a listed
+        one counts as that one, because programs round colours.
     """
 
     wall: tuple[Rgb, ...] = ((190, 190, 190), (255, 255, 255))
@@ -49,7 +49,7 @@ class Legend:
 
 
 class _File(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """See `read_legend`."""
+    """The content of a legend file; see `read_legend`."""
 
     wall: tuple[str, ...] | None = None
     objects: dict[str, str] = {}
@@ -70,7 +70,7 @@ def read_legend(path: Path) -> Legend:
     """Read a legend JSON.
 
     `{"wall": ["#bebebe"], "objects": {"#ff0000": "volume"}, "default": "hold",
-    "classes": ["hold", "volume"], "tolerance": 3}`; every key may be left out.
+    "classes": ["hold", "volume"], "tolerance": 3}`; every key is optional.
     """
     data = parse(read_json(path), _File, str(path))
     plain = Legend()
@@ -83,7 +83,7 @@ def read_legend(path: Path) -> Legend:
 
 
 def write_legend(path: Path, legend: Legend) -> None:
-    """Write what `read_legend` reads."""
+    """Write a legend in the format of `read_legend`."""
     write_json(
         path,
         {
@@ -99,10 +99,10 @@ def write_legend(path: Path, legend: Legend) -> None:
 
 
 def object_colours(count: int) -> NDArray[np.uint8]:
-    """(count, 3) colours, vivid and at least 8 steps apart in some channel, none of them grey.
+    """Return (count, 3) colours: vivid, never grey, and at least 8 levels apart in some channel.
 
-    The colours of a 28-step grid, strongest first, those next to each other in the list far
-    apart in hue; so a painter sees neighbours differ and rounding cannot confuse two.
+    The colours come from a 28-level grid, most saturated first. Consecutive colours differ strongly
+    in hue, so that neighbouring objects look different and rounding cannot confuse two colours.
     """
     levels = np.arange(0, 256, 17 if count > 400 else 28)
     grid = np.stack(np.meshgrid(levels, levels, levels), axis=-1).reshape(-1, 3)
@@ -111,7 +111,7 @@ def object_colours(count: int) -> NDArray[np.uint8]:
     if count > len(vivid):
         raise InputError(f"{count} objects; a painted mesh can hold {len(vivid)} colours")
     order = np.argsort(-(vivid.max(axis=1) - vivid.min(axis=1)), kind="stable")[:count]
-    # A step coprime to the length walks through all of them, far from one to the next.
+    # A step coprime to the length visits all colours and keeps consecutive ones far apart.
     step = max(1, round(count * 0.382))
     while np.gcd(step, count) > 1:
         step += 1

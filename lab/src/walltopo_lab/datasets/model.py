@@ -1,4 +1,4 @@
-"""A set of labelled photos, whatever file it came from."""
+"""The data model of a set of labelled photos, independent of its file format."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from walltopo.core import InputError, Mask
 from walltopo.core.errors import naming
 from walltopo.core.files import check_name
-from walltopo.core.mask import check_picture_size
+from walltopo.core.view import check_picture_size
 from walltopo.images.files import open_picture
 from walltopo.scans.segmentation import check_outlines
 
@@ -29,11 +29,11 @@ class Annotation:
     Parameters
     ----------
     label : class id, >= 1.
-    box : x, y, w, h in pixels (COCO's bbox); may leave the photo, `check` says so.
+    box : x, y, w, h in pixels (COCO's bbox); may leave the photo, which `check` reports.
     polygons : outlines of its parts, or empty.
     mask : its bitmap, or None. A box-only annotation has neither.
-    score : confidence; 1 for labels drawn by people.
-    extra : whatever else its file said (`route_id` and the like), JSON-able.
+    score : confidence; 1 for manual labels.
+    extra : all other keys of its file (`route_id` and the like), JSON-serialisable.
     """
 
     label: int
@@ -53,7 +53,7 @@ class Annotation:
 
     @property
     def has_shape(self) -> bool:
-        """Whether more than a box is known."""
+        """Return whether the object has a mask or polygons, and not only a box."""
         return self.mask is not None or bool(self.polygons)
 
 
@@ -63,12 +63,12 @@ class Photo:
 
     Parameters
     ----------
-    name : file name, relative to the folder of photos; it does not lead out of it.
+    name : file name relative to the folder of photos, always inside it.
     width, height : pixels.
     annotations : in the order of the file.
-    path : where the picture lies; None where it was not found.
-    gym : where it was taken, if the file says so; '' if not.
-    embedded : the picture's file content, where it lies inside the label file.
+    path : the photo's file; None if it was not found.
+    gym : gym of the photo; '' if the file does not name it.
+    embedded : content of a photo that is embedded in the label file.
     """
 
     name: str
@@ -90,21 +90,21 @@ class Photo:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height in pixels."""
+        """Return width and height in pixels."""
         return self.width, self.height
 
     def _check_box(self, box: tuple[float, float, float, float]) -> None:
         size = np.array(self.size * 2)
         corners = np.array([box[0], box[1], box[0] + box[2], box[1] + box[3]])
-        if not (np.abs(corners) <= 10 * size).all():  # `check` tells of smaller faults
+        if not (np.abs(corners) <= 10 * size).all():  # `check` reports smaller faults
             raise InputError(f"box {box} is far outside the picture of {self.width}x{self.height}")
 
     def content(self) -> bytes:
-        """The picture file's bytes.
+        """Return the bytes of the photo's file.
 
         Raises
         ------
-        InputError : the picture was not found.
+        InputError : the photo was not found.
         """
         if self.path is not None:
             return self.path.read_bytes()
@@ -116,11 +116,11 @@ class Photo:
         return self.embedded
 
     def pixels(self) -> NDArray[np.uint8]:
-        """(height, width, 3) sRGB as stored, without EXIF's turn: labels are drawn on that.
+        """Return (height, width, 3) sRGB as stored, without EXIF rotation; labels refer to it.
 
         Raises
         ------
-        InputError : not found, not a picture, or of another size than the labels say.
+        InputError : the photo was not found, is no image, or differs in size from the labels.
         """
         with naming(self.name), open_picture(self.content()) as image:
             pixels = np.asarray(image.convert("RGB"))
@@ -132,17 +132,17 @@ class Photo:
         return pixels
 
     def with_annotations(self, annotations: tuple[Annotation, ...]) -> Photo:
-        """The same photo with other labels."""
+        """Return the same photo with other labels."""
         return replace(self, annotations=annotations)
 
 
 @dataclass(frozen=True, eq=False)
 class Dataset:
-    """Photos with labels.
+    """A set of photos with labels.
 
     Parameters
     ----------
-    photos : names are unique.
+    photos : the photos, with unique names.
     classes : class id (>= 1) to name.
     """
 
@@ -160,27 +160,27 @@ class Dataset:
             raise InputError(f"annotations of classes without a name: {stray[:5]}")
 
     def subset(self, names: set[str]) -> Dataset:
-        """Only the photos of these names."""
+        """Return the set with only the photos of these names."""
         return Dataset(tuple(p for p in self.photos if p.name in names), self.classes)
 
     def reclassed(self, named: Mapping[str, Collection[str]]) -> Dataset:
-        """The set with other classes: each new name stands for some of the old ones.
+        """Return the set with other classes: each new name replaces some of the old ones.
 
         Parameters
         ----------
         named : new name to old names, in the order of the new class ids; "*" among the old
-            names stands for all that no other takes. What is named nowhere is left out.
+            names stands for all that no other entry lists. Unlisted classes are left out.
 
         Raises
         ------
-        InputError : an old name that the set has not, or that is taken twice.
+        InputError : an old name is unknown to the set or listed twice.
         """
         taken = [name for names in named.values() for name in names if name != "*"]
         known = set(self.classes.values())
         for name in taken:
             if name not in known:
-                told = ", ".join(sorted(known))
-                raise InputError(f"the set has no class {name!r}", f"It has: {told}.")
+                class_names = ", ".join(sorted(known))
+                raise InputError(f"the set has no class {name!r}", f"It has: {class_names}.")
             if taken.count(name) > 1:
                 raise InputError(f"class {name!r} cannot become two classes")
         number = {

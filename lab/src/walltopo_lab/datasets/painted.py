@@ -1,4 +1,4 @@
-"""Painted meshes: one colour per object, as painted in Blender or written from a scan."""
+"""Painted meshes with one colour per object, painted in Blender or exported from a scan."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from walltopo.core import InputError, Mesh
 from walltopo.core.errors import naming
 from walltopo.core.files import atomic_path
-from walltopo.geometry.foreign import int32_faces, load_foreign
+from walltopo.geometry.mesh_files import int32_faces, load_with_trimesh
 from walltopo_lab.datasets.legend import Legend, Rgb, object_colours
 
 
 @dataclass(frozen=True, eq=False)
 class Painted:
-    """Instances that colours give.
+    """Instances derived from the colours of a mesh.
 
     Parameters
     ----------
@@ -34,13 +34,13 @@ class Painted:
 
 
 def _load_colours(path: Path) -> tuple[Mesh, NDArray[np.uint8], list[str] | None]:
-    """Mesh, (F, 3) face colours, and the material name of each face where it has several."""
+    """Return the mesh, (F, 3) face colours, and material names per face if there are several."""
     import trimesh
 
-    loaded = load_foreign(path)
+    loaded = load_with_trimesh(path)
     try:
         parts = loaded.dump() if isinstance(loaded, trimesh.Scene) else [loaded]
-    except Exception as error:  # trimesh raises many kinds for broken files
+    except Exception as error:  # trimesh raises many exception types for broken files
         raise InputError(f"{path}: cannot be read as a mesh ({error})") from error
     vertices: list[NDArray[np.float64]] = []
     faces: list[NDArray[np.int64]] = []
@@ -70,7 +70,7 @@ def _part_colours(part: object, path: Path) -> tuple[NDArray[np.uint8], str]:
     faces = np.asarray(part.faces)  # type: ignore[attr-defined]
     if visual.kind == "vertex":
         corners = np.asarray(visual.vertex_colors)[:, :3][faces]
-        # The colour of two corners; a brush that left three different ones is decided by the first.
+        # Use the colour that two corners share; if all three differ, use that of the first corner.
         second = (corners[:, 1] == corners[:, 2]).all(axis=1)
         return np.where(second[:, None], corners[:, 1], corners[:, 0]).astype(np.uint8), ""
     if visual.kind == "face":
@@ -88,17 +88,17 @@ def _part_colours(part: object, path: Path) -> tuple[NDArray[np.uint8], str]:
 def read_painted(path: Path, legend: Legend | None = None, split: bool = False) -> Painted:
     """Read a painted mesh (PLY, OBJ, GLB).
 
-    Materials whose names begin with a class of the legend give that class, and each connected
-    part of them is an object; `wall...` is the wall. Otherwise each colour is an object.
+    A material whose name begins with a class of the legend has that class, and each connected
+    part of it is an object; `wall...` is the wall. Otherwise each colour is an object.
 
     Parameters
     ----------
-    legend : what colours mean; the default takes grey and white as wall, all else as holds.
+    legend : meaning of the colours; by default grey and white are wall, all others holds.
     split : make each connected part of one colour an object of its own.
 
     Raises
     ------
-    InputError : no file, no mesh, or no colours.
+    InputError : the file is missing, is no mesh, or has no colours.
     """
     rules = legend or Legend()
     mesh, face_colours, materials = _load_colours(Path(path))
@@ -110,7 +110,7 @@ def read_painted(path: Path, legend: Legend | None = None, split: bool = False) 
     known = list(rules.wall) + list(rules.objects)
     gap = np.abs(table[:, None] - np.array(known)[None]).max(axis=2)
     nearest, near = gap.argmin(axis=1), gap.min(axis=1) <= rules.tolerance
-    # Colours that mean the same listed colour are one object; the rest by their own value.
+    # Colours that match the same listed colour are one object; others are grouped by exact value.
     meaning = np.where(near, nearest, len(known) + np.arange(len(values)))
     is_wall = near & (nearest < len(rules.wall))
     _, group_of = np.unique(meaning, return_inverse=True)
@@ -161,17 +161,17 @@ def _from_materials(
 
 
 def _parts(mesh: Mesh, group: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Number the connected parts of equal non-zero groups, 1.. in the order of their faces.
+    """Number the connected parts of equal non-zero groups from 1, in the order of their faces.
 
-    Faces are neighbours where they share a place, so that vertices split by an exporter do not
-    tear objects apart.
+    Faces are neighbours if they share a position, so that vertices duplicated by an exporter do not
+    split objects.
     """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
     _, place = np.unique(mesh.vertices.round(6), axis=0, return_inverse=True)
     faces = np.flatnonzero(group)
-    # A node per (place, group): faces of different groups that touch stay apart.
+    # One node per (position, group): touching faces of different groups stay separate.
     nodes = place.reshape(-1)[mesh.faces[faces]] * (int(group.max()) + 1) + group[faces, None]
     kept, node = np.unique(nodes, return_inverse=True)
     node = node.reshape(-1, 3)
@@ -187,7 +187,7 @@ def _parts(mesh: Mesh, group: NDArray[np.int64]) -> NDArray[np.int64]:
 def paint_instances(
     face_instance: NDArray[np.int32], labels: dict[int, int], classes: tuple[str, ...]
 ) -> tuple[NDArray[np.uint8], Legend]:
-    """(F, 3) face colours of a scan's result and the legend that reads them back."""
+    """Return (F, 3) face colours of a scan's instances, and the legend that decodes them."""
     ids = sorted(labels)
     table = object_colours(max(len(ids), 1))
     wall = Legend().wall[0]
@@ -203,16 +203,16 @@ def paint_instances(
 
 
 def write_painted(path: Path, mesh: Mesh, face_colours: NDArray[np.uint8]) -> None:
-    """Write a PLY with vertex colours (which Blender paints) and face colours; atomic.
+    """Write a PLY with vertex colours (editable in Blender) and face colours; atomic.
 
-    Vertices are split where colours meet, so that each triangle has one colour at all corners.
+    Vertices are duplicated at colour borders, so that each triangle has one colour at all corners.
     """
     packed = face_colours.astype(np.int64) @ np.array([65536, 256, 1])
     corner = mesh.faces.astype(np.int64) * (1 << 24) + packed[:, None]
     pairs, index = np.unique(corner, return_inverse=True)
     value = pairs % (1 << 24)
     colours = np.stack([value >> 16, (value >> 8) & 255, value & 255], axis=1).astype(np.uint8)
-    from walltopo.geometry.ply import write_ply
+    from walltopo.geometry.mesh_files import write_ply
 
     with atomic_path(path) as temporary:
         split = Mesh(mesh.vertices[pairs >> 24], index.reshape(-1, 3).astype(np.int32), colours)

@@ -1,4 +1,4 @@
-"""From a labelled mesh to labelled photos: each instance where each camera sees it."""
+"""Projection of a labelled mesh into labelled photos, with occlusion."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ def masks_of_view(
     view: View,
     min_pixels: int = 20,
 ) -> list[tuple[int, Mask]]:
-    """What one camera sees of each instance, occlusion and lens distortion included.
+    """Return the visible mask of each instance in one camera, with occlusion and lens distortion.
 
     Parameters
     ----------
-    min_pixels : smaller glimpses are left out.
+    min_pixels : smaller masks are left out.
 
     Returns
     -------
@@ -58,13 +58,13 @@ def project_labels(
     min_pixels: int = 20,
     progress: Progress | None = None,
 ) -> Dataset:
-    """A labelled set of all views of a labelled mesh.
+    """Return a labelled set of all views of a labelled mesh.
 
     Parameters
     ----------
     face_instance : (F,) int32, 0 = none.
     labels : class id of each instance.
-    photos : folder of the pictures; they must be the ones the cameras belong to.
+    photos : folder of the photos that the cameras belong to.
 
     Returns
     -------

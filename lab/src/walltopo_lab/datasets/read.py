@@ -1,4 +1,4 @@
-"""Any labelled set, by what it looks like; and any format out."""
+"""Reading of labelled sets with automatic format detection, and writing in any format."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ FORMATS = ("coco", "coco-rle", "yolo", "yolo-seg", "labelme", "labelme-embedded"
 
 
 def read_dataset(path: Path, photos: Path | None = None) -> Dataset:
-    """Read a labelled set; its format is told from the file or folder.
+    """Read a labelled set; detect its format from the file or folder.
 
     Parameters
     ----------
     path : a COCO or VIA JSON; a LabelMe JSON or a folder of them; a YOLO folder, its data.yaml,
-        or a folder of such folders (`train`, `valid`), whose photos are then taken together; or
+        or a folder of such folders (`train`, `valid`), whose photos are then merged; or
         a folder with one COCO or VIA JSON in it.
-    photos : folder of the pictures, where they do not lie beside the labels.
+    photos : folder of the photos, if they are not beside the labels.
 
     Raises
     ------
-    InputError : nothing there that is known; says what was looked for.
+    InputError : no known format; the message lists the expected ones.
     """
     path = Path(path)
     if path.suffix.lower() in (".yaml", ".yml"):
@@ -74,12 +74,12 @@ def _together(parts: list[Dataset]) -> Dataset:
 def write_dataset(path: Path, dataset: Dataset, kind: str, *, copy_photos: bool = True) -> None:
     """Write a set in one of `FORMATS` into the folder `path`.
 
-    COCO is written as `annotations.json`, VIA as `via.json`. With `copy_photos` the pictures go
-    along (into `images/`, or beside the JSON for LabelMe), so that the set stands on its own.
+    COCO is written as `annotations.json`, VIA as `via.json`. With `copy_photos` the photos are
+    copied (into `images/`, or beside the JSON for LabelMe), so that the set is self-contained.
 
     Raises
     ------
-    InputError : unknown format, or a picture to copy is not at hand.
+    InputError : unknown format, or a photo to copy is missing.
     """
     path = Path(path)
     if kind in ("coco", "coco-rle"):
@@ -97,13 +97,19 @@ def write_dataset(path: Path, dataset: Dataset, kind: str, *, copy_photos: bool 
 
 
 def copy_pictures(dataset: Dataset, folder: Path) -> None:
-    """Copy the pictures of a set, bytes as they are.
+    """Copy the photos of a set, byte for byte.
 
     Raises
     ------
-    InputError : a picture was not found.
+    InputError : a photo was not found, or is a symbolic link: a foreign set could link to any
+        file of this machine.
     """
     for photo in dataset.photos:
+        if photo.path is not None and photo.path.is_symlink():
+            raise InputError(
+                f"{photo.path}: a link, whose target is not copied",
+                "Put the picture itself there (`cp -L`), or leave pictures out (--no-photos).",
+            )
         place = join_inside(folder, photo.name)
         if not place.is_file():
             with atomic_path(place) as temporary:

@@ -1,4 +1,4 @@
-"""Better masks from rough ones and the picture, by any function of that form; GrabCut is here."""
+"""Refinement of rough masks from the photo by a `Refiner`; includes GrabCut."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from walltopo_lab.datasets.shapes import ellipse, mask_of
 
 Image = NDArray[np.uint8]
 
-# From the picture (h, w, 3 sRGB), its rough masks, and which of them are mere boxes, to a better
-# mask for each; None where nothing sensible came out. All of a photo at once, because networks
-# look at the photo once.
+# Maps a photo (h, w, 3 sRGB), its rough masks, and which of them are only boxes to a refined mask
+# each; None without a plausible result. All masks of a photo are passed at once, because networks
+# encode the photo once.
 Refiner = Callable[[Image, Sequence[Mask], Sequence[bool]], Sequence[Mask | None]]
 
 AGREE_SHAPE = 0.6
 AGREE_BOX = 0.35
-_LONG_SIDE = 160  # pixels of the window that GrabCut works on; more costs time, gains little
+_LONG_SIDE = 160  # px of the window in which GrabCut runs; a larger one costs time and gains little
 
 
 def mask_iou(a: Mask, b: Mask) -> float:
-    """Intersection over union of two masks of the same image size."""
+    """Return the intersection over union of two masks of the same image size."""
     x0, y0 = min(a.x, b.x), min(a.y, b.y)
     x1 = max(a.x + a.bitmap.shape[1], b.x + b.bitmap.shape[1])
     y1 = max(a.y + a.bitmap.shape[0], b.y + b.bitmap.shape[0])
@@ -40,10 +40,10 @@ def mask_iou(a: Mask, b: Mask) -> float:
 
 
 def inner_points(mask: Mask, count: int = 3) -> NDArray[np.float64]:
-    """(count, 2) points x, y in pixels that lie deep inside a mask and apart from each other.
+    """Return (count, 2) points x, y in pixels deep inside a mask and apart from each other.
 
-    The first is the one furthest from the border; each next is as deep as can be while the
-    points before it, like the border, are kept at a distance. Small masks repeat a point.
+    The first is the point furthest from the border. Each next one has the largest distance to the
+    border and to all points before it. Small masks repeat a point.
     """
     import cv2
 
@@ -61,16 +61,16 @@ def inner_points(mask: Mask, count: int = 3) -> NDArray[np.float64]:
 
 
 def grabcut(image: Image, masks: Sequence[Mask], are_boxes: Sequence[bool]) -> list[Mask | None]:
-    """`grabcut_one` for every mask of a photo: a `Refiner` that needs no model."""
+    """Return the result of `grabcut_one` for every mask of a photo: a `Refiner` without a model."""
     return [grabcut_one(image, m, b) for m, b in zip(masks, are_boxes, strict=True)]
 
 
 def grabcut_one(image: Image, mask: Mask, is_box: bool) -> Mask | None:
-    """The object by colour, told from the ring around it.
+    """Return the object's mask by colour, compared with the ring around it.
 
-    Source: Rother, Kolmogorov, Blake, "GrabCut", SIGGRAPH 2004 (OpenCV's implementation). Of a
-    box, everything inside may be object or wall; of a mask, only a band along its border, as wide
-    as a tenth of its size.
+    Source: Rother, Kolmogorov, Blake, "GrabCut", SIGGRAPH 2004 (OpenCV's implementation). Inside a
+    box, every pixel is undecided. Inside a mask, only a band along its border is undecided, as wide
+    as a tenth of the mask's size.
     """
     import cv2
 
@@ -112,13 +112,13 @@ def grabcut_one(image: Image, mask: Mask, is_box: bool) -> Mask | None:
 
 
 def _seed(rough: NDArray[np.uint8], is_box: bool) -> NDArray[np.uint8]:
-    """What GrabCut is told: certain wall, likely wall, likely object, certain object."""
+    """Return GrabCut's labels: background, likely background, likely object, object."""
     import cv2
 
     seed = np.full(rough.shape, cv2.GC_BGD, dtype=np.uint8)
     if is_box:
-        # All of the box may be object: were its corners taken for wall, an object of one plain
-        # colour would teach the wall's colours what it looks like, and shrink away.
+        # The whole box may be object. If its corners counted as background, an object of one colour
+        # would put that colour into the background model, and its mask would shrink.
         ys, xs = np.nonzero(rough)
         seed[rough > 0] = cv2.GC_PR_FGD
         centre = (int(xs.mean()), int(ys.mean()))
@@ -135,7 +135,7 @@ def _seed(rough: NDArray[np.uint8], is_box: bool) -> NDArray[np.uint8]:
 
 
 def _main_part(bitmap: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Parts of at least a quarter of the largest, without holes."""
+    """Return the parts of at least a quarter of the largest part's area, with holes filled."""
     from scipy.ndimage import binary_fill_holes, label
 
     parts, count = label(bitmap)
@@ -149,14 +149,14 @@ def _main_part(bitmap: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def refine_dataset(
     dataset: Dataset, refiner: Refiner, progress: Progress | None = None
 ) -> tuple[Dataset, int]:
-    """Take the refiner's mask of every object where it agrees with the label.
+    """Replace the mask of every object by the refiner's where the two agree.
 
     A box agrees with a mask at IoU >= .35 (a hold fills about two thirds of its box), a shape at
-    IoU >= .6. Where they disagree a shape stays, and a box becomes the ellipse in it.
+    IoU >= .6. Where they disagree a shape is kept, and a box becomes its inscribed ellipse.
 
     Returns
     -------
-    The set with masks, and how many of them are the refiner's.
+    The set with masks, and the number of masks from the refiner.
     """
     listener = progress or Silent()
     listener.step("refining", len(dataset.photos))
@@ -180,7 +180,7 @@ def _choose(annotation: Annotation, rough: Mask, found: Mask | None) -> tuple[An
     is_box = not annotation.has_shape
     agree = AGREE_BOX if is_box else AGREE_SHAPE
     if found is not None and mask_iou(found, rough) >= agree:
-        # The box of a box label was drawn by a person; it stays.
+        # Keep the box of a box label, because a person drew it.
         x, y, w, h = annotation.box if is_box else (float(v) for v in found.box)
         return replace(annotation, mask=found, polygons=(), box=(x, y, w, h)), True
     if not is_box:

@@ -1,4 +1,4 @@
-"""A scan's instances as labels, and corrected labels back into the scan."""
+"""Conversion of a scan's instances to labels, and of corrected labels back into the scan."""
 
 from __future__ import annotations
 
@@ -7,17 +7,18 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
-from walltopo.geometry.ply import read_mesh
+from walltopo.geometry.mesh_files import read_mesh
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
 from walltopo_lab.datasets.painted import Painted
 
-# A painted face this near a face's centroid gives its label; Blender keeps places to 1e-6.
+# m; a face takes the label of a painted face within this distance of its centroid. Blender keeps
+# positions to 1e-6.
 _NEAR = 1e-3
 
 
 def read_scan_labels(scan: ScanFolder) -> tuple[NDArray[np.int32], dict[int, int], dict[int, str]]:
-    """Face instances, the class id of each instance, and the class names of a scan."""
+    """Return the face instances, the class id of each instance, and the class names of a scan."""
     records = InstanceRecords.load(scan.instance_records)
     classes = {int(label): name for label, name in records.classes.items()}
     labels = {record.id: record.label for record in records.instances}
@@ -25,7 +26,10 @@ def read_scan_labels(scan: ScanFolder) -> tuple[NDArray[np.int32], dict[int, int
 
 
 def _on_scan(scan: ScanFolder, painted: Painted) -> NDArray[np.int32]:
-    """The painted instance of each face of the scan's mesh, by place: exporters reorder faces."""
+    """Return the painted instance of each face of the scan's mesh, matched by position.
+
+    Exporters reorder faces, so that indices cannot be compared.
+    """
     from scipy.spatial import cKDTree
 
     mesh = read_mesh(scan.mesh)
@@ -41,10 +45,10 @@ def _on_scan(scan: ScanFolder, painted: Painted) -> NDArray[np.int32]:
 
 
 def write_scan_labels(scan: ScanFolder, painted: Painted) -> int:
-    """Replace a scan's instances by those of a corrected painted mesh.
+    """Replace a scan's instances with those of a corrected painted mesh.
 
     An instance that shares most of its faces with an old one of its class keeps its id, score,
-    votes and views; others are new, certain (score 1), and supported by no mask.
+    votes and views; others are new, with score 1 and no supporting mask.
 
     Returns
     -------
@@ -52,7 +56,7 @@ def write_scan_labels(scan: ScanFolder, painted: Painted) -> int:
 
     Raises
     ------
-    InputError : the painted mesh is another one.
+    InputError : the painted mesh differs from the scan's mesh.
     """
     face_instance = _on_scan(scan, painted)
     old, _, classes = read_scan_labels(scan)

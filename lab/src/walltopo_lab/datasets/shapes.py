@@ -1,4 +1,4 @@
-"""Boxes, polygons and bitmaps of one object, and how each gives the others."""
+"""Conversions between the boxes, polygons and bitmaps of an object."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from walltopo.core import Mask
 from walltopo.scans.segmentation import decode_segmentation
 from walltopo_lab.datasets.model import Annotation, Photo, Polygon
 
-_MOST_COMPARED = 4000  # points, each with each
+_MAX_COMPARED = 4000  # points; above, the pairwise comparison is too slow
 
 
 def rectangle(x: float, y: float, w: float, h: float) -> Polygon:
-    """(4, 2) corners of a box."""
+    """Return the (4, 2) corners of a box."""
     return np.array([[x, y], [x + w, y], [x + w, y + h], [x, y + h]], dtype=np.float64)
 
 
 def ellipse(cx: float, cy: float, rx: float, ry: float, corners: int = 32) -> Polygon:
-    """(corners, 2) points of an ellipse along the axes."""
+    """Return (corners, 2) points of an axis-aligned ellipse."""
     angle = np.linspace(0, 2 * np.pi, corners, endpoint=False)
     return np.stack([cx + rx * np.cos(angle), cy + ry * np.sin(angle)], axis=1)
 
 
 def box_of_polygons(polygons: Sequence[Polygon]) -> tuple[float, float, float, float]:
-    """x, y, w, h around all points."""
+    """Return the bounding box x, y, w, h of all points."""
     points = np.concatenate(list(polygons))
     x, y = points.min(axis=0)
     right, bottom = points.max(axis=0)
@@ -33,7 +33,7 @@ def box_of_polygons(polygons: Sequence[Polygon]) -> tuple[float, float, float, f
 
 
 def mask_of(annotation: Annotation, photo: Photo) -> Mask:
-    """The object's bitmap; a box-only object is its box, cut to the photo.
+    """Return the object's bitmap; for a box-only object, its box clipped to the photo.
 
     Polygons are drawn by COCO's rule, whose coordinates have the same origin.
     """
@@ -46,7 +46,7 @@ def mask_of(annotation: Annotation, photo: Photo) -> Mask:
 
 
 def polygons_of_mask(mask: Mask, tolerance: float = 0.0) -> tuple[Polygon, ...]:
-    """Outlines of a bitmap along its pixel edges; holes in it are filled.
+    """Return the outlines of a bitmap along its pixel edges, with holes filled.
 
     Parameters
     ----------
@@ -56,14 +56,14 @@ def polygons_of_mask(mask: Mask, tolerance: float = 0.0) -> tuple[Polygon, ...]:
 
     if mask.area == 0:
         return ()
-    # Outlines of a picture twice as large run through pixel edges, not through pixel centres,
-    # so that drawing them again gives the same bitmap.
+    # The outlines of a doubled bitmap run along pixel edges instead of pixel centres, so that
+    # drawing them again gives the same bitmap.
     doubled = np.kron(np.pad(mask.bitmap, 1), np.ones((2, 2), dtype=np.uint8)).astype(np.uint8)
     contours, _ = cv2.findContours(doubled, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     polygons: list[Polygon] = []
     for contour in contours:
         points = contour[:, 0, :].astype(np.float64)
-        # Outer pixels of the doubled picture: their far corner is the pixel edge itself.
+        # Points are outer pixels of the doubled bitmap; their outer corner lies on the pixel edge.
         edge = np.round((points + 0.5) / 2.0) - 1.0
         edge = edge[np.r_[True, (np.diff(edge, axis=0) != 0).any(axis=1)]]
         if tolerance > 0:
@@ -76,7 +76,7 @@ def polygons_of_mask(mask: Mask, tolerance: float = 0.0) -> tuple[Polygon, ...]:
 
 
 def _without_straight(points: Polygon) -> Polygon:
-    """The same outline without the points that lie on a straight run."""
+    """Return the same outline without the points that lie on a straight run."""
     before = points - np.roll(points, 1, axis=0)
     after = np.roll(points, -1, axis=0) - points
     turns = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
@@ -84,11 +84,11 @@ def _without_straight(points: Polygon) -> Polygon:
 
 
 def joined(polygons: Sequence[Polygon]) -> Polygon:
-    """One outline that draws all parts: each further part hangs on a bridge of no width.
+    """Return one outline of all parts, connected by bridges of zero width.
 
-    Bridges are the shortest; with very many points each part hangs on the one before it.
+    Bridges are the shortest ones; with very many points each part connects to the one before it.
     """
-    if sum(map(len, polygons)) > _MOST_COMPARED:
+    if sum(map(len, polygons)) > _MAX_COMPARED:
         loops = [np.concatenate([part, part[:1]]) for part in polygons]
         back = [part[:1] for part in reversed(polygons[:-1])]
         return np.concatenate([*loops, *back])
@@ -104,7 +104,7 @@ def joined(polygons: Sequence[Polygon]) -> Polygon:
 def polygons_of(
     annotation: Annotation, photo: Photo, tolerance: float = 0.0
 ) -> tuple[Polygon, ...]:
-    """The object's outlines; of a box-only object, its box."""
+    """Return the object's outlines; for a box-only object, its box."""
     if annotation.polygons:
         return annotation.polygons
     if annotation.mask is not None:

@@ -1,4 +1,4 @@
-"""A contact sheet: photos with their labels drawn."""
+"""A contact sheet of photos with their labels drawn."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from walltopo_lab.plots import COLOURS
 
 
 def draw_labels(photo: Photo, long_side: int) -> NDArray[np.uint8]:
-    """The photo, at most `long_side` pixels long, with outlines in a colour per class."""
+    """Return the photo, at most `long_side` pixels long, with outlines in a colour per class."""
     import cv2
     from PIL import ImageColor
 
@@ -41,7 +41,7 @@ def write_sheet(
 
     Returns
     -------
-    How many photos are on it.
+    The number of photos on the sheet.
     """
     from PIL import Image, ImageDraw
 

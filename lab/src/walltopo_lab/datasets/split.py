@@ -1,4 +1,4 @@
-"""Splitting a set without the same gym, or the same photo twice, on both sides."""
+"""Splitting of a set, so that no gym and no copy of a photo lies on both sides."""
 
 from __future__ import annotations
 
@@ -11,23 +11,24 @@ import numpy as np
 from walltopo.core import InputError
 from walltopo_lab.datasets.model import Dataset, Photo
 
-# Publishers name augmented copies of one photo alike but for a hash, and a session's photos
-# alike but for a number or a time.
+# Publishers give augmented copies of a photo the same name except for a hash. Photos of one session
+# differ only in a number or a time.
 _COPY = re.compile(r"\.rf\.[0-9a-f]{8,}$")
 _NUMBER = re.compile(r"[-_ ]*\(?\d+\)?$")
 _TIME = re.compile(r"^(\d{4})[-_]?(\d{2})[-_]?(\d{2})[-_T]\d{2}[-_]?\d{2}")
 
 
 def group_of_photo(photo: Photo, pattern: str = "") -> str:
-    """What must stay together with this photo.
+    """Return the group of photos that must stay on the same side of a split as this one.
 
-    Its gym, if the set says it; else what `pattern` (a regular expression with one group) finds in
-    its name; else its folder; else its name without what tells photos of one session apart: a
-    copy's hash, a running number, the time of day after a date.
+    The group is the photo's gym if the set names it. Otherwise it is the match of `pattern` (a
+    regular expression with one group) in the photo's name, otherwise its folder. Otherwise it is
+    the name without the parts that differ within a session: a copy's hash, a running number, the
+    time of day after a date.
 
     Raises
     ------
-    InputError : the pattern does not fit the name, or is no regular expression with a group.
+    InputError : the pattern does not match the name, or is no regular expression with a group.
     """
     if photo.gym:
         return photo.gym
@@ -53,9 +54,9 @@ def split(
     seed: int = 0,
     group: Callable[[Photo], Any] = group_of_photo,
 ) -> dict[str, Dataset]:
-    """Deal whole groups of photos to parts, so that each part gets near its share of objects.
+    """Assign whole groups of photos to parts, so that each part nears its share of the objects.
 
-    Groups go, largest first, to the part that lacks most of its share (ties by `seed`).
+    Groups are assigned, largest first, to the part that lacks most of its share (ties by `seed`).
 
     Parameters
     ----------
@@ -83,7 +84,7 @@ def split(
     filled = dict.fromkeys(shares, 0)
     names: dict[str, set[str]] = {part: set() for part in shares}
     for key in keys:
-        # Empty parts first: a part without a photo helps nobody.
+        # Fill empty parts first, because a part without a photo is useless.
         part = min(shares, key=lambda p: (filled[p] > 0, filled[p] / (whole * shares[p] / total)))
         filled[part] += sizes[key]
         names[part] |= {photo.name for photo in groups[key]}

@@ -1,4 +1,4 @@
-"""What is in a set: counts, sizes, and a chart of them."""
+"""Statistics of a set: counts, sizes, and a chart."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from walltopo_lab.plots import panels, save
 
 
 def dataset_stats(dataset: Dataset) -> dict[str, Any]:
-    """Counts and sizes, JSON-able.
+    """Return counts and sizes, JSON-serialisable.
 
     Returns
     -------
@@ -46,7 +46,7 @@ def dataset_stats(dataset: Dataset) -> dict[str, Any]:
 
 
 def write_stats_plot(path: Path, dataset: Dataset) -> None:
-    """A PNG with the histograms of objects per photo and of object sizes."""
+    """Write a PNG with the histograms of objects per photo and of object sizes."""
     counts = [len(photo.annotations) for photo in dataset.photos]
     sizes = [
         float(np.sqrt(abs(a.box[2] * a.box[3]))) for p in dataset.photos for a in p.annotations

@@ -1,4 +1,4 @@
-"""VGG Image Annotator (VIA 2): one JSON for a folder of photos."""
+"""Reading and writing of VGG Image Annotator (VIA 2): one JSON for a folder of photos."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from walltopo_lab.datasets.model import Annotation, Dataset, Photo, Polygon
 from walltopo_lab.datasets.shapes import box_of_polygons, ellipse, polygons_of
 from walltopo_lab.datasets.yolo import photo_size
 
-# Attribute names that people use for the class, in this order; else the only attribute there is.
+# Common attribute names of the class, in order of preference; otherwise the only attribute.
 _CLASS_KEYS = ("class", "label", "type", "name", "category")
 _ATTRIBUTE = "class"
 
@@ -49,11 +49,11 @@ class _Outline(msgspec.Struct, frozen=True, tag_field="name", tag="polygon"):
 
 
 class _Line(msgspec.Struct, frozen=True, tag_field="name", tag="polyline"):
-    """Encloses nothing."""
+    """A polyline, which encloses no area."""
 
 
 class _Point(msgspec.Struct, frozen=True, tag_field="name", tag="point"):
-    """Encloses nothing."""
+    """A point, which encloses no area."""
 
 
 _Shape = _Rect | _Circle | _Ellipse | _Outline | _Line | _Point
@@ -70,7 +70,7 @@ class _File(msgspec.Struct, frozen=True):
 
     @property
     def listed(self) -> tuple[_Region, ...]:
-        """The regions, either way."""
+        """Return the regions in either representation."""
         regions = self.regions
         return tuple(regions.values()) if isinstance(regions, dict) else regions
 
@@ -80,7 +80,7 @@ def _files(data: Any) -> Any:
 
 
 def is_via(data: Any) -> bool:
-    """Whether parsed JSON is a VIA project or a VIA export of annotations."""
+    """Return whether parsed JSON is a VIA project or a VIA export of annotations."""
     files = _files(data)
     return (
         isinstance(files, dict)
@@ -90,11 +90,11 @@ def is_via(data: Any) -> bool:
 
 
 def read_via(path: Path, photos: Path | None = None) -> Dataset:
-    """Read a VIA JSON; the photos must be at hand, because VIA does not note their size.
+    """Read a VIA JSON; the photos must be available, because VIA does not store their size.
 
     Raises
     ------
-    InputError : a photo is missing, or a region is broken; names which.
+    InputError : a photo is missing, or a region is invalid; the message names it.
     """
     data = read_json(path)
     if not is_via(data):
@@ -131,7 +131,7 @@ def _class_name(region: _Region) -> str:
     if key is None:
         return "hold"
     value = attributes[key]
-    # Check boxes are a mapping of chosen names to true.
+    # A check box attribute maps the chosen names to true.
     return next(iter(value), "hold") if isinstance(value, dict) else str(value)
 
 
@@ -158,7 +158,7 @@ def _polygon(shape: _Shape) -> Polygon | None:
 
 
 def write_via(path: Path, dataset: Dataset) -> None:
-    """Write a VIA annotation file; parts of one object become regions of their own."""
+    """Write a VIA annotation file; each part of an object becomes a separate region."""
     files: dict[str, Any] = {}
     for photo in dataset.photos:
         size = photo.path.stat().st_size if photo.path else -1

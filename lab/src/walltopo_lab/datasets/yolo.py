@@ -1,4 +1,4 @@
-"""YOLO text labels: one line per object, boxes or outlines, in shares of the photo's size."""
+"""YOLO text labels: one line per object, boxes or outlines, relative to the photo's size."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ _PHOTO_FOLDERS = ("images", "photos")
 
 
 def photo_size(path: Path) -> tuple[int, int]:
-    """Width and height of a picture as it is stored (without EXIF's turn).
+    """Return width and height of a photo as stored (without EXIF rotation).
 
     Raises
     ------
-    InputError : not a picture.
+    InputError : the file is no image.
     """
     with naming(path), open_picture(path) as image:
         return image.size
 
 
 def read_names(path: Path) -> dict[int, str]:
-    """The `names` of a data.yaml, which may be a list or a mapping, inline or in lines.
+    """Return the `names` of a data.yaml: a list or a mapping, inline or in lines.
 
-    Only this one key is read, so that YAML needs no library.
+    Only this key is parsed, so that no YAML library is needed.
     """
     text = _text(path)
     match = re.search(r"^names:[ \t]*(.*(?:\n[ \t-].*)*)", text, re.MULTILINE)
@@ -71,11 +71,11 @@ def read_yolo(root: Path) -> Dataset:
 
     Class ids grow by one, because 0 means "none" here. Names come from the data.yaml in the
     folder or the one above it. A photo without a label file was not labelled and is left out; an
-    empty label file says that nothing is in the photo.
+    empty label file means that the photo has no objects.
 
     Raises
     ------
-    InputError : a line that is no box and no outline; names file and line.
+    InputError : a line is no box and no outline; the message names file and line.
     """
     photos, labels = _folders(root)
     places = (root / "data.yaml", root.parent / "data.yaml")
@@ -112,7 +112,7 @@ def _read_lines(path: Path, width: int, height: int) -> tuple[Annotation, ...]:
 def _annotation(
     label: int, shares: np.ndarray[tuple[int], np.dtype[np.float64]], width: int, height: int
 ) -> Annotation:
-    # Four numbers are a box, five a box with its score, more an outline (odd: with its score).
+    # Four numbers are a box, five a box with score, more an outline (an odd number: with score).
     score = float(shares[-1]) if len(shares) % 2 else 1.0
     shares = shares[: len(shares) // 2 * 2]
     points = shares.reshape(-1, 2) * np.array([width, height])
@@ -125,13 +125,13 @@ def _annotation(
 
 
 def write_yolo(root: Path, dataset: Dataset, *, segments: bool) -> None:
-    """Write `labels/*.txt` and `data.yaml`; class ids count from 0 in the order of ours.
+    """Write `labels/*.txt` and `data.yaml`; class ids count from 0 in the order of our ids.
 
     Parameters
     ----------
     segments : outlines instead of boxes. A box-only object becomes its box's four corners; parts
-        of one object are joined by bridges of no width, because a line holds one outline; a mask
-        without a pixel has none and is left out.
+        of one object are joined by bridges of zero width, because a line holds one outline; a mask
+        without pixels is left out.
     """
     index = {label: k for k, label in enumerate(sorted(dataset.classes))}
     for photo in dataset.photos:

@@ -1,6 +1,6 @@
 """The Ultralytics families (extra `[ultralytics]`, AGPL-3.0): YOLO11, RT-DETR, and SAM's masks.
 
-They are there for those who choose them; the default needs nothing of this. None of them knows
+These detectors are optional; the default detector needs none of them. They do not detect
 holds by itself: `detect.weights` names weights that were trained on holds.
 """
 
@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mask, Silent
-from walltopo.segment.detect.found import Found, keep_best, tight_mask
-from walltopo.segment.detect.settings import DetectSettings
+from walltopo.segment.detect.photo_detections import PhotoDetections, suppress_overlaps, tight_mask
 from walltopo.segment.detect.tiles import Tile, merge_tiles, tiles_of
 from walltopo.segment.detect.yolo import box_masks
+from walltopo.segment.settings import DetectSettings
 from walltopo_lab.detectors.fetch import SAM_WEIGHTS, fetch
 from walltopo_lab.extras import need_ultralytics
 
@@ -26,11 +26,11 @@ def _ultralytics() -> Any:
 
 
 class SamMasks:
-    """Masks for boxes, by a Segment Anything model.
+    """Predicts masks for boxes with a Segment Anything model.
 
     Parameters
     ----------
-    weights : the model's file; Ultralytics tells the architecture from its name.
+    weights : the model's file; Ultralytics derives the architecture from the file name.
     device : `cpu`, `cuda` or `auto`.
     """
 
@@ -45,7 +45,7 @@ class SamMasks:
         scores: NDArray[np.float64],
         labels: NDArray[np.int64],
     ) -> tuple[Mask, ...]:
-        """One mask per box; its ellipse where SAM has none. Parameters as in `look`."""
+        """Return one mask per box, else its inscribed ellipse; parameters as in `look`."""
         size = (photo.shape[1], photo.shape[0])
         inscribed = box_masks(boxes, scores, labels, size)
         drawn = self.look(photo, boxes, scores, labels)
@@ -59,29 +59,36 @@ class SamMasks:
         labels: NDArray[np.int64],
         points: NDArray[np.float64] | None = None,
     ) -> list[Mask | None]:
-        """SAM's mask per box, cropped to a little more than the box; None where it has none.
+        """Return SAM's mask per box, or None; masks are cropped to the box plus a small margin.
 
         Parameters
         ----------
         photo : (H, W, 3) uint8, RGB.
         boxes : (n, 4) x0, y0, x1, y1 in pixels.
-        points : (n, k, 2) x, y of pixels that belong to each object, told to SAM too.
+        points : (n, k, 2) x, y of pixels inside each object, additional prompts for SAM.
         """
         size = (photo.shape[1], photo.shape[0])
         if len(boxes) == 0:
             return []
-        told: dict[str, Any] = {"bboxes": boxes.tolist()}
+        prompts: dict[str, Any] = {"bboxes": boxes.tolist()}
         if points is not None:
-            told |= {"points": points.tolist(), "labels": np.ones(points.shape[:2], int).tolist()}
+            prompts |= {
+                "points": points.tolist(),
+                "labels": np.ones(points.shape[:2], int).tolist(),
+            }
         result = self._model(
-            np.ascontiguousarray(photo[..., ::-1]), conf=0.0, verbose=False, **told, **self._options
+            np.ascontiguousarray(photo[..., ::-1]),
+            conf=0.0,
+            verbose=False,
+            **prompts,
+            **self._options,
         )[0]
         drawn: list[Mask | None] = [None] * len(boxes)
         if result.masks is None:
             return drawn
-        # SAM leaves out what it thinks nothing of; the "class" of a mask is the number of its box.
-        asked = np.asarray(result.boxes.cls.cpu(), dtype=np.int64)
-        for k, bitmap in zip(asked, np.asarray(result.masks.data.cpu()) > 0, strict=True):
+        # SAM omits masks with a low score; the "class" of a mask is the index of its box.
+        numbers = np.asarray(result.boxes.cls.cpu(), dtype=np.int64)
+        for k, bitmap in zip(numbers, np.asarray(result.masks.data.cpu()) > 0, strict=True):
             margin = 0.1 * (boxes[k, 2:] - boxes[k, :2])
             x0, y0 = np.maximum(np.floor(boxes[k, :2] - margin), 0).astype(int)
             x1, y1 = np.minimum(np.ceil(boxes[k, 2:] + margin), size).astype(int)
@@ -91,14 +98,14 @@ class SamMasks:
 
 
 class UltralyticsDetector:
-    """A YOLO or RT-DETR network run by Ultralytics itself.
+    """A YOLO or RT-DETR network that Ultralytics itself runs.
 
     Parameters
     ----------
     weights : weights trained on holds (`.pt`).
     settings : size, tiles, threshold, device.
-    rtdetr : the architecture's family.
-    sam : gives the masks; without it the network's own, or inscribed ellipses.
+    rtdetr : whether the network is an RT-DETR instead of a YOLO.
+    sam : model of the masks; None: the network's own masks, or inscribed ellipses.
     """
 
     def __init__(
@@ -125,12 +132,12 @@ class UltralyticsDetector:
     def description(self) -> str:
         return f"{self._name}{' + SAM' if self._sam else ''} (Ultralytics)"
 
-    def detect(self, photo: NDArray[np.uint8]) -> Found:
-        """Objects of an (H, W, 3) uint8 RGB photo, in its pixels, best first."""
+    def detect(self, photo: NDArray[np.uint8]) -> PhotoDetections:
+        """Return the objects of an (H, W, 3) uint8 RGB photo, in its pixels, best score first."""
         height, width = photo.shape[:2]
         scale = self._settings.size / max(height, width)
         tile, overlap = int(self._settings.tile / scale), int(self._settings.overlap / scale)
-        parts: list[tuple[Tile, Found]] = []
+        parts: list[tuple[Tile, PhotoDetections]] = []
         for window in tiles_of(width, height, tile, overlap):
             crop = photo[window.y0 : window.y1, window.x0 : window.x1]
             parts.append((window, self._look(np.ascontiguousarray(crop), scale)))
@@ -138,9 +145,9 @@ class UltralyticsDetector:
         if self._sam is None or len(found) == 0:
             return found
         masks = self._sam.masks(photo, found.boxes, found.scores, found.labels)
-        return Found(width, height, found.boxes, found.scores, found.labels, masks)
+        return PhotoDetections(width, height, found.boxes, found.scores, found.labels, masks)
 
-    def _look(self, photo: NDArray[np.uint8], scale: float) -> Found:
+    def _look(self, photo: NDArray[np.uint8], scale: float) -> PhotoDetections:
         height, width = photo.shape[:2]
         side = max(32, -(-round(max(height, width) * scale) // 32) * 32)
         result = self._model.predict(
@@ -155,7 +162,7 @@ class UltralyticsDetector:
         boxes = np.asarray(result.boxes.xyxy.cpu(), dtype=np.float64)
         scores = np.asarray(result.boxes.conf.cpu(), dtype=np.float64)
         labels = np.asarray(result.boxes.cls.cpu(), dtype=np.int64) + 1
-        kept = keep_best(boxes, scores, labels, 0.7, 0.8)
+        kept = suppress_overlaps(boxes, scores, labels, 0.7, 0.8)
         boxes, scores, labels = boxes[kept], np.clip(scores[kept], 1e-6, 1.0), labels[kept]
         masks = box_masks(boxes, scores, labels, (width, height))
         if result.masks is not None and self._sam is None:
@@ -164,16 +171,16 @@ class UltralyticsDetector:
                 tight_mask(b, 0, 0, (width, height), m.label, m.score) or m
                 for b, m in zip(bitmaps, masks, strict=True)
             )
-        return Found(width, height, boxes, scores, labels, masks)
+        return PhotoDetections(width, height, boxes, scores, labels, masks)
 
 
 def open_family(name: str, settings: DetectSettings) -> UltralyticsDetector:
-    """`yolo11-seg`, `yolo11-sam` or `rtdetr-sam` with the weights the settings name.
+    """Return the detector `yolo11-seg`, `yolo11-sam` or `rtdetr-sam` with the configured weights.
 
     Raises
     ------
     EnvironmentLacksError : the extra is not installed, or SAM's weights cannot be fetched.
-    InputError : no weights, or they cannot be read.
+    InputError : no weights are configured, or the file does not exist.
     """
     _ultralytics()
     weights = Path(settings.weights)

@@ -1,4 +1,4 @@
-"""Weights that are fetched on first use: official addresses, checked content, one cache."""
+"""Download of weights on first use: official addresses, verified checksums, one cache."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ _CHUNK = 1 << 20
 
 @dataclass(frozen=True)
 class Weights:
-    """One file to fetch.
+    """One weights file to download.
 
     Parameters
     ----------
-    file : its name in the cache (Ultralytics tells the architecture from it).
-    address : where its makers publish it.
+    file : its name in the cache (Ultralytics derives the architecture from it).
+    address : URL at which its authors publish it.
     sha256 : of the whole file, lower case hexadecimal.
     licence : of the weights.
     """
@@ -59,7 +59,7 @@ SAM_WEIGHTS = {
 
 
 def cache_folder() -> Path:
-    """Where fetched files lie: $WALLTOPO_CACHE, else walltopo in the user's cache folder."""
+    """Return the cache folder: $WALLTOPO_CACHE, else walltopo in the user's cache folder."""
     if chosen := os.environ.get("WALLTOPO_CACHE"):
         return Path(chosen)
     base = os.environ.get("XDG_CACHE_HOME")
@@ -67,12 +67,12 @@ def cache_folder() -> Path:
 
 
 def fetch(weights: Weights, progress: Progress, folder: Path | None = None) -> Path:
-    """The file's path, fetched if it is not there yet.
+    """Return the path of a weights file in the cache; download the file if it is missing.
 
     Raises
     ------
-    EnvironmentLacksError : no connection; names the address and where the file can be put.
-    InputError : what came is not the file that was published.
+    EnvironmentLacksError : no connection; the message names the address and the cache path.
+    InputError : the checksum of the download differs from the published one.
     """
     path = (folder or cache_folder()) / weights.file
     if path.is_file():

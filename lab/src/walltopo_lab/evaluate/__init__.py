@@ -1,1 +1,1 @@
-"""Figures that say how good a result is, against truth; see `docs/evaluate.md`."""
+"""Metrics that compare a result with ground truth; see `docs/evaluate.md`."""

@@ -1,4 +1,4 @@
-"""Fitting a scan's frame to the truth's, and what remains: poses, scale, up, floor."""
+"""Alignment of a scan's frame to the truth's, and the remaining errors: poses, scale, up, floor."""
 
 from __future__ import annotations
 
@@ -25,9 +25,10 @@ def _common(scan: Mapping[str, View], truth: Mapping[str, View], least: int) -> 
 
 
 def fit_heading(scan: Floats, truth: Floats) -> Similarity:
-    """Turn about z and shift on the floor only: what a metric, upright scan leaves open.
+    """Fit a rotation about z and a shift along the floor: the free parameters of a metric, upright
+    scan.
 
-    Least squares over (n, 3) points, n >= 2; the height is left as it is.
+    The fit is least squares over (n, 3) points, n >= 2, and leaves the height unchanged.
     """
     a, b = scan[:, :2] - scan[:, :2].mean(axis=0), truth[:, :2] - truth[:, :2].mean(axis=0)
     angle = np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum())
@@ -44,7 +45,7 @@ def _centres(views: Mapping[str, View], names: list[str]) -> Floats:
 def align_views(
     scan: Mapping[str, View], truth: Mapping[str, View], similarity: bool
 ) -> Similarity:
-    """The transform from the scan's frame to the truth's, from the photos they share."""
+    """Return the transform from the scan's frame to the truth's, fitted to their common photos."""
     names = _common(scan, truth, 3)
     fit = fit_similarity if similarity else fit_heading
     return fit(_centres(scan, names), _centres(truth, names))
@@ -53,15 +54,15 @@ def align_views(
 def pose_metrics(
     scan: Mapping[str, View], truth: Mapping[str, View], similarity: bool
 ) -> dict[str, Any]:
-    """What the cameras are off by after the fit.
+    """Return the camera errors that remain after the fit.
 
     Returns
     -------
-    photos, registered : photos that the truth has, and that the scan has of those.
+    photos, registered : number of photos in the truth, and of those that the scan contains.
     centre_median_mm, centre_max_mm : camera centres.
     rotation_median_deg, rotation_max_deg : camera rotations.
-    scale_error_percent, up_error_deg, floor_error_mm : of the best similarity against the
-        scan's own frame (of a metric scan), so not hidden by the fit. Floor: median height
+    scale_error_percent, up_error_deg, floor_error_mm : of the best similarity against the scan's
+        own frame (of a metric scan), so that the fit cannot hide them. Floor: median height
         difference of the camera centres.
     """
     names = _common(scan, truth, 3)
@@ -73,7 +74,7 @@ def pose_metrics(
     for name in names:
         mine = scan[name].cam_from_world[:, :3] @ transform.rotation.T
         difference = mine @ truth[name].cam_from_world[:, :3].T
-        # From the chord |R - 1| rather than the trace, which loses half the digits near zero.
+        # Use the chord |R - 1|: the trace loses half the digits near zero.
         half = np.linalg.norm(difference - np.eye(3)) / np.sqrt(8)
         turns.append(np.degrees(2 * np.arcsin(min(half, 1.0))))
     return {

@@ -1,4 +1,4 @@
-"""Carrying labels between two meshes of the same wall."""
+"""Transfer of labels between two meshes of the same wall."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class Carried:
 
     Parameters
     ----------
-    labelled : the instance of each of its F faces.
-    ignored : (F,) faces that lie on surface which no photo saw.
+    labelled : the true instance of each of the F faces.
+    ignored : (F,) faces on surface that no photo saw.
     distance : (F,) float, metres from the face's centroid to the true surface that was seen;
         inf beyond reach.
     true_face : (F,) int, the nearest true face that was seen, -1 beyond reach.
@@ -38,15 +38,15 @@ class Carried:
 def carry_truth(truth: Truth, mesh: Mesh, within: float, reach: float = 0.0) -> Carried:
     """Label each face of `mesh` by the nearest true surface that a photo saw.
 
-    The backs of holds lie a few millimetres behind their fronts; so surface that no photo saw is
-    asked only where no seen surface is near, and what lies on it is ignored. Faces far from both
-    carry no instance and count: what a scan finds there is false.
+    The backs of holds lie a few millimetres behind their fronts. So unseen surface counts only
+    where no seen surface is near, and faces on it are ignored. Faces far from both carry no
+    instance and still count: an instance found there is false.
 
     Parameters
     ----------
     mesh : in the truth's frame, metres.
     within : carrying distance, metres.
-    reach : distances are measured this far, metres, if that is more.
+    reach : radius of the distance measurement, metres, if larger than `within`.
     """
     count = len(mesh.faces)
     if count == len(truth.mesh.faces) and np.allclose(
@@ -75,7 +75,7 @@ def _nearest(
 
 
 def carry_prediction(mesh: Mesh, predicted: Labelled, truth: Truth, within: float) -> Labelled:
-    """The prediction on the true mesh: what is not reconstructed there has no instance."""
+    """Return the prediction on the true mesh; faces far from the scan get no instance."""
     result = np.zeros(len(truth.mesh.faces), dtype=np.int32)
     seen = np.flatnonzero(~truth.ignored)
     face, _ = Surface(mesh.vertices, mesh.faces).nearest(truth.mesh.centroids[seen], within)
@@ -84,7 +84,7 @@ def carry_prediction(mesh: Mesh, predicted: Labelled, truth: Truth, within: floa
 
 
 def true_areas(truth: Truth) -> dict[int, float]:
-    """Seen area of each true instance, square metres."""
+    """Return the seen area of each true instance, square metres."""
     areas = np.bincount(truth.face_instance, truth.mesh.areas * ~truth.ignored)
     return {int(i): float(areas[i]) for i in np.flatnonzero(areas) if i}
 
@@ -92,9 +92,9 @@ def true_areas(truth: Truth) -> dict[int, float]:
 def overlap_with_missing(
     predicted: Labelled, carried: Carried, areas: Floats, truth: Truth
 ) -> Overlap:
-    """Overlap on the scan's mesh; true instances that got no face there count as missed.
+    """Return the overlap on the scan's mesh; true instances without a face there count as missed.
 
-    Without them a scan that leaves out half of the wall would look perfect.
+    Without them, a scan that omits half of the wall would score perfectly.
     """
     overlap = overlap_of_faces(predicted, carried.labelled, areas, carried.ignored)
     present = set(overlap.truth_ids.tolist())

@@ -1,8 +1,8 @@
-"""Average precision by the COCO protocol, on any elements with a weight (faces by area).
+"""Average precision by the COCO protocol, on any weighted elements (faces by area).
 
-Source: COCO's `cocoeval.py`: predictions in order of score take the free true instance of
-largest overlap at or above the threshold; precision is made monotone and sampled at 101 recalls.
-Here without a cap on the number of predictions: a wall has more than 100 holds.
+Source: COCO's `cocoeval.py`. In order of score, each prediction takes the free true instance of
+largest overlap at or above the threshold. Precision is made monotone and sampled at 101 recalls.
+Unlike COCO, the number of predictions has no cap: a wall has more than 100 holds.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ _RECALLS = np.linspace(0.0, 1.0, 101)
 
 
 def coco_matches(scene: Overlap, threshold: float, min_size: float = 0.0) -> NDArray[np.int64]:
-    """Index of the true instance that each prediction takes, -1 = none.
+    """Return the index of the true instance that each prediction takes, -1 = none.
 
-    True instances smaller than `min_size` are taken only when no other will do (COCO's ignored
-    truth). Predictions of equal score go in their given order.
+    True instances smaller than `min_size` are taken only without a larger candidate (COCO's ignored
+    truth). Predictions of equal score keep their order.
     """
     iou = scene.iou()
     small = scene.truth_sizes < min_size
@@ -35,7 +35,7 @@ def coco_matches(scene: Overlap, threshold: float, min_size: float = 0.0) -> NDA
         for group in (~small, small):
             candidates = np.flatnonzero(free & group & (iou[p] >= at_least))
             if len(candidates):
-                # COCO's loop keeps the last of equals.
+                # COCO's loop keeps the last of equal candidates.
                 best = candidates[::-1][np.argmax(iou[p, candidates[::-1]])]
                 taken[p] = best
                 free[best] = False
@@ -46,13 +46,13 @@ def coco_matches(scene: Overlap, threshold: float, min_size: float = 0.0) -> NDA
 def average_precision(
     scores: Floats, hits: NDArray[np.bool_], truth: int, every_point: bool = False
 ) -> float:
-    """Area under the monotone precision over recall, at 101 recalls.
+    """Return the area under the monotone precision-recall curve, at 101 recalls.
 
     Parameters
     ----------
-    scores, hits : (n,) of each detection, and whether it took a true object.
+    scores, hits : (n,) score of each detection, and whether it took a true object.
     truth : number of true objects, > 0.
-    every_point : integrate over every recall that is reached, instead of COCO's 101.
+    every_point : integrate over every reached recall, instead of COCO's 101.
     """
     if len(hits) == 0:
         return 0.0
@@ -91,11 +91,12 @@ def coco_ap(
     thresholds: Sequence[float] = COCO_THRESHOLDS,
     min_size: float = 0.0,
 ) -> Floats:
-    """AP of one class over several scenes, at each threshold; see `scannet_ap` for the terms.
+    """Return the AP of one class over several scenes at each threshold; `scannet_ap` defines the
+    terms.
 
     Returns
     -------
-    (len(thresholds),) float; 0 where there is truth and no prediction, NaN where no truth.
+    (len(thresholds),) float; 0 with truth but no prediction, NaN without truth.
     """
     truth = sum(int((scene.truth_sizes >= min_size).sum()) for scene in scenes)
     if truth == 0:
@@ -104,6 +105,6 @@ def coco_ap(
 
 
 def exact_ap(scenes: Sequence[Overlap], thresholds: Sequence[float]) -> Floats:
-    """(len(thresholds),) AP with COCO's matching, integrated over every recall that is reached."""
+    """Return (len(thresholds),) AP with COCO's matching, integrated over every reached recall."""
     truth = sum(len(scene.truth_sizes) for scene in scenes)
     return np.array([_ap_at(scenes, t, 0.0, truth, every_point=True) for t in thresholds])

@@ -1,4 +1,4 @@
-"""2D detections against labelled photos: COCO's figures for boxes and masks (faster-coco-eval)."""
+"""COCO metrics of 2D detections against labelled photos, for boxes and masks (faster-coco-eval)."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from walltopo_lab.datasets.shapes import mask_of
 
 Floats = NDArray[np.float64]
 
-# COCO's cap of 100 detections is below what one photo of a wall holds.
+# COCO's cap of 100 detections is too low: one photo of a wall contains more holds.
 MAX_DETECTIONS = 1000
-# Root of the object's area in pixels; the first three are COCO's, the last the project's own.
+# Square root of the object's area in pixels; "over 40 px" is ours, the others are COCO's.
 SIZES: Mapping[str, tuple[float, float]] = {
     "all": (0, 1e5),
     "small": (0, 32),
@@ -31,7 +31,7 @@ RECALLS = np.linspace(0, 1, 101)
 
 @dataclass(frozen=True, eq=False)
 class DetectorFigures:
-    """COCO figures of one run (boxes or masks) for one class, or all as one.
+    """COCO metrics of one run (boxes or masks) for one class, or for all classes merged.
 
     Parameters
     ----------
@@ -62,12 +62,12 @@ class DetectorFigures:
 
 @dataclass(frozen=True)
 class DetectorMetrics:
-    """All figures of a detector.
+    """All metrics of a detector.
 
     Parameters
     ----------
-    boxes, masks : "all" (classes as one), each class by name, and "mean" of the classes; masks
-        are empty where the truth has boxes only.
+    boxes, masks : "all" (classes as one), each class by name, and "mean" of the classes; masks are
+        empty if the truth has only boxes.
     photos : number of photos compared.
     """
 
@@ -142,7 +142,7 @@ def _figures(
 
 
 def _summary(result: Mapping[str, Any], objects: int) -> DetectorFigures:
-    # precision: (thresholds, recalls, classes, sizes, caps); -1 where there is no truth.
+    # precision: (thresholds, recalls, classes, sizes, caps); -1 without truth.
     precision = np.where(result["precision"] < 0, np.nan, result["precision"])[:, :, 0]
     recall = np.where(result["recall"] < 0, np.nan, result["recall"])[:, 0]
     ap = precision.mean(axis=1)
@@ -191,24 +191,24 @@ def _paired(found: Dataset, truth: Dataset) -> tuple[list[Photo], list[Photo]]:
                 f"labels of {true.width}x{true.height}",
                 "Detect on the very photos that are labelled.",
             )
-    # A labelled photo without an entry has no detections; that is a result, not a gap.
+    # A labelled photo without an entry counts as a photo without detections.
     empty = [mine or true.with_annotations(()) for mine, true in pairs]
     return empty, [true for _, true in pairs]
 
 
 def evaluate_detections(found: Dataset, truth: Dataset) -> DetectorMetrics:
-    """COCO's figures of detections.
+    """Return COCO's metrics of detections.
 
-    Classes are matched by name; photos by the stem of their name.
+    Classes match by name, photos by the stem of their name.
 
     Parameters
     ----------
     found : detections, with scores.
-    truth : labels. Masks are compared where every labelled object has a shape.
+    truth : labels. Masks are compared only if every labelled object has a shape.
 
     Raises
     ------
-    InputError : no photo in common, or of different sizes.
+    InputError : no common photo, or different photo sizes.
     """
     mine, true = _paired(found, truth)
     names = sorted({*truth.classes.values()})
@@ -231,7 +231,7 @@ def evaluate_detections(found: Dataset, truth: Dataset) -> DetectorMetrics:
 
 
 def figures_table(metrics: DetectorMetrics) -> Any:
-    """A rich table: one row per class and run."""
+    """Return a rich table with one row per class and run."""
     from rich import box
     from rich.table import Table
 

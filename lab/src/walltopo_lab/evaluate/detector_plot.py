@@ -11,7 +11,7 @@ from walltopo_lab.plots import panels, save
 
 
 def write_curves(metrics: DetectorMetrics, folder: Path) -> list[Path]:
-    """Write `curves-boxes.png` and, where masks were compared, `curves-masks.png`."""
+    """Write `curves-boxes.png` and, with masks, `curves-masks.png`; return the paths."""
     written: list[Path] = []
     for run, rows in (("boxes", metrics.boxes), ("masks", metrics.masks)):
         if not rows:

@@ -1,4 +1,4 @@
-"""A mesh that shows, face by face, what was found, missed, invented or cut wrongly."""
+"""A mesh whose face colours show hits, misses, false positives and wrong borders."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh
 from walltopo.core.files import atomic_path
-from walltopo.geometry.ply import write_ply
+from walltopo.geometry.mesh_files import write_ply
 
 
 class Outcome(IntEnum):
-    """What became of a face."""
+    """The result of the comparison at one face."""
 
     WALL = 0
     HIT = 1
@@ -25,7 +25,7 @@ class Outcome(IntEnum):
     IGNORED = 5
 
 
-# Told apart with red-green blindness too: blue, orange, vermilion, yellow of Okabe & Ito.
+# Colours that red-green blindness leaves distinct: blue, orange, vermilion, yellow of Okabe & Ito.
 COLOURS: Mapping[Outcome, tuple[int, int, int]] = {
     Outcome.WALL: (190, 190, 190),
     Outcome.HIT: (0, 158, 115),
@@ -42,13 +42,13 @@ def outcome_of_faces(
     pairs: Mapping[int, int],
     ignored: NDArray[np.bool_],
 ) -> NDArray[np.int64]:
-    """(F,) an `Outcome` per face.
+    """Return (F,) an `Outcome` per face.
 
     Parameters
     ----------
     predicted, truth : (F,) instance ids, 0 = none.
-    pairs : predicted id to true id of the instances that match.
-    ignored : (F,) faces that count nowhere.
+    pairs : predicted id to true id of the matched instances.
+    ignored : (F,) faces excluded from the comparison.
     """
     partner = np.zeros(max(int(predicted.max(initial=0)), *pairs, 0) + 1, dtype=np.int64)
     for mine, true in pairs.items():
@@ -67,7 +67,7 @@ def outcome_of_faces(
 
 
 def coloured_mesh(mesh: Mesh, outcomes: NDArray[np.int64]) -> Mesh:
-    """The mesh with one colour per face; vertices are split only where colours meet."""
+    """Return the mesh with one colour per face; vertices are split only at colour borders."""
     corner = mesh.faces.astype(np.int64) * len(Outcome) + outcomes[:, None]
     pairs, index = np.unique(corner, return_inverse=True)
     table = np.array([COLOURS[outcome] for outcome in Outcome], dtype=np.uint8)
@@ -79,7 +79,7 @@ def coloured_mesh(mesh: Mesh, outcomes: NDArray[np.int64]) -> Mesh:
 
 
 def write_errors(mesh: Mesh, folder: Path) -> None:
-    """Write a coloured mesh as `errors.ply` and `errors.glb` (glTF is y up: turned for it)."""
+    """Write a coloured mesh as `errors.ply` and as `errors.glb`, rotated to glTF's y up."""
     import trimesh
 
     write_ply(folder / "errors.ply", mesh)

@@ -1,4 +1,4 @@
-"""How good 3D instances are: AP by the ScanNet and by the COCO protocol.
+"""AP of 3D instances by the ScanNet and by the COCO protocol.
 
 Example
 -------
@@ -27,14 +27,14 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ApSummary:
-    """The AP figures of one class (or of all classes as one).
+    """The AP metrics of one class (or of all classes as one).
 
     Parameters
     ----------
     ap, ap50, ap25 : ScanNet protocol: mean over .50 to .90, at .50, at .25.
     coco_ap, coco_ap50, coco_ap75, coco_ap25 : COCO protocol: mean over .50:.95, at one threshold.
     coco_ap90 : COCO's matching with ScanNet's nine thresholds (mean over .50 to .90).
-    truth, predicted : number of instances that count.
+    truth, predicted : number of counted instances.
     """
 
     ap: float
@@ -49,19 +49,19 @@ class ApSummary:
     predicted: int
 
     def as_dict(self) -> dict[str, float | int | None]:
-        """JSON-able; None where the class has no truth."""
+        """Return a JSON-able dict; None if the class has no truth."""
         return {k: None if v != v else v for k, v in self.__dict__.items()}
 
 
 @dataclass(frozen=True)
 class InstanceMetrics:
-    """AP figures of a labelled mesh, or of several taken together.
+    """AP metrics of one labelled mesh, or of several pooled meshes.
 
     Parameters
     ----------
     agnostic : every instance as one class.
-    per_class : class id to its figures; classes that truth or prediction have.
-    mean : mean of `per_class` over the classes that have truth (mAP).
+    per_class : class id to its metrics; classes that occur in truth or prediction.
+    mean : mean of `per_class` over the classes with truth (mAP).
     """
 
     agnostic: ApSummary
@@ -105,7 +105,7 @@ def _mean(parts: Sequence[ApSummary]) -> ApSummary:
 
 
 def summarise_instances(scenes: Sequence[Overlap], min_size: float = 0.0) -> InstanceMetrics:
-    """All AP figures of one or several scenes, pooled as the benchmarks pool theirs."""
+    """Return all AP metrics of one or several scenes, pooled as in the benchmarks."""
     present = {int(c) for s in scenes for c in (*s.pred_labels, *s.truth_labels)}
     per_class = {c: _summary([s.select(c) for s in scenes], min_size) for c in sorted(present)}
     return InstanceMetrics(_summary(scenes, min_size), per_class, _mean(tuple(per_class.values())))
@@ -119,14 +119,14 @@ def evaluate_instances(
     void: NDArray[np.bool_] | None = None,
     min_size: float = 0.0,
 ) -> InstanceMetrics:
-    """AP of predicted instances on the same mesh as the truth.
+    """Return the AP of predicted instances on the same mesh as the truth.
 
     Parameters
     ----------
     predicted, truth : labels of the same F faces.
     areas : (F,) float, area of each face (or ones, to count faces as ScanNet counts vertices).
-    ignored : (F,) bool, faces that count nowhere: what no photo saw (`face_views == 0`).
+    ignored : (F,) bool, faces to exclude: those that no photo saw (`face_views == 0`).
     void : (F,) bool, ScanNet's void; see `overlap_of_faces`.
-    min_size : truth smaller than this, in the unit of `areas`, is ignored; off by default.
+    min_size : smaller true instances are ignored, in the unit of `areas`; off by default.
     """
     return summarise_instances([overlap_of_faces(predicted, truth, areas, ignored, void)], min_size)

@@ -1,4 +1,4 @@
-"""How near a reconstructed mesh comes to the true one."""
+"""Accuracy and completeness of a reconstructed mesh against the true one."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ Floats = NDArray[np.float64]
 
 ACCURACY_M = 0.008
 COMPLETENESS_M = 0.010
-# How far a face can be from the truth and still be looked up; farther ones count as far.
+# Faces farther than this from the truth count as far, without a measured distance.
 REACH_M = 0.2
 
 
 def on_floor(mesh: Mesh) -> NDArray[np.bool_]:
-    """(F,) faces that lie flat within 3 cm of z = 0: mats and floor are not the wall."""
+    """Return (F,) faces that lie flat within 3 cm of z = 0: mats and floor are not the wall."""
     return (np.abs(mesh.centroids[:, 2]) < 0.03) & (np.abs(mesh.normals[:, 2]) > 0.9)
 
 
@@ -33,22 +33,23 @@ def _quantile(values: Floats, weights: Floats, share: float) -> float:
 
 
 def mesh_metrics(mesh: Mesh, truth: Truth, carried: Carried) -> dict[str, Any]:
-    """Accuracy (scan to truth) and completeness (truth seen by >= 3 photos to scan), by area.
+    """Return accuracy (scan to truth) and completeness (truth seen by >= 3 photos to scan), by
+    area.
 
-    Floor and mats are left out on both sides. A face is measured at its centroid.
+    Both sides exclude floor and mats. The distance of a face is that of its centroid.
 
     Parameters
     ----------
     mesh : the scan's, in the truth's frame, metres.
-    carried : the truth carried onto it, with a reach of `REACH_M`.
+    carried : the truth carried onto the scan's mesh, with a reach of `REACH_M`.
 
     Returns
     -------
     accuracy_8mm, completeness_10mm : shares of area.
-    accuracy_median_mm, accuracy_90_mm : distances that 50 % and 90 % of the area keep (None
-        where they are beyond reach).
-    holds_over_5cm, holds_present : true instances of which at least a quarter of the area is
-        within 10 mm of the scan, of those with a seen area over 5 cm x 5 cm.
+    accuracy_median_mm, accuracy_90_mm : distances that 50 % and 90 % of the area keep (None beyond
+        reach).
+    holds_over_5cm, holds_present : true instances with a seen area over 5 cm x 5 cm, and those with
+        at least a quarter of their area within 10 mm of the scan.
     """
     floor = on_floor(truth.mesh)
     nearest_is_floor = (carried.true_face >= 0) & floor[carried.true_face]

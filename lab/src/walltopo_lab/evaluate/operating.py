@@ -1,7 +1,7 @@
-"""The instances that a result shows, rather than all that it ranks.
+"""Precision and recall of the instances that a result shows.
 
-An AP ranks every instance, doubtful ones included. What a climber sees is a set without ranks:
-it has a precision and a recall.
+An AP ranks every instance, including low-confidence ones. A climber sees a set without ranks, so
+the set has one precision and one recall.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from walltopo_lab.evaluate.overlap import Labelled, Overlap
 
 @dataclass(frozen=True)
 class OperatingPoint:
-    """How right and how complete a set of instances is, at IoU above .5.
+    """Precision and recall of a set of instances, at IoU above .5.
 
     Parameters
     ----------
-    shown, truth : how many instances are shown, how many there are.
-    hits : shown ones that meet a true one; each true one is met once at most.
-    hits_of_class : those that have its class too.
+    shown, truth : number of shown and of true instances.
+    hits : shown instances that match a true one; each true instance matches at most once.
+    hits_of_class : hits whose class is right too.
     """
 
     shown: int
@@ -33,16 +33,16 @@ class OperatingPoint:
 
     @property
     def precision(self) -> float:
-        """Share of the shown that meet a true one; NaN where nothing is shown."""
+        """Return the share of shown instances that match a true one; NaN if none is shown."""
         return self.hits / self.shown if self.shown else float("nan")
 
     @property
     def recall(self) -> float:
-        """Share of the true ones that are met; NaN where there are none."""
+        """Return the share of true instances that are matched; NaN without true instances."""
         return self.hits / self.truth if self.truth else float("nan")
 
     def as_dict(self) -> dict[str, Any]:
-        """JSON-able; None where a share is of nothing."""
+        """Return a JSON-able dict; None for a share with denominator 0."""
         both = self.shown + self.truth
         shares = {
             "precision": self.precision,
@@ -53,7 +53,7 @@ class OperatingPoint:
 
 
 def only(labelled: Labelled, ids: Collection[int]) -> Labelled:
-    """A prediction with the instances of these ids only; the faces of others belong to none."""
+    """Return the prediction with only the given instances; other faces belong to none."""
     present = np.unique(labelled.face_instance)
     kept = np.isin(present, list(ids)) & (present > 0)
     place = np.searchsorted(present, labelled.face_instance)
@@ -62,7 +62,7 @@ def only(labelled: Labelled, ids: Collection[int]) -> Labelled:
 
 
 def at_score(labelled: Labelled, least: float) -> Labelled:
-    """A prediction with the instances that score at least this."""
+    """Return the prediction with only the instances that score at least `least`."""
     scores = labelled.scores or {}
     return only(labelled, {i for i in labelled.labels if scores.get(i, 1.0) >= least})
 
@@ -72,8 +72,8 @@ def operating_point(scenes: Sequence[Overlap], threshold: float = 0.5) -> Operat
 
     Parameters
     ----------
-    threshold : IoU that must be exceeded; from .5 on no prediction meets two true ones, nor two
-        predictions the same, because the faces of instances are disjoint.
+    threshold : IoU to exceed; from .5 on matches are one-to-one, because the faces of instances are
+        disjoint.
     """
     shown = truth = hits = right = 0
     for scene in scenes:

@@ -1,4 +1,4 @@
-"""How much each predicted instance shares with each true one: all that an AP needs to know."""
+"""Shared weight of each predicted and each true instance: the complete input of an AP."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class Labelled:
     Parameters
     ----------
     face_instance : (F,) int, 0 = none, else an instance's id.
-    labels : class id of each instance; every id of `face_instance` must be in it.
-    scores : confidence of each instance; ids without one count as 1.0. Unused for truth.
+    labels : class id of each instance; must contain every id of `face_instance`.
+    scores : confidence of each instance, 1.0 if absent. Unused for truth.
     """
 
     face_instance: NDArray[np.int32]
@@ -40,7 +40,7 @@ class Labelled:
 
     @classmethod
     def of(cls, instances: Instances) -> Labelled:
-        """The prediction that a lift gives."""
+        """Return the prediction of a lift."""
         return cls(
             instances.face_instance,
             {record.id: record.label for record in instances.records},
@@ -50,7 +50,7 @@ class Labelled:
 
 @dataclass(frozen=True, eq=False)
 class Overlap:
-    """Shared weight of P predictions and T true instances of one scene.
+    """The shared weight of P predictions and T true instances of one scene.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class Overlap:
     pred_void : (P,) float, weight of each prediction that lies in void.
     pred_scores : (P,) float, confidences.
     pred_labels, truth_labels : (P,), (T,) int, class ids.
-    pred_ids, truth_ids : (P,), (T,) int, the ids the instances came with.
+    pred_ids, truth_ids : (P,), (T,) int, the original ids of the instances.
     """
 
     shared: Floats
@@ -73,12 +73,12 @@ class Overlap:
     truth_ids: Ints
 
     def iou(self) -> Floats:
-        """(P, T) intersection over union; 0 where both are empty."""
+        """Return (P, T) intersection over union; 0 if both are empty."""
         union = self.pred_sizes[:, None] + self.truth_sizes[None, :] - self.shared
         return np.divide(self.shared, union, out=np.zeros_like(self.shared), where=union > 0)
 
     def select(self, label: int | None) -> Overlap:
-        """Only the instances of one class; all of them, as one class, where `label` is None."""
+        """Return only the instances of one class; with None, all of them as one class."""
         if label is None:
             return self
         p, t = self.pred_labels == label, self.truth_labels == label
@@ -96,7 +96,7 @@ class Overlap:
 
 
 def _incidence(face_instance: NDArray[np.int32], ids: Ints) -> Any:
-    """Sparse (len(ids), F) bool: which faces each instance has."""
+    """Return a sparse (len(ids), F) 0/1 matrix of the faces of each instance."""
     from scipy import sparse
 
     faces = np.flatnonzero(face_instance)
@@ -112,19 +112,19 @@ def overlap_of_faces(
     ignored: NDArray[np.bool_] | None = None,
     void: NDArray[np.bool_] | None = None,
 ) -> Overlap:
-    """Overlap of two labellings of the same mesh.
+    """Return the overlap of two labellings of the same mesh.
 
     Parameters
     ----------
-    weights : (F,) float >= 0, what each face counts: its area, or 1.
-    ignored : (F,) bool, faces that count nowhere (what no photo saw). Instances that lie
-        wholly in them are neither hits nor misses: they vanish.
+    weights : (F,) float >= 0, weight of each face: its area, or 1.
+    ignored : (F,) bool, faces to exclude (those that no photo saw). Instances wholly within them
+        are neither hits nor misses.
     void : (F,) bool, ScanNet's void: counts as part of a prediction, and excuses a false
         prediction that lies mostly in it.
 
     Raises
     ------
-    InputError : the arrays do not describe the same faces; says the lengths.
+    InputError : the arrays describe different faces; the message states the lengths.
     """
     count = len(predicted.face_instance)
     for name, array in (("truth", truth.face_instance), ("weights", weights)):
@@ -135,7 +135,7 @@ def overlap_of_faces(
     for name, flags in (("ignored", keep), ("void", hidden)):
         if len(flags) != count:
             raise InputError(f"prediction has {count} faces, {name} has {len(flags)}")
-    keep &= np.asarray(weights) > 0  # an instance of no area can be neither found nor missed
+    keep &= np.asarray(weights) > 0  # an instance without area can be neither found nor missed
     pred_faces = np.where(keep, predicted.face_instance, 0)
     truth_faces = np.where(keep & ~hidden, truth.face_instance, 0)
     pred_ids = np.setdiff1d(np.unique(pred_faces), [0]).astype(np.int64)
@@ -163,15 +163,15 @@ def overlap_of_sets(
     void: NDArray[np.bool_] | None = None,
     ids: tuple[Ints, Ints] | None = None,
 ) -> Overlap:
-    """Overlap of instances given as sets of elements, which may overlap each other.
+    """Return the overlap of instances given as sets of elements; the sets may overlap each other.
 
     Parameters
     ----------
     predicted, truth : (P, n) and (T, n) 0/1 matrices, dense or SciPy sparse.
-    weights : (n,) float, what each element counts.
+    weights : (n,) float, weight of each element.
     pred_scores, pred_labels, truth_labels : per instance.
     void : (n,) bool, see `overlap_of_faces`.
-    ids : names of the instances; 1.. where None.
+    ids : ids of the instances; 1, 2, ... if None.
     """
     from scipy import sparse
 
@@ -181,7 +181,7 @@ def overlap_of_sets(
         raise InputError(
             f"sets of {a.shape[1]} and {b.shape[1]} elements, but {len(weights)} weights"
         )
-    # All sums run over sorted columns, so that the IoU of equal sets is exactly 1.
+    # Sum over sorted columns, so that the IoU of equal sets is exactly 1.
     a.sort_indices()
     b.sort_indices()
     weighted = a.multiply(weights[None, :]).tocsr()

@@ -1,4 +1,4 @@
-"""How well holds are grouped into routes, and named by colour and type."""
+"""Metrics of the grouping of holds into routes, and of hold colours and types."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from walltopo.scans.attributes import UNKNOWN, Hold
+from walltopo.scans.holds import UNKNOWN, Hold
 from walltopo.scans.routes import Route
 from walltopo_lab.evaluate.overlap import Overlap
 from walltopo_lab.evaluate.truth import CLASS_IDS, TrueInstance
 
 
 def match_pairs(overlap: Overlap, threshold: float = 0.5) -> dict[int, int]:
-    """Predicted id to true id where their IoU is over the threshold (>= .5: one-to-one)."""
+    """Return predicted id to true id of pairs with IoU over the threshold (>= .5: one-to-one)."""
     iou = overlap.iou()
     if iou.size == 0:
         return {}
@@ -27,7 +27,7 @@ def match_pairs(overlap: Overlap, threshold: float = 0.5) -> dict[int, int]:
 
 
 def grouping_scores(truth: Sequence[int], predicted: Sequence[int]) -> dict[str, float]:
-    """Adjusted Rand index, homogeneity and completeness of a grouping."""
+    """Return the adjusted Rand index, homogeneity and completeness of a grouping."""
     from sklearn.metrics import adjusted_rand_score, completeness_score, homogeneity_score
 
     return {
@@ -42,14 +42,14 @@ def route_metrics(
     pairs: Mapping[int, int],
     truth: Mapping[int, TrueInstance],
 ) -> dict[str, Any]:
-    """Grouping scores over the matched holds that belong to a true route.
+    """Return the grouping scores over the matched holds that belong to a true route.
 
-    Volumes and downclimb holds are left out: they belong to all routes or to none. A hold that
-    the scan put in no route counts as a group of its own.
+    Volumes belong to all routes and downclimb holds to none, so both are excluded. A hold without a
+    predicted route counts as a group of its own.
 
     Parameters
     ----------
-    routes : of `routes.json`.
+    routes : the routes of `routes.json`.
     pairs : predicted id to true id, see `match_pairs`.
     truth : true instances by id.
     """
@@ -76,7 +76,7 @@ def route_metrics(
 
 
 def type_of_kind(kind: str) -> str:
-    """The scan's word for what `scene.json` calls a hold."""
+    """Return the scan's word for a kind of hold in `scene.json`."""
     return "foothold" if kind == "foot" else kind
 
 
@@ -85,14 +85,14 @@ def attribute_metrics(
     pairs: Mapping[int, int],
     truth: Mapping[int, TrueInstance],
 ) -> dict[str, Any]:
-    """Share of the matched instances with the right colour, type and class.
+    """Return the share of matched instances with the right colour, type and class.
 
-    Types are compared on holds only, and "unknown" counts apart from wrong: `type_named` is the
-    share of holds with a type, `type_accuracy` the share of those that have the right one.
+    Types are compared on holds only, and "unknown" counts apart from wrong. `type_named` is the
+    share of holds with a type, `type_accuracy` the share of typed holds with the right one.
 
     Parameters
     ----------
-    found : the instances of `attributes.json`.
+    found : the instances of `holds.json`.
     """
     by_id = {hold.id: hold for hold in found}
     both = [(by_id[p], truth[t]) for p, t in sorted(pairs.items()) if p in by_id]

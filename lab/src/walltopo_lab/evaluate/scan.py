@@ -1,4 +1,4 @@
-"""A scan folder against ground truth: every figure of its stages."""
+"""Evaluation of a scan folder against ground truth: the metrics of every stage."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from walltopo.core import InputError, Mesh, Progress, Silent, View
-from walltopo.geometry.ply import read_mesh
+from walltopo.geometry.mesh_files import read_mesh
 from walltopo.geometry.similarity import Similarity
-from walltopo.scans.attributes import Attributes
 from walltopo.scans.colmap_model import read_views
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import Holds
 from walltopo.scans.instances import InstanceRecords, InstanceTable
 from walltopo.scans.photos import PhotoList
 from walltopo.scans.routes import Routes
@@ -40,7 +40,7 @@ CLASSES = 3  # none, hold, volume
 
 @dataclass(frozen=True, eq=False)
 class ScanEvaluation:
-    """Figures of a scan after one fit, and the mesh that shows its errors.
+    """The metrics of a scan after one fit, and the mesh that shows its errors.
 
     Parameters
     ----------
@@ -50,9 +50,9 @@ class ScanEvaluation:
 
     Notes
     -----
-    `instances` ranks every instance that the lift found, as an AP wants. All other sections and
-    the coloured mesh are of the instances that the scan shows as holds: without the doubtful ones
-    that it only lists. `semantics_all` is the mIoU of every instance.
+    `instances` ranks every instance that the lift found, as an AP requires. All other sections and
+    the coloured mesh cover only the instances that the scan shows as holds, without the
+    low-confidence ones that it only lists. `semantics_all` is the mIoU of every instance.
     """
 
     figures: dict[str, Any]
@@ -60,26 +60,26 @@ class ScanEvaluation:
 
 
 def read_labelled(npz: Path, records: Path) -> Labelled:
-    """The instances of a scan: `instances.npz` and `instances.json`."""
+    """Return the instances of a scan from `instances.npz` and `instances.json`."""
     rows = InstanceRecords.load(records).instances
     return Labelled(
         InstanceTable.load(npz).face_instance,
         {row.id: row.label for row in rows},
-        {row.id: row.surety for row in rows},
+        {row.id: row.confidence for row in rows},
     )
 
 
 def measured_labels(scan: ScanFolder, whole: Mesh) -> Labelled:
-    """The instances of a scan on the measured triangles of its mesh: guesses are no result.
+    """Return the instances of a scan on the measured triangles of its mesh, without guessed
+    surface.
 
     Parameters
     ----------
-    whole : the mesh as it lies in the scan; the labels are in the order of its
-        `without_guesses()`.
+    whole : the mesh as stored in the scan; the labels follow the order of its `without_guesses()`.
 
     Raises
     ------
-    InputError : the instances are of another mesh.
+    InputError : the instances belong to another mesh.
     """
     found = read_labelled(scan.instances, scan.instance_records)
     if len(found.face_instance) != len(whole.faces):
@@ -92,9 +92,9 @@ def measured_labels(scan: ScanFolder, whole: Mesh) -> Labelled:
 
 
 def scan_views(scan: ScanFolder, truth: Truth) -> dict[str, View]:
-    """The scan's views by the truth's photo names.
+    """Return the scan's views by the truth's photo names.
 
-    Ingest may rename photos (another suffix, a clean name); `photos.json` knows their source.
+    Ingest may rename photos (another suffix, a clean name); `photos.json` records their source.
     """
     sources: dict[str, str] = {}
     if scan.photo_list.is_file():
@@ -109,7 +109,7 @@ def scan_views(scan: ScanFolder, truth: Truth) -> dict[str, View]:
 
 
 def is_metric(scan: ScanFolder) -> bool:
-    """Whether the scan says that it is in metres."""
+    """Return whether the scan's `scale.json` states metres."""
     return scan.scale.is_file() and Scale.load(scan.scale).metric
 
 
@@ -121,12 +121,12 @@ def evaluate_scan(
     within: float = 0.02,
     progress: Progress | None = None,
 ) -> ScanEvaluation:
-    """Compare all that a scan holds with the truth.
+    """Compare all results of a scan with the truth.
 
     Parameters
     ----------
-    similarity : fit scale, rotation and place to the true camera centres, instead of heading
-        and place on the floor only.
+    similarity : fit scale, rotation and translation to the true camera centres, instead of only
+        heading and position on the floor.
     within : distance over which labels are carried between the meshes, metres.
 
     Raises
@@ -164,10 +164,10 @@ def evaluate_scan(
 
 
 def _shown(scan: ScanFolder, predicted: Labelled) -> Labelled:
-    """The instances that the scan shows as holds; all of them where it has not classified."""
-    if not scan.attributes.is_file():
+    """Return the instances that the scan shows as holds; all of them before `classify` has run."""
+    if not scan.holds.is_file():
         return predicted
-    return only(predicted, {hold.id for hold in Attributes.load(scan.attributes).instances})
+    return only(predicted, {hold.id for hold in Holds.load(scan.holds).holds})
 
 
 def _rank_figures(
@@ -205,7 +205,7 @@ def _shown_figures(
 
 
 def _semantics(labelled: Labelled, carried: Carried, mesh: Mesh) -> dict[str, Any]:
-    """mIoU on the scan's mesh, without what lies on surface that no photo saw."""
+    """Return the mIoU on the scan's mesh, without surface that no photo saw."""
     counted = np.where(carried.ignored, 0.0, mesh.areas)
     table = confusion(class_of_faces(labelled), class_of_faces(carried.labelled), counted, CLASSES)
     return semantic_metrics([table]).as_dict()
@@ -216,8 +216,8 @@ def _route_figures(
 ) -> None:
     if not truth.instances:
         return
-    if scan.attributes.is_file():
-        holds = Attributes.load(scan.attributes).instances
+    if scan.holds.is_file():
+        holds = Holds.load(scan.holds).holds
         figures["attributes"] = attribute_metrics(holds, pairs, truth.instances)
     if scan.routes.is_file():
         routes = Routes.load(scan.routes).routes

@@ -1,10 +1,10 @@
 """Average precision by the ScanNet protocol.
 
-Source: ScanNet benchmark, `evaluate_semantic_instance.py` (Dai et al., CVPR 2017): an overlap
-counts when it is strictly above the threshold; each prediction is used once; the lower-scored
-of two predictions on one true instance is false; a false prediction that lies mostly in void or
-in ignored truth is excused; the curve has one point per distinct confidence and is integrated
-by the trapezoid-like rule of that file (no interpolation).
+Source: ScanNet benchmark, `evaluate_semantic_instance.py` (Dai et al., CVPR 2017). An overlap
+counts if it is strictly above the threshold. Each prediction is used once. The lower-scored of two
+predictions on one true instance is false. A false prediction mostly in void or in ignored truth is
+excused. The curve has one point per distinct confidence and is integrated by the trapezoid-like
+rule of that file (no interpolation).
 """
 
 from __future__ import annotations
@@ -18,14 +18,16 @@ from walltopo_lab.evaluate.overlap import Overlap
 
 Floats = NDArray[np.float64]
 
-# .50 to .90 in steps of .05; the benchmark reports .25 apart.
+# .50 to .90 in steps of .05; the benchmark reports .25 separately.
 SCANNET_THRESHOLDS = tuple(round(0.50 + 0.05 * k, 2) for k in range(9))
 
 
 def _match_scene(
     scene: Overlap, threshold: float, min_size: float
 ) -> tuple[list[float], list[bool], int]:
-    """Scores and hit flags of one scene's predictions, and the number of missed truths."""
+    """Return scores and hit flags of one scene's predictions, and the number of missed true
+    instances.
+    """
     iou = scene.iou()
     counted = scene.truth_sizes >= min_size
     used = np.zeros(len(scene.pred_sizes), dtype=np.bool_)
@@ -37,8 +39,8 @@ def _match_scene(
         if len(candidates) == 0:
             missed += 1
             continue
-        # Only the first of several is taken off the list, as in the original; the others stay
-        # free for another true instance that they also overlap.
+        # As in the original, only the first candidate is marked used. The others stay free for
+        # another true instance that they overlap.
         used[candidates[0]] = True
         best = candidates[np.argmax(scene.pred_scores[candidates])]
         for p in candidates:
@@ -71,18 +73,18 @@ def scannet_ap(
     thresholds: Sequence[float] = SCANNET_THRESHOLDS,
     min_size: float = 0.0,
 ) -> Floats:
-    """AP of one class over several scenes, at each threshold.
+    """Return the AP of one class over several scenes, at each threshold.
 
     Parameters
     ----------
     scenes : overlaps of the instances of one class (see `Overlap.select`).
-    thresholds : intersection over union that must be exceeded.
-    min_size : truth smaller than this (in the weights' unit) is ignored. The benchmark uses 100
-        vertices; the default keeps every instance.
+    thresholds : intersection over union to exceed.
+    min_size : smaller true instances are ignored, in the unit of the weights. The benchmark uses
+        100 vertices; the default keeps every instance.
 
     Returns
     -------
-    (len(thresholds),) float; 0 where there is truth and no prediction, NaN where no truth.
+    (len(thresholds),) float; 0 with truth but no prediction, NaN without truth.
     """
     if not any((scene.truth_sizes >= min_size).any() for scene in scenes):
         return np.full(len(thresholds), np.nan)

@@ -16,11 +16,11 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class SemanticMetrics:
-    """IoU of each class over the area of all scenes together.
+    """The IoU of each class over the area of all scenes together.
 
     Parameters
     ----------
-    iou : class id to IoU; 0 is the wall (no object). Classes in neither side are left out.
+    iou : class id to IoU; 0 is the wall (no object). Classes absent from both sides are omitted.
     miou : mean over all classes, the wall included (as ScanNet's mIoU includes wall and floor).
     miou_objects : mean without the wall.
     """
@@ -38,7 +38,7 @@ class SemanticMetrics:
 
 
 def class_of_faces(labelled: Labelled) -> NDArray[np.int64]:
-    """(F,) class id of each face, 0 = none."""
+    """Return (F,) class id of each face, 0 = none."""
     table = np.zeros(max([0, *labelled.labels]) + 1, dtype=np.int64)
     for number, label in labelled.labels.items():
         table[number] = label
@@ -48,14 +48,14 @@ def class_of_faces(labelled: Labelled) -> NDArray[np.int64]:
 def confusion(
     predicted: NDArray[np.int64], truth: NDArray[np.int64], weights: Floats, classes: int
 ) -> Floats:
-    """(classes, classes) weight of the elements of each truth (row) and prediction (column)."""
+    """Return (classes, classes) weight of the elements by true (row) and predicted class."""
     cells = truth * classes + predicted
     table = np.bincount(cells, weights, minlength=classes * classes).astype(np.float64)
     return table.reshape(classes, classes)
 
 
 def semantic_metrics(tables: Sequence[Floats]) -> SemanticMetrics:
-    """mIoU from the confusion tables (of equal size) of one or several scenes."""
+    """Return the mIoU from the confusion tables (of equal size) of one or several scenes."""
     table = np.sum(tables, axis=0)
     shared = np.diag(table)
     union = table.sum(axis=0) + table.sum(axis=1) - shared

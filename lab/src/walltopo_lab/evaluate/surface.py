@@ -1,7 +1,7 @@
-"""The nearest triangle of a mesh, for millions of points at once.
+"""A nearest-triangle search for millions of points at once.
 
-Own code, because `trimesh.proximity.closest_point` takes 0.14 ms a point on a mesh of 1.3 million
-triangles (this 0.005 ms; both found the same distances but for 0.5 mm at worst).
+`trimesh.proximity.closest_point` takes 0.14 ms a point on a mesh of 1.3 million triangles; this
+code takes 0.005 ms. The distances differ by 0.5 mm at most.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from walltopo.core import InputError
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# Triangles with an edge longer than this (metres) are searched one by one: sampling a floor made
-# of two triangles as finely as a hold would take millions of samples. Real meshes have few.
+# Triangles with an edge longer than this (metres) are searched one by one. Sampling a floor of two
+# triangles as finely as a hold would take millions of samples. Real meshes have few.
 _LARGE = 0.3
 _CANDIDATES = 4
 
 
 def sample_faces(vertices: Floats, faces: NDArray[np.int32], spacing: float) -> tuple[Floats, Ints]:
-    """Points spread over triangles so that no place is farther than `spacing` from one.
+    """Return points on the triangles, so that every place has a point within `spacing`.
 
-    A triangle with longest edge e is cut into n x n alike with n = ceil(e / spacing); their
+    A triangle with longest edge e is cut into n x n similar triangles, n = ceil(e / spacing). Their
     centroids are the samples.
 
     Returns
@@ -52,7 +52,7 @@ def sample_faces(vertices: Floats, faces: NDArray[np.int32], spacing: float) -> 
 
 
 def distance_to_triangles(points: Floats, corners: Floats) -> Floats:
-    """Distance of each point to its own triangle.
+    """Return the distance of each point to its own triangle.
 
     Parameters
     ----------
@@ -69,13 +69,13 @@ def distance_to_triangles(points: Floats, corners: Floats) -> Floats:
 
 
 class Surface:
-    """Finds the nearest triangle of one mesh.
+    """A search for the nearest triangle of one mesh.
 
     Parameters
     ----------
     vertices, faces : (V, 3) float and (F, 3) int.
-    spacing : density of the search samples, metres. The triangle that is returned is the nearest
-        of those of the 4 nearest samples; its distance is exact.
+    spacing : density of the search samples, metres. The search returns the nearest triangle among
+        those of the 4 nearest samples; its distance is exact.
     """
 
     def __init__(self, vertices: Floats, faces: NDArray[np.int32], spacing: float = 0.01) -> None:
@@ -93,7 +93,7 @@ class Surface:
         self._tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
 
     def nearest(self, points: Floats, within: float = np.inf) -> tuple[Ints, Floats]:
-        """The nearest triangle of each point.
+        """Return the nearest triangle of each point, and its distance.
 
         Parameters
         ----------
@@ -102,14 +102,14 @@ class Surface:
 
         Returns
         -------
-        face : (N,) int, -1 where no triangle lies within the radius.
-        distance : (N,) float, metres; inf there.
+        face : (N,) int, -1 without a triangle within the radius.
+        distance : (N,) float, metres; inf without a triangle within the radius.
         """
         face = np.full(len(points), -1, dtype=np.int64)
         distance = np.full(len(points), np.inf)
         if len(self._owner) and len(points):
-            # A sample can be farther than its triangle, by the spacing at most; exact distances
-            # are cut off below. Without a bound, points far from the mesh take minutes.
+            # A sample can be farther than its triangle, by the spacing at most; the code below cuts
+            # exact distances off. Without a bound, points far from the mesh take minutes.
             bound = within + 1.01 * self._spacing
             _, found = self._tree.query(
                 points, k=_CANDIDATES, distance_upper_bound=bound, workers=-1
@@ -127,7 +127,7 @@ class Surface:
         return face, distance
 
     def _nearest_large(self, points: Floats, within: float, face: Ints, distance: Floats) -> None:
-        """Put large triangles into `face` and `distance` where they are nearer."""
+        """Write large triangles into `face` and `distance` at points to which they are nearer."""
         order = np.argsort(points[:, 0], kind="stable")
         along = points[order, 0]
         for index in self._large:

@@ -20,7 +20,7 @@ CLASS_IDS = {"hold": 1, "volume": 2}
 
 @dataclass(frozen=True)
 class TrueInstance:
-    """One row of `scene.json`: a hold or a volume as it was set.
+    """One row of `scene.json`: a hold or a volume as set.
 
     Parameters
     ----------
@@ -43,15 +43,15 @@ class TrueInstance:
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """The true mesh with what belongs to what, and the true cameras where they are given.
+    """The true mesh with its instances, and the true cameras if given.
 
     Parameters
     ----------
     mesh : (V, 3), (F, 3), metres, z up.
     face_instance : (F,) int32, 0 = none.
-    face_views : (F,) int32, number of views that see the face; truth is only where it is > 0.
-    instances : by id; empty where no scene.json was found (then all count as holds).
-    views : the true cameras, undistorted, by photo name; empty where not given.
+    face_views : (F,) int32, number of views that see the face; truth exists only where it is > 0.
+    instances : by id; empty without a scene.json (then all count as holds).
+    views : the true cameras, undistorted, by photo name; empty if not given.
     """
 
     mesh: Mesh
@@ -62,14 +62,14 @@ class Truth:
 
     @cached_property
     def labelled(self) -> Labelled:
-        """What belongs to what, for the instance metrics."""
+        """Return the labels for the instance metrics."""
         present = (int(i) for i in np.unique(self.face_instance) if i)
         labels = {i: self.instances[i].label if self.instances else 1 for i in present}
         return Labelled(self.face_instance, labels)
 
     @cached_property
     def ignored(self) -> NDArray[np.bool_]:
-        """(F,) faces that no view saw."""
+        """Return (F,) faces that no view saw."""
         return self.face_views <= 0
 
 
@@ -103,14 +103,14 @@ def _views(data: Mapping[str, Any]) -> dict[str, View]:
 
 
 def read_truth(folder: Path) -> Truth:
-    """Read the truth that lies in a folder, in its `truth/` folder, or a `gt.npz` itself.
+    """Read the truth from a folder, from its `truth/` folder, or from a `gt.npz` file.
 
-    `scene.json` is looked for beside `gt.npz` and one folder up (the truth of another mesh of the
-    same gym lies in a folder of its own).
+    `scene.json` may lie beside `gt.npz` or one folder up, because the truth of another mesh of the
+    same gym has a folder of its own.
 
     Raises
     ------
-    InputError : nothing there, or it lacks an array; says which.
+    InputError : no truth, or an absent array; the message names it.
     """
     folder = Path(folder)
     places = [folder] if folder.suffix == ".npz" else [folder / "gt.npz", folder / "truth/gt.npz"]

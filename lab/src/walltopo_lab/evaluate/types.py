@@ -1,4 +1,4 @@
-"""Types of holds as a network of reliefs tells them, beside the true ones."""
+"""Comparison of the type network's hold types with the true ones."""
 
 from __future__ import annotations
 
@@ -12,41 +12,41 @@ from numpy.typing import NDArray
 from walltopo.core import Mesh
 from walltopo.describe.classify.geometry import measure_shapes
 from walltopo.describe.classify.types import TypeModel, reliefs
-from walltopo.geometry.ply import read_mesh
-from walltopo.scans.attributes import UNKNOWN
+from walltopo.geometry.mesh_files import read_mesh
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import UNKNOWN
 from walltopo_lab.evaluate.align import align_views
 from walltopo_lab.evaluate.carry import carry_truth, overlap_with_missing
 from walltopo_lab.evaluate.routes import match_pairs, type_of_kind
 from walltopo_lab.evaluate.scan import measured_labels, scan_views
 from walltopo_lab.evaluate.truth import TrueInstance, read_truth
 
-Key = tuple[str, int]  # gym and hold
+Key = tuple[str, int]  # gym name and hold id
 HOLD = 1  # class id in the truth
 WITHIN = 0.02  # metres over which labels are carried between meshes
 
 
 @dataclass
 class Named:
-    """What a network said of some holds.
+    """The predictions of the type network for some holds.
 
     Parameters
     ----------
-    answers : the type, or "unknown", and how sure the network is.
-    truth : the true type of each of these holds.
+    answers : the type, or "unknown", and the network's confidence.
+    truth : the true type of each hold.
     """
 
     answers: dict[Key, tuple[str, float]] = field(default_factory=dict)
     truth: dict[Key, str] = field(default_factory=dict)
 
     def add(self, gym: str, answers: dict[int, tuple[str, float]], truth: dict[int, str]) -> None:
-        """Holds of one gym more."""
+        """Add the holds of another gym."""
         self.answers |= {(gym, number): answer for number, answer in answers.items()}
         self.truth |= {(gym, number): truth[number] for number in answers}
 
 
 def true_types(instances: Mapping[int, TrueInstance]) -> dict[int, str]:
-    """Type of each hold; volumes have none."""
+    """Return the type of each hold; volumes have none."""
     holds = (one for one in instances.values() if one.label == HOLD)
     return {one.id: type_of_kind(one.kind) for one in holds}
 
@@ -54,7 +54,7 @@ def true_types(instances: Mapping[int, TrueInstance]) -> dict[int, str]:
 def answers_of(
     model: TypeModel, mesh: Mesh, labels: NDArray[np.int32], ids: Sequence[int]
 ) -> dict[int, tuple[str, float]]:
-    """What the network says of the instances that have triangles, and how sure it is.
+    """Return the network's type and confidence for each instance that has triangles.
 
     Parameters
     ----------
@@ -86,17 +86,17 @@ def _on_scan(model: TypeModel, gym: Path, folder: Path, whole: Named, met: Named
 def named_on_scans(
     model: TypeModel, scans: Sequence[tuple[Path, Path]], certain: float | None = None
 ) -> tuple[Named, Named]:
-    """What the network says of holds on reconstructed meshes.
+    """Return the network's types of holds on reconstructed meshes.
 
     Parameters
     ----------
     scans : gyms with truth, and scans of their photos, finished up to `lift`.
-    certain : another least probability than the network's own.
+    certain : a minimum probability that overrides the network's own.
 
     Returns
     -------
-    Of the true instances carried onto the scans' meshes; of the lifted ones that meet a true one
-    at an IoU over .5.
+    The predictions for true instances carried onto the scans' meshes, and for lifted instances that
+    match a true one at an IoU over .5.
     """
     model = model if certain is None else replace(model, certain=certain)
     whole, met = Named(), Named()

@@ -1,1 +1,1 @@
-"""Damaged files for every reader: made, read in a watched process, kept when they break it."""
+"""Fuzzing of every file reader: damage files, read them in a watched process, keep failing ones."""

@@ -1,4 +1,4 @@
-"""Damage: bytes, numbers in text, and values of JSON changed for wrong ones."""
+"""Mutations of a file: changed bytes, changed numbers in text, changed JSON values."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ import copy
 import json
 import random
 import re
+import struct
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-# What a field may be given instead of its value.
+# Wrong values that replace a field's own value.
 WRONG: tuple[Any, ...] = (
     None, True, "", "x", "../../../x", "/etc/passwd", "\x1b[31m[/red]", "a" * 300, -1, 0, 1, 0.5,
     -1.5, 255, 65_536, 2**31 - 1, 2**31, 2**32, 2**63, 2**64, 10**30, 1e20, 1e300, -1e300,
@@ -25,7 +26,7 @@ _EDGES = (0, 1, 2**7, 2**8 - 1, 2**15, 2**16 - 1, 2**31 - 1, 2**31, 2**32 - 1, 2
 
 
 def places(value: Any, way: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """The way to every value within a value of JSON; () is the whole."""
+    """Yield the key path of every value within a JSON value; () is the whole value."""
     yield way
     inner: Any = ()
     if isinstance(value, dict):
@@ -37,7 +38,7 @@ def places(value: Any, way: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
 
 
 def replaced(value: Any, way: tuple[Any, ...], other: Any) -> Any:
-    """A copy of a value of JSON with another value at a place."""
+    """Return a copy of a JSON value with the value at one key path replaced."""
     if not way:
         return other
     result = copy.deepcopy(value)
@@ -51,11 +52,11 @@ def replaced(value: Any, way: tuple[Any, ...], other: Any) -> Any:
 def damaged(
     files: Mapping[str, bytes], others: Sequence[Mapping[str, bytes]], seed: int
 ) -> dict[str, bytes]:
-    """The same files with some damage in one of them; the same for the same seed.
+    """Return the files with damage in one of them; equal seeds give equal damage.
 
     Parameters
     ----------
-    others : files of the same kind, to take parts of.
+    others : files of the same kind; damage may splice in parts of them.
     """
     rng = random.Random(seed)
     result = dict(files)
@@ -72,11 +73,27 @@ def damaged(
 
 
 def _once(data: bytes, other: bytes, rng: random.Random, name: str) -> bytes:
+    if name.endswith(".glb") and rng.random() < 0.7:
+        return _glb(data, rng)
     if name.endswith(".json") and rng.random() < 0.7:
         return _json(data, rng)
     if name.endswith((".toml", ".txt", ".obj", ".json", ".yaml")) and rng.random() < 0.5:
         return _number(data, rng)
     return _bytes(data, other, rng)
+
+
+def _glb(data: bytes, rng: random.Random) -> bytes:
+    """Damage the JSON chunk of a GLB and correct the lengths, so that the damage reaches the JSON
+    parser.
+    """
+    if len(data) < 20:
+        return data
+    (length,) = struct.unpack_from("<I", data, 12)
+    text = _json(data[20 : 20 + length], rng)
+    text += b" " * (-len(text) % 4)
+    rest = data[20 + length :]
+    head = struct.pack("<4sIIII", b"glTF", 2, 20 + len(text) + len(rest), len(text), 0x4E4F534A)
+    return head + text + rest
 
 
 def _json(data: bytes, rng: random.Random) -> bytes:
@@ -86,7 +103,7 @@ def _json(data: bytes, rng: random.Random) -> bytes:
         return data
     way = rng.choice(list(places(value)))
     kind = rng.random()
-    if kind < 0.1:  # what no value of Python gives
+    if kind < 0.1:  # text that json.dumps cannot produce
         text = json.dumps(replaced(value, way, "@@@"))
         odd = rng.choice(
             ("NaN", "1e999", "9" * 5000, "[" * 100_000, '"\\ud800"', "[" * 200 + "]" * 200)

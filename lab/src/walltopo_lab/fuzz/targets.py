@@ -1,4 +1,4 @@
-"""The readers that are given damaged files, and whole files to damage."""
+"""The readers under test, and valid files as seeds for the damage."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ Files = dict[str, bytes]
 
 @dataclass(frozen=True)
 class Target:
-    """One reader.
+    """A reader under test.
 
     Parameters
     ----------
-    make : writes whole files into a folder, several ways; gives the folders.
-    read : reads a folder and uses what it read as the product does.
+    make : writes valid files in several variants, each into its own subfolder.
+    read : reads a folder and uses the content as the product does.
     """
 
     make: Callable[[Path], None]
@@ -45,7 +45,7 @@ def _of(folder: Path) -> Files:
 
 @cache
 def seeds(target: str) -> list[Files]:
-    """Whole files for a target: each a folder that `make` filled."""
+    """Return the valid files of a target, one entry for each folder that `make` filled."""
     with tempfile.TemporaryDirectory() as name:
         root = Path(name)
         TARGETS[target].make(root)
@@ -53,7 +53,7 @@ def seeds(target: str) -> list[Files]:
 
 
 def warm() -> None:
-    """Load what the readers need, so that their memory and time are their own."""
+    """Run every reader once, so that imports do not count as a reader's memory and time."""
     with tempfile.TemporaryDirectory() as name:
         for number, target in enumerate(TARGETS.values()):
             root = Path(name) / str(number)
@@ -112,7 +112,7 @@ def _make_sets(root: Path) -> None:
 
 
 def _read_set(folder: Path) -> object:
-    """As `walltopo dataset convert`, twice."""
+    """Convert a data set as `walltopo dataset convert` does, into two formats."""
     from walltopo_lab.datasets.read import read_dataset, write_dataset
 
     dataset = read_dataset(folder)
@@ -172,7 +172,7 @@ def _make_meshes(root: Path) -> None:
     import trimesh
 
     from walltopo.core import Mesh
-    from walltopo.geometry.ply import write_ply
+    from walltopo.geometry.mesh_files import write_ply
 
     box = trimesh.creation.box()
     mesh = Mesh(np.asarray(box.vertices), np.asarray(box.faces, dtype=np.int32))
@@ -199,7 +199,7 @@ def _mesh_in(folder: Path) -> Path:
 
 
 def _read_meshes(folder: Path) -> object:
-    from walltopo.geometry.ply import read_mesh
+    from walltopo.geometry.mesh_files import read_mesh
 
     return read_mesh(_mesh_in(folder)).areas
 
@@ -250,9 +250,8 @@ def _read_arrays(folder: Path) -> object:
 
 
 def _documents() -> dict[str, Any]:
-    """A whole value of each document of a scan."""
-    from walltopo.scans.attributes import Attributes, Hold, LeftOut, PaletteColour
-    from walltopo.scans.holds import Holds, hold_rows
+    """Return a valid value of each scan document by file name."""
+    from walltopo.scans.holds import Hold, Holds, PaletteColour
     from walltopo.scans.instances import InstanceRecord, InstanceRecords
     from walltopo.scans.photos import Photo, PhotoList, SkippedFile
     from walltopo.scans.pictures import Cutout, CutoutIndex
@@ -260,7 +259,7 @@ def _documents() -> dict[str, Any]:
     from walltopo.scans.scale import Plate, Scale
 
     at = (0.0, 1.0, 2.0)
-    hold = Hold(1, "hold", photos=("a.jpg",))
+    hold = Hold(1, "hold", photos=("a.jpg",), score=0.5, route=1)
     route = Route(
         1,
         "Owl",
@@ -271,12 +270,11 @@ def _documents() -> dict[str, Any]:
     )
     plate = Plate((0, 1, 2, 3), "board 0-3", True, "markers", 1.0, 0.1, 0.2, ("a.jpg",), "", (at,))
     return {
-        "attributes.json": Attributes(
-            palette=(PaletteColour("red", (200, 0, 0)),), instances=(hold,),
-            left_out=(LeftOut(2, "hold", at, 0.1, ("a.jpg",), 0.3, "small"),),
-        ),
         "routes.json": Routes(routes=(route,), unrouted=(2,), volumes=(3,)),
-        "holds.json": Holds(metric=True, holds=hold_rows((hold,), {1: 0.5}, (route,))),
+        "holds.json": Holds(
+            metric=True, palette=(PaletteColour("red", (200, 0, 0)),), holds=(hold,),
+            left_out=(Hold(2, "hold", position=at, photos=("a.jpg",), left_out="small"),),
+        ),
         "instances.json": InstanceRecords(
             classes={"1": "hold"},
             instances=(InstanceRecord(1, 1, "hold", 0.5, {"1": 1.0}, (("a.jpg", 0),), 9),),
@@ -312,14 +310,14 @@ def _read_documents(folder: Path) -> object:
 
 
 def _make_edits(root: Path) -> None:
-    """Write a log with an entry of each kind."""
+    """Write an edit log with one entry of each kind."""
     root.mkdir(exist_ok=True)
     (root / "log").mkdir()
     _log_of_all().save(root / "log" / "edits.json")
 
 
 def _log_of_all() -> EditLog:
-    """An entry of each kind."""
+    """Return an edit log with one entry of each kind."""
     from walltopo.scans import edits as log
 
     at = (0.0, 1.0, 2.0)
@@ -353,14 +351,14 @@ def _read_edits(folder: Path) -> object:
 
 
 def _replayed(log: EditLog) -> object:
-    """A log on a wall of one triangle and one hold."""
+    """Replay a log on a wall of one triangle and one hold, and return the notes."""
     from walltopo.core import Mesh
     from walltopo.editing.replay import replay
     from walltopo.editing.settings import EditSettings
     from walltopo.editing.snapshot import ScanSnapshot
-    from walltopo.scans.attributes import Hold, RawAttributes
-    from walltopo.scans.light import SceneLight
+    from walltopo.scans.holds import Hold, Holds
     from walltopo.scans.photos import PhotoSet
+    from walltopo.scans.pictures import SceneLight
     from walltopo.scans.routes import Route, Routes
 
     corners = np.array([[0, 1, 2], [0.1, 1, 2], [0, 1, 2.1]])
@@ -368,14 +366,12 @@ def _replayed(log: EditLog) -> object:
     wall = ScanSnapshot(
         mesh=Mesh(corners, np.array([[0, 1, 2]], dtype=np.int32)),
         labels=np.array([1], dtype=np.int32),
-        scores={1: 0.5},
-        found=RawAttributes(instances=(Hold(1, "hold", colour="red", position=(0.0, 1.0, 2.0)),)),
+        numbers=frozenset({1}),
+        found=Holds(metric=True, holds=(Hold(1, "hold", colour="red", position=(0.0, 1.0, 2.0)),)),
         routes=Routes(routes=(Route(1, colour="red", holds=(1,)),)),
-        light=SceneLight(none, none, np.zeros(0), none, 0.5, 1.0),
+        light=SceneLight(none, none, none, 0.5, 1.0),
         views=(),
         photos=PhotoSet(Path("photos")),
-        metric=True,
-        unit=1.0,
         settings=EditSettings(),
     )
     return replay(wall, log.edits).notes
@@ -429,7 +425,9 @@ def _make_moves(root: Path) -> None:
 
 
 def _read_moves(folder: Path) -> object:
-    """As the command reads it before it writes the script for pages opened from disk."""
+    """Read moves as the command does before the command writes the script for pages opened from
+    disk.
+    """
     from walltopo.scans.folder import ScanFolder, write_moves
     from walltopo.scans.moves import Moves
 

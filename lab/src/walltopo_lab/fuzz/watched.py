@@ -1,9 +1,9 @@
-"""A process that reads what it is given, watched: a crash, a hang or a defect ends no one else.
+"""A watched child process that reads files, so that a crash or hang leaves the parent alive.
 
     python -m walltopo_lab.fuzz.watched FOLDER
 
-waits for names of targets on its standard input, lets each read the files in FOLDER, and answers
-with a line of JSON. It lives on from file to file and is replaced when it dies.
+waits for target names on standard input, runs each target's reader on FOLDER, and answers with a
+line of JSON. The process serves many files and is replaced after it dies.
 """
 
 from __future__ import annotations
@@ -25,22 +25,22 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-PROBE = "probe"  # runs code.py: what tests of the watch itself give it
+PROBE = "probe"  # runs code.py; the tests of the watch use it
 
-MOST_SECONDS = 10.0  # of the processor: others may keep it busy
-MOST_WAIT = 120.0
-MOST_MEMORY = 2 << 30
+MAX_SECONDS = 10.0  # processor time, because other processes may delay the wall clock
+MAX_WAIT = 120.0
+MAX_MEMORY = 2 << 30
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a target made of files.
+    """The result of a target's reader on some files.
 
     Parameters
     ----------
-    kind : "read", "refused" (an error meant for people), or a find: "defect", "crash",
-        "hang", "memory".
-    text : the message, or where the defect is.
+    kind : "read", "refused" (an error meant for users), or a finding: "defect", "crash", "hang",
+        "memory".
+    text : the message, or the location of the defect.
     """
 
     kind: str
@@ -48,12 +48,12 @@ class Outcome:
 
     @property
     def bad(self) -> bool:
-        """Whether it is a find."""
+        """Return whether the outcome is a finding."""
         return self.kind not in ("read", "refused")
 
 
 class Watched:
-    """The process; `read` hands it files."""
+    """The child process; `read` passes files to it."""
 
     def __init__(self) -> None:
         base = "/dev/shm" if Path("/dev/shm").is_dir() else None
@@ -73,7 +73,9 @@ class Watched:
         shutil.rmtree(self._root, ignore_errors=True)
 
     def read(self, target: str, files: Mapping[str, bytes]) -> Outcome:
-        """Let a target read files, given by their names in a folder of their own."""
+        """Write the files into an empty folder, run a target's reader on them, and return the
+        outcome.
+        """
         folder = self._root / "in"
         shutil.rmtree(folder, ignore_errors=True)
         for name, data in files.items():
@@ -98,10 +100,10 @@ class Watched:
         assert child.stdout is not None
         began, used = time.monotonic(), _processor_seconds(child.pid)
         while not select.select([child.stdout], [], [], 0.5)[0]:
-            slow = _processor_seconds(child.pid) - used > MOST_SECONDS
-            if slow or time.monotonic() - began > MOST_WAIT:
+            slow = _processor_seconds(child.pid) - used > MAX_SECONDS
+            if slow or time.monotonic() - began > MAX_WAIT:
                 self._end()
-                return Outcome("hang", f"over {MOST_SECONDS:.0f} s")
+                return Outcome("hang", f"over {MAX_SECONDS:.0f} s")
         line = child.stdout.readline()
         if line:
             answer: dict[str, Any] = json.loads(line)
@@ -134,7 +136,7 @@ def _processor_seconds(pid: int) -> float:
 
 
 def _ran_out(error: BaseException | None) -> bool:
-    """Whether memory ran out on the way to an error, however it is told."""
+    """Return whether any error in the chain reports exhausted memory."""
     while error is not None:
         if isinstance(error, MemoryError):
             return True
@@ -164,14 +166,14 @@ def _try(target: str, folder: Path) -> Outcome:
 
 
 def _serve(folder: Path) -> None:
-    """Answer until standard input ends."""
+    """Answer requests until standard input ends."""
     from walltopo_lab.fuzz.targets import warm
 
     answers = os.fdopen(os.dup(1), "w")
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # libraries print there
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # libraries print to descriptor 1
     warm()
     pages = int(Path("/proc/self/statm").read_text().split()[0])
-    most = pages * os.sysconf("SC_PAGE_SIZE") + MOST_MEMORY
+    most = pages * os.sysconf("SC_PAGE_SIZE") + MAX_MEMORY
     resource.setrlimit(resource.RLIMIT_AS, (most, most))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     print("ready", file=answers, flush=True)

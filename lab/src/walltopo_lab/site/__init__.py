@@ -1,1 +1,1 @@
-"""The documentation as a site: pages that only it has, and what `zensical` builds from."""
+"""The documentation site: its additional pages and the input folder of `zensical`."""

@@ -1,4 +1,4 @@
-"""The page of the command line: every command and every option, from the parsers themselves."""
+"""The page of the command line: every command and option, generated from the parsers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Every command and every option, as `--help` tells them. Exit codes are the same 
 def leaves(
     parser: argparse.ArgumentParser, words: tuple[str, ...] = ()
 ) -> Iterator[tuple[str, argparse.ArgumentParser]]:
-    """Each command that does something, by its words, with the parser that reads it."""
+    """Yield each executable command by its words, with its parser."""
     below = [a for a in parser._actions if isinstance(a, argparse._SubParsersAction)]
     if not below:
         yield " ".join(words), parser
@@ -24,13 +24,13 @@ def leaves(
         inner: argparse.ArgumentParser
         for name, inner in (action.choices or {}).items():
             yield from leaves(getattr(inner, "_detector", inner), (*words, name))
-            # `train classifier` is read by a parser of its own, chosen by its first word.
+            # `train classifier` has its own parser, which its first word selects.
             for word, other in getattr(inner, "_others", {}).items():
                 yield " ".join((*words, name, word)), other
 
 
 def commands_page() -> str:
-    """The page, in Markdown."""
+    """Return the page in Markdown."""
     from walltopo.cli import EXIT_CODES, build_parser
 
     lines = [_HEAD, "```text", EXIT_CODES.rstrip(), "```", ""]
@@ -64,7 +64,7 @@ def _command(parser: argparse.ArgumentParser) -> list[str]:
 
 
 def _name(action: argparse.Action) -> str:
-    """The option with its value, or the argument."""
+    """Return the option with its value, or the argument."""
     value = action.metavar or "|".join(str(choice) for choice in action.choices or ())
     shown = " ".join(value) if isinstance(value, tuple) else value
     if not action.option_strings:
@@ -79,7 +79,7 @@ def _help(action: argparse.Action, parser: argparse.ArgumentParser) -> str:
 
 
 def _cell(text: str) -> str:
-    """Help text within a table: nothing in it is Markdown."""
+    """Return help text escaped for a Markdown table cell."""
     plain = " ".join(text.split())
     for sign in ("\\", "|", "*", "_", "<", "[", "`"):
         plain = plain.replace(sign, f"\\{sign}")

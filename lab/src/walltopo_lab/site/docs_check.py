@@ -1,4 +1,4 @@
-"""`make docs-check`: what the pages say against the code, the tests and the records.
+"""`make docs-check`: check the documentation against the code, the tests and the records.
 
     python -m walltopo_lab.site.docs_check
 
@@ -19,11 +19,14 @@ from walltopo_lab.benchmarks.figures import complaints, pages
 from walltopo_lab.benchmarks.results import RESULTS, Part, Record
 from walltopo_lab.benchmarks.tables import PARTS
 from walltopo_lab.benchmarks.tables_page import write_page
+from walltopo_lab.site import wire
 
 ROOT = Path(__file__).parents[4]
 DOCS = ROOT / "docs"
-# Page, the folders of its tests, and the least number of promises.
+# Page to the folders of its tests and the minimum number of promises.
 PROMISES = {"security.md": (("tests", "viewer/tests"), 15), "gym-security.md": (("gym/tests",), 25)}
+MAX_WORDS = 35_000
+GENERATED = {"settings.md", "results.md", "bad-input.md"}
 
 
 def _read(path: Path) -> str:
@@ -102,12 +105,12 @@ def promises() -> Iterator[str]:
             if f"def {test}(" not in tests:
                 yield f"{name}: {test}: no such test"
         for check in sorted(set(re.findall(r'"([^"]+)" in Chromium', page))):
-            if f'async "{check}"' not in tests:
+            if f'test("{check}"' not in tests:
                 yield f"{name}: {check!r}: no such browser check"
 
 
 def figures() -> Iterator[str]:
-    """Check that every figure of a page stands in a record, and every record on a page."""
+    """Check that every figure of a page is in a record, and that every record is on a page."""
     listed = pages(ROOT)
     for page in listed:
         yield from (f"{page.name}: {line}" for line in complaints(page, ROOT))
@@ -122,6 +125,17 @@ def figures() -> Iterator[str]:
             yield f"{path.name}: on no page"
 
 
+def length() -> Iterator[str]:
+    """Check that the pages have at most `MAX_WORDS` words, without generated tables."""
+    total = 0
+    for page in DOCS.rglob("*.md"):
+        if page.name not in GENERATED:
+            text = re.sub(r"<!-- figures:.*?<!-- /figures -->", "", _read(page), flags=re.S)
+            total += len(re.sub(r"\]\([^)\"]*(\"[^\"]*\")?\)", "]", text).split())
+    if total > MAX_WORDS:
+        yield f"docs: {total} words, at most {MAX_WORDS} are wanted: shorten before you add"
+
+
 def generated() -> Iterator[str]:
     """Check that the generated pages are current."""
     if _read(DOCS / "settings.md") != settings_markdown():
@@ -134,14 +148,15 @@ def generated() -> Iterator[str]:
             yield "results.md: not current; run `make docs`"
     page = _read(DOCS / "scan-folder.md")
     kept = {path.name for path in (DOCS / "schemas").iterdir()}
-    if kept != set(map(schema_name, SCHEMAS)):
-        yield "schemas: other files than the scan folder's; run `make docs`"
+    if kept != {*map(schema_name, SCHEMAS), wire.SCHEMA.name}:
+        yield "schemas: other files than the scan folder's and the viewer's; run `make docs`"
     for file in SCHEMAS:
         name = schema_name(file)
         if name in kept and _read(DOCS / "schemas" / name) != schema_text(file):
             yield f"schemas/{name}: not current; run `make docs`"
         if f"(schemas/{name})" not in page:
             yield f"scan-folder.md: does not link schemas/{name}"
+    yield from wire.complaints()
 
 
 CHECKS: tuple[Callable[[], Iterator[str]], ...] = (
@@ -150,12 +165,13 @@ CHECKS: tuple[Callable[[], Iterator[str]], ...] = (
     publication,
     promises,
     figures,
+    length,
     generated,
 )
 
 
 def main() -> int:
-    """Print all faults; the exit code."""
+    """Print all faults and return the exit code."""
     faults = [fault for check in CHECKS for fault in check()]
     for fault in faults:
         sys.stderr.write(f"{fault}\n")

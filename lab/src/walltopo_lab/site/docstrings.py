@@ -1,10 +1,10 @@
-"""Our docstrings as the API reference wants them: a griffe extension, named in `zensical.toml`.
+"""Conversion of our docstrings for the API reference: a griffe extension, named in `zensical.toml`.
 
-Types stand in the signatures, so a docstring says what a parameter means on the same line:
+Signatures contain the types, so a docstring describes a parameter on the same line:
 
     faces : (F, 3) int32, corners of the triangles.
 
-NumPy's own style has the type there and the meaning below it.
+NumPy's own style has the type there and the description below it.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from typing import Any
 from griffe import Extension, Object
 
 _SECTION = re.compile(r"^(Parameters|Raises|Returns|Attributes)\n-+\n", re.MULTILINE)
-# Not numpydoc's `name : type` with an indented text below.
+# Our one-line form, unlike numpydoc's `name : type` with an indented description below.
 _ENTRY = re.compile(r"^([A-Za-z_*][\w*.]*(?:, [\w*.]+)*) : (.+)$")
 
 
 def as_numpy(text: str) -> str:
-    """The docstring with every meaning on a line of its own, indented.
+    """Return the docstring with every description on an indented line of its own.
 
     >>> print(as_numpy("Parameters\\n----------\\na : first.\\nb, c : the others; d : more."))
     Parameters
@@ -41,7 +41,7 @@ def as_numpy(text: str) -> str:
 
 
 class OneLine(Extension):
-    """Turns the docstring of every object before it is parsed."""
+    """Griffe extension that converts the docstring of every object before it is parsed."""
 
     def on_object(self, *, obj: Object, **kwargs: Any) -> None:
         if obj.docstring is not None:

@@ -3,7 +3,7 @@
     python -m walltopo_lab.site.film SCAN PICTURES docs/pictures/film.webp
 
 SCAN is a finished scan; PICTURES has `whole.jpg`, `route.jpg` and `phone-route.jpg` of its page
-(`make film` takes them). An animated WebP is shown wherever a picture is.
+(`make film` takes them). An animated WebP plays wherever an image is shown.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from walltopo.core import Camera, InputError, View
-from walltopo.geometry.ply import read_mesh
+from walltopo.geometry.mesh_files import read_mesh
 from walltopo.geometry.zbuffer import render_ids
 from walltopo.images.files import read_rgb
 from walltopo.scans.colmap_model import read_views
@@ -29,22 +29,22 @@ from walltopo.scans.instances import InstanceTable
 Picture = Image.Image
 
 SIZE = (720, 450)
-RATE = 10  # pictures a second
-MOST_BYTES = 3_000_000
+RATE = 10  # frames per second
+MAX_BYTES = 3_000_000
 QUALITIES = (70, 60, 50, 40, 30)
 GROUND = (238, 240, 244)
 GREY = (150, 152, 156)
-# A swing of the camera while the mesh is shown.
+# Camera swing while the mesh is shown.
 SWING_DEG = 22.0
 SWING_PICTURES = 24
 
 
 def film(scan: ScanFolder, pictures: Path, out: Path) -> int:
-    """Write the film; its size in bytes.
+    """Write the film and return its size in bytes.
 
     Raises
     ------
-    InputError : it is larger than 3 MB even at the lowest quality.
+    InputError : the film is larger than 3 MB even at the lowest quality.
     """
     scenes = [
         _titled(_photos(scan), "photos of a phone"),
@@ -60,26 +60,26 @@ def film(scan: ScanFolder, pictures: Path, out: Path) -> int:
 
 
 def write_film(frames: Sequence[Picture], out: Path, rate: int = RATE) -> int:
-    """Write pictures as an animated WebP that loops, `rate` of them a second; its size in bytes.
+    """Write frames as a looping animated WebP of `rate` frames per second; return its bytes.
 
     Raises
     ------
-    InputError : it is larger than 3 MB even at the lowest quality.
+    InputError : the film is larger than 3 MB even at the lowest quality.
     """
     for quality in QUALITIES:
-        # Each picture is told by what has changed: most of it stands still.
+        # Store only the changes of each frame, because most of it is static.
         frames[0].save(
             out, save_all=True, append_images=list(frames[1:]), duration=1000 // rate, loop=0,
             quality=quality, method=4, minimize_size=True,
         )  # fmt: skip
         size = out.stat().st_size
-        if size <= MOST_BYTES:
+        if size <= MAX_BYTES:
             return size
-    raise InputError(f"{out}: {size} bytes, over {MOST_BYTES}", "Show fewer pictures.")
+    raise InputError(f"{out}: {size} bytes, over {MAX_BYTES}", "Show fewer pictures.")
 
 
 def _photos(scan: ScanFolder) -> Iterator[Picture]:
-    """The photos come one by one, as a sheet."""
+    """Yield frames in which the photos appear one by one on a contact sheet."""
     files = sorted(scan.photos.iterdir())[:20]
     columns = 5
     width, height = SIZE[0] // columns, SIZE[1] // -(-len(files) // columns)
@@ -93,7 +93,7 @@ def _photos(scan: ScanFolder) -> Iterator[Picture]:
 
 
 def _meshes(scan: ScanFolder, *, coloured: bool) -> Iterator[Picture]:
-    """The mesh as a camera sees it that swings before it, grey or with holds in their colours."""
+    """Yield the mesh from a swinging camera, in grey or with coloured holds."""
     mesh = read_mesh(scan.mesh)
     colour = np.tile(np.array(GREY, np.float64), (len(mesh.faces), 1))
     if coloured:
@@ -110,9 +110,9 @@ def _meshes(scan: ScanFolder, *, coloured: bool) -> Iterator[Picture]:
 
 
 def _front(views: Sequence[View]) -> View:
-    """The photo that stands most in the middle, in the film's shape and twice its size."""
+    """Return the most central camera pose, with the film's aspect ratio and twice its size."""
     centres = np.array([view.centre for view in views])
-    # From where most is seen: far from the wall, and not to one side.
+    # The pose that shows most: far from the wall, and not to one side.
     far = (centres - centres.mean(axis=0)) @ -np.mean([view.direction for view in views], axis=0)
     aside = np.linalg.norm(centres - np.median(centres, axis=0), axis=1)
     chosen = views[int(np.argmax(far - 0.5 * aside))]
@@ -123,7 +123,7 @@ def _front(views: Sequence[View]) -> View:
 
 
 def _turned(view: View, turn_deg: float) -> View:
-    """The camera on a circle about the upright axis through what it looks at, 2.5 m ahead."""
+    """Return the camera rotated about the vertical axis through its target, 2.5 m ahead."""
     turn = np.radians(turn_deg)
     about = np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
     target = view.centre + 2.5 * view.direction
@@ -134,7 +134,7 @@ def _turned(view: View, turn_deg: float) -> View:
 
 
 def _masks(scan: ScanFolder) -> Iterator[Picture]:
-    """The photo with the most masks; they come one after the other."""
+    """Yield the photo with the most masks, which appear one by one."""
     found = Detections.load(scan.detections)
     name = max(found.masks, key=lambda photo: len(found.masks[photo]))
     photo = read_rgb(scan.photos / name).astype(np.float64)
@@ -153,12 +153,12 @@ def _masks(scan: ScanFolder) -> Iterator[Picture]:
 
 
 def _shown(file: Path) -> Iterator[Picture]:
-    """A picture for a second and a half."""
+    """Yield a picture for 1.5 seconds."""
     yield from [_fitted(Image.fromarray(read_rgb(file)))] * (RATE * 3 // 2)
 
 
 def _fitted(picture: Picture) -> Picture:
-    """The picture whole, in the middle of the film's."""
+    """Return the whole picture, scaled to the film's size and centred."""
     scale = min(SIZE[0] / picture.width, SIZE[1] / picture.height)
     small = picture.resize((round(picture.width * scale), round(picture.height * scale)))
     ground = Image.new("RGB", SIZE, GROUND)
@@ -167,7 +167,7 @@ def _fitted(picture: Picture) -> Picture:
 
 
 def _titled(scene: Iterable[Picture], title: str) -> Iterator[Picture]:
-    """Each picture with the scene's name in its lower left corner."""
+    """Yield each frame with the scene's title in its lower left corner."""
     font = ImageFont.load_default(size=20)
     for picture in scene:
         shown = picture.copy()

@@ -3,7 +3,7 @@
     python -m walltopo_lab.site.moves_film LEFT RIGHT docs/pictures/moves.webp
 
 LEFT and RIGHT are folders of pictures that `viewer/tests/moves.mjs` took (`make film` does both).
-Who is at the top first waits there for the other.
+The first climber to reach the top waits there for the other.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from PIL import Image
 from walltopo.images.files import read_rgb
 from walltopo_lab.site.film import write_film
 
-RATE = 5  # pictures a second, as many as moves.mjs takes of a second of the climb
+RATE = 5  # frames per second, the rate at which moves.mjs captures the climb
 
 
 def beside(left: Path, right: Path) -> list[Image.Image]:
-    """The pictures of two folders, by name, each pair side by side."""
+    """Return the frames of two folders, sorted by name, pairwise side by side."""
     sides = [[read_rgb(file) for file in sorted(folder.glob("*.png"))] for folder in (left, right)]
     pairs = zip_longest(*sides)
     last = [side[-1] for side in sides]

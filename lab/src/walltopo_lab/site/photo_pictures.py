@@ -2,7 +2,7 @@
 
     python -m walltopo_lab.site.photo_pictures examples/demo-photos docs/pictures/setter
 
-What spoils a photo is done to a good one here: a hand that moves, too little light, too near.
+Each fault is applied to a good photo: motion blur, too little light, too close.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Photo = NDArray[np.uint8]
 
 WIDTH = 480
 QUALITY = 80
-# Of the twenty demo photos: one that shows the plate, three steps along the wall.
+# Names of demo photos: one with the scale plate, three steps along the wall.
 PLATE = "IMG_0017.jpg"
 STEPS = ("IMG_0003.jpg", "IMG_0005.jpg", "IMG_0006.jpg")
 GOOD = "IMG_0012.jpg"
@@ -61,14 +61,14 @@ def _sized(photo: Photo, width: int) -> Photo:
 
 
 def _moved(photo: Photo) -> Photo:
-    """The hand moved along a line while the shutter was open."""
+    """Return the photo with motion blur along a line, as from a moving hand."""
     length = WIDTH // 32
     path = np.eye(length, dtype=np.float32) / length
     return np.asarray(cv2.filter2D(photo, -1, path), np.uint8)
 
 
 def _dim(photo: Photo) -> Photo:
-    """A twentieth of the light, and the sensor's noise."""
+    """Return the photo at a twentieth of the light, with sensor noise."""
     rng = np.random.default_rng(0)
     light = linear_from_srgb8(photo) / 20.0
     light += rng.normal(0.0, 0.004, light.shape)
@@ -76,7 +76,7 @@ def _dim(photo: Photo) -> Photo:
 
 
 def _near(photo: Photo) -> Photo:
-    """Two holds fill the picture: nothing says where on the wall they are."""
+    """Return a close-up of two holds, which shows no position on the wall."""
     height, width = photo.shape[:2]
     part = photo[height // 2 : height * 3 // 4, width // 4 : width // 2]
     return _sized(part, WIDTH)

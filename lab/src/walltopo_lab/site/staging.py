@@ -1,9 +1,9 @@
-"""What the site is built from: the pages of `docs/`, those beside the code, and generated ones.
+"""Build the input folder of the site: pages of `docs/`, pages beside the code, generated pages.
 
     python -m walltopo_lab.site.staging build/site
 
-Pages stay where people read them in the repository; in the site they stand together. So links that
-lead out of `docs/` are turned to the page's place in the site. A link to a file that has none is an
+Pages keep their places in the repository; in the site they are in one folder. Links that
+lead out of `docs/` are therefore converted. A link to a file that is not in the site is an
 error.
 """
 
@@ -22,7 +22,7 @@ from pathlib import Path
 from walltopo.core import InputError
 from walltopo_lab.site.commands import commands_page
 
-# Pages beside the code, and their names in the site.
+# Pages outside `docs/`, and their names in the site.
 ELSEWHERE = {
     "CONTRIBUTING.md": "contributing.md",
     "CHANGELOG.md": "changelog.md",
@@ -33,9 +33,9 @@ ELSEWHERE = {
     "gym/deploy/README.md": "deploy.md",
     "viewer/README.md": "component.md",
 }
-# What the repository's first page is there, the site's own first page is here.
+# The repository's README maps to the site's own start page.
 ALSO = {"README.md": "index.md"}
-# Not pages: files that pages show or offer.
+# Files that pages show or offer for download.
 FILES = {
     "src/walltopo/publish/page/viewer.js": "demo/viewer.js",
     "LICENSE": "LICENSE.txt",
@@ -45,16 +45,16 @@ FENCE = re.compile(r"^```.*?^```", re.DOTALL | re.MULTILINE)
 
 
 def stage(root: Path, out: Path) -> None:
-    """Put everything together.
+    """Assemble the input folder of the site generator.
 
     Parameters
     ----------
     root : the checkout.
-    out : a folder that is ours; what lay there goes.
+    out : the output folder; its previous content is deleted.
 
     Raises
     ------
-    InputError : a page leads to a file of the checkout that is not in the site.
+    InputError : a page links to a file of the checkout that is not in the site.
     """
     shutil.rmtree(out, ignore_errors=True)
     shutil.copytree(root / "docs", out)
@@ -69,11 +69,11 @@ def stage(root: Path, out: Path) -> None:
             text = (root / source).read_text(encoding="utf-8")
             (out / name).write_text(_turned(text, source, name, site), encoding="utf-8")
     (out / "commands.md").write_text(commands_page(), encoding="utf-8")
-    (out / "gym-settings.md").write_text(_said("gym", "settings", "--markdown"), encoding="utf-8")
+    (out / "gym-settings.md").write_text(_output("gym", "settings", "--markdown"), encoding="utf-8")
 
 
 def _turned(text: str, source: str, name: str, site: dict[str, str]) -> str:
-    """The page with its links as they are in the site."""
+    """Return the page with its links converted to paths in the site."""
 
     def turn(found: re.Match[str]) -> str:
         target = os.path.normpath(os.path.join(os.path.dirname(source), found[1]))
@@ -89,14 +89,14 @@ def _turned(text: str, source: str, name: str, site: dict[str, str]) -> str:
     return "".join(LINK.sub(turn, part) + fence for part, fence in zip(parts, fences, strict=True))
 
 
-def _said(*words: str) -> str:
-    """What a command of `walltopo` prints."""
+def _output(*words: str) -> str:
+    """Return the output of a `walltopo` command."""
     from walltopo.cli import main as walltopo
 
-    with contextlib.redirect_stdout(io.StringIO()) as told:
+    with contextlib.redirect_stdout(io.StringIO()) as output:
         if walltopo(list(words)) != 0:
             raise InputError(f"`walltopo {' '.join(words)}` failed")
-    return told.getvalue()
+    return output.getvalue()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -1,8 +1,8 @@
 """Procedural gyms with exact ground truth.
 
-`make_gym(settings, seed)` builds one, `render_gym(gym, out, photos, seed)` photographs it into
-a folder with its truth, `generate(out, recipe)` does both and resumes, `tiny(out)` makes the
-smallest one for tests. Names are imported when used; this module itself is light.
+`make_gym(settings, seed)` builds a gym. `render_gym(gym, out, photos, seed)` photographs it into a
+folder with its truth. `generate(out, recipe)` does both and resumes. `tiny(out)` makes the smallest
+gym for tests. Names are imported on first use, so this module is light.
 """
 
 from __future__ import annotations

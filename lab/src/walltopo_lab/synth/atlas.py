@@ -1,4 +1,4 @@
-"""All facets' bitmaps in one array with three coarser copies each, ready for the shader."""
+"""One array of all facets' bitmaps with three coarser copies each, for the shader."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ LEVELS = 4
 
 @dataclass(frozen=True, eq=False)
 class Atlas:
-    """Bitmaps of the facets.
+    """The bitmaps of the facets.
 
     Parameters
     ----------
     texels : (N, 3) uint8 sRGB, all bitmaps row after row.
-    levels : (K, LEVELS, 3) int64: offset into `texels`, width, height; each half the former.
+    levels : (K, LEVELS, 3) int64: offset into `texels`, width, height; each level halves the size.
     charts : (K, 12) float64: origin, u, v (world, metres), low u, low v, texel size.
     """
 
@@ -31,7 +31,7 @@ class Atlas:
 
 
 def build_atlas(facets: Sequence[Facet], work: PaintWork, seed: int) -> Atlas:
-    """Paint every facet; facet k is painted from its own random stream (seed, k)."""
+    """Paint every facet; facet k has its own random stream (seed, k)."""
     import cv2
 
     pieces: list[NDArray[np.uint8]] = []

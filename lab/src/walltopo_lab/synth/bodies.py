@@ -1,4 +1,4 @@
-"""The nouns of a generated gym: bodies, facets, instances, the gym itself."""
+"""The data types of a generated gym: bodies, facets, instances."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Body:
     vertices : (V, 3) float64, metres; the wall's surface is z = 0.
     faces : (F, 3) int32, counter-clockwise from outside.
     normals : (V, 3) float64, unit.
-    chalk : (V,) float32 in [0, 1], how much a hand rubs there.
+    chalk : (V,) float32 in [0, 1], how much hands rub that place.
     gloss : (V,) float32 in [0, 1], 1 = the slick part of a dual texture.
     steel : (V,) float32 in [0, 1], 1 = the bolt.
     radius : half of the largest extent in the wall's plane, metres.
@@ -35,18 +35,21 @@ class Body:
     radius: float
 
 
+PRINTS = ("plate", "sticker")  # kinds of facets whose axes follow their edges
+
+
 @dataclass(frozen=True, eq=False)
 class Facet:
-    """A plane polygon with a painted bitmap: a piece of wall, volume, floor or building.
+    """A painted plane polygon: a piece of wall, volume, floor or building.
 
     Parameters
     ----------
     corners : (3 or 4, 3) float64 world, counter-clockwise seen from outside.
-    kind : what is painted on it: wall, fin, volume, dome (a patch of a round volume), floor, plate,
-        concrete, ceiling.
-    instance : id of the volume it belongs to, 0 = none.
+    kind : selects the painter: wall, fin, volume, dome (a patch of a round volume), floor, plate,
+        sticker, concrete, ceiling.
+    instance : id of the facet's volume, 0 = none.
     texel : size of a texel, metres.
-    style : free number that its painter understands (colour number, plate number).
+    style : number with a painter-specific meaning (colour, plate or sticker number).
     """
 
     corners: Floats
@@ -57,22 +60,22 @@ class Facet:
 
     @cached_property
     def frame(self) -> tuple[Floats, Floats, Floats]:
-        """Unit u (level, to the right seen from outside), v (up the facet), n (outward)."""
+        """Return unit u (level, to the right seen from outside), v (up the facet), n (outward)."""
         a, b, c = self.corners[:3]
         normal = np.cross(b - a, c - a)
-        if self.kind == "plate":  # the print follows the plate's own edges
+        if self.kind in PRINTS:  # align the axes with the print, which follows the plate's edges
             u, n = (b - a) / np.linalg.norm(b - a), normal / np.linalg.norm(normal)
             return u, np.cross(n, u), n
         return frame_of(normal)
 
     def chart(self, points: Floats) -> Floats:
-        """(..., 2) metres in the facet's plane of world points (..., 3), origin corner 0."""
+        """Return (..., 2) chart coordinates of world points (..., 3): metres from corner 0."""
         u, v, _ = self.frame
         relative = points - self.corners[0]
         return np.stack([relative @ u, relative @ v], axis=-1)
 
     def inside(self, point: Floats) -> float:
-        """Distance of a point in the plane to the nearest edge, negative outside; metres."""
+        """Return the distance from a point in the plane to the nearest edge; m, < 0 outside."""
         uv = self.chart(self.corners)
         p = self.chart(point)
         edges = np.roll(uv, -1, axis=0) - uv
@@ -82,12 +85,12 @@ class Facet:
         return float((cross / lengths).min())
 
     def carries(self, point: Floats) -> bool:
-        """Whether a point lies on the facet (within 5 cm of its plane)."""
+        """Return whether a point lies on the facet (within 5 cm of its plane)."""
         return abs((point - self.corners[0]) @ self.frame[2]) < 0.05 and self.inside(point) > 0
 
 
 def frame_of(normal: Floats) -> tuple[Floats, Floats, Floats]:
-    """Right-handed unit (u, v, n) with u level; for a level plane u = x."""
+    """Return a right-handed unit frame (u, v, n) with u level; for a level plane u = x."""
     n = normal / np.linalg.norm(normal)
     u = np.cross([0.0, 0.0, 1.0], n)
     length = np.linalg.norm(u)
@@ -97,7 +100,7 @@ def frame_of(normal: Floats) -> tuple[Floats, Floats, Floats]:
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """Where a body is bolted: world_from_body rotation (3, 3) and origin (3,), metres."""
+    """The pose of a bolted body: world_from_body rotation (3, 3) and origin (3,), metres."""
 
     rotation: Floats
     origin: Floats
@@ -105,17 +108,17 @@ class Placement:
 
 @dataclass(frozen=True, eq=False)
 class GymInstance:
-    """One object of the truth, as in `scene.json`.
+    """One instance of the truth, as in `scene.json`.
 
     Parameters
     ----------
     id : >= 1, the value in `face_instance`.
     label : class name, hold or volume.
     kind : jug, crimp, sloper, pinch, pocket, foot or volume.
-    colour : its colour's name.
+    colour : name of the colour.
     rgb : (3,) albedo in sRGB, 0..1.
-    route : >= 0; -1 belongs to every route (volume); -2 to none (downclimb jug).
-    position, normal : (3,) world, metres: where it is mounted and the wall's outward normal.
+    route : >= 0; -1 = every route (volume); -2 = no route (downclimb jug).
+    position, normal : (3,) world, metres: the mounting point and the wall's outward normal.
     role : hold, foot, start, top, volume or downclimb.
     """
 

@@ -15,7 +15,7 @@ Image = NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False)
 class Canvas:
-    """A facet being painted.
+    """The bitmap of a facet during painting.
 
     Parameters
     ----------
@@ -29,14 +29,14 @@ class Canvas:
     texel: float
 
     def pixels(self, uv: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Image coordinates (x, y) of chart coordinates in metres."""
+        """Return image coordinates (x, y) of chart coordinates in metres."""
         return np.asarray((uv - self.low) / self.texel)
 
 
 def noise_image(
     shape: tuple[int, int], cell: tuple[float, float], rng: np.random.Generator
 ) -> Image:
-    """Smooth noise of unit spread; `cell` is the size of a bump (rows, columns) in texels."""
+    """Return smooth noise of unit spread; `cell` is the bump size (rows, columns) in texels."""
     import cv2
 
     rows, columns = (
@@ -49,7 +49,7 @@ def noise_image(
 
 
 def speckle(canvas: Canvas, rng: np.random.Generator, fine: float, coarse: float) -> None:
-    """Roller texture, stains and unevenness at sizes from a texel to half a metre."""
+    """Add roller texture, stains and unevenness at sizes from a texel to half a metre."""
     shape = canvas.image.shape[:2]
     per_metre = 1.0 / canvas.texel
     field = fine * noise_image(shape, (1.0, 1.0), rng)
@@ -61,7 +61,7 @@ def speckle(canvas: Canvas, rng: np.random.Generator, fine: float, coarse: float
 
 
 def plywood(canvas: Canvas, rng: np.random.Generator, tone: tuple[float, float, float]) -> None:
-    """Veneer: growth rings cut lengthwise, pores, boards of different tone."""
+    """Paint veneer: growth rings cut lengthwise, pores, boards of different tone."""
     h, w = canvas.image.shape[:2]
     warp = noise_image((h, w), (0.35 / canvas.texel, 1.2 / canvas.texel), rng) * 0.13
     v = (np.arange(h, dtype=np.float32) * canvas.texel)[:, None] + warp
@@ -83,7 +83,7 @@ def dots(canvas: Canvas, uv: NDArray[np.float64], radius: float, colour: float) 
 
 
 def seams(canvas: Canvas, rng: np.random.Generator) -> None:
-    """Edges of the plywood sheets (1.22 x 2.44 m) and the screws along them."""
+    """Draw the edges of the plywood sheets (1.22 x 2.44 m) and the screws along them."""
     import cv2
 
     h, w = canvas.image.shape[:2]
@@ -111,7 +111,7 @@ def strokes(
     blur: float,
     strength: float,
 ) -> None:
-    """Smears at random: shoe rubber (dark) or chalk (light)."""
+    """Draw random smears: shoe rubber (dark) or chalk (light)."""
     import cv2
 
     h, w = canvas.image.shape[:2]
@@ -144,7 +144,7 @@ def strokes(
 
 
 def letters(canvas: Canvas, rng: np.random.Generator) -> None:
-    """A word in paint, as gyms write their name on the wall (here: letters at random)."""
+    """Paint a word of random letters, because many gyms paint their name on the wall."""
     import cv2
 
     h, w = canvas.image.shape[:2]

@@ -1,4 +1,4 @@
-"""From linear light to the phone's JPEG: exposure, white balance, blur, noise, tone, EXIF."""
+"""Development of linear light to a phone JPEG: exposure, white balance, blur, noise, tone, EXIF."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from walltopo_lab.synth.params import PhotoSettings
 
 @dataclass(frozen=True)
 class Exposure:
-    """What the phone chose for one photo.
+    """The exposure of one photo.
 
     Parameters
     ----------
-    gain : factor on linear light before the meter's own.
+    gain : factor on linear light, besides the meter's own.
     balance : (r, g, b) factors.
     blur : (x, y) half length of the hand's motion in pixels.
     noise : spread of the sensor's noise at mid grey, linear.
@@ -31,7 +31,7 @@ class Exposure:
 
 
 def draw_exposure(settings: PhotoSettings, dim: float, rng: np.random.Generator) -> Exposure:
-    """Random but plausible; darker halls (`dim` < 1) give more noise."""
+    """Draw a random, plausible exposure; darker halls (`dim` < 1) give more noise."""
     warm, tint = rng.normal(0, 0.025), rng.normal(0, 0.012)
     angle, length = rng.uniform(0, 2 * np.pi), abs(rng.normal(0, settings.blur_px))
     return Exposure(
@@ -60,10 +60,10 @@ def _motion(image: NDArray[np.float32], blur: tuple[float, float]) -> NDArray[np
 def develop(
     linear: NDArray[np.float32], exposure: Exposure, rng: np.random.Generator
 ) -> NDArray[np.uint8]:
-    """(H, W, 3) uint8 sRGB of linear radiance (H, W, 3).
+    """Return (H, W, 3) uint8 sRGB of linear radiance (H, W, 3).
 
-    The meter brings the mean of the brighter half near mid grey, as phones do, but corrects
-    only two thirds of the way, so that dark halls stay dark.
+    As phones do, the meter brings the mean of the brighter half near mid grey. It corrects only two
+    thirds of the way, so that dark halls stay dark.
     """
     bright = float(np.percentile(linear[::8, ::8].mean(axis=2), 70)) + 1e-4
     gain = (0.36 / bright) ** 0.67 * exposure.gain * 1.15
@@ -78,7 +78,7 @@ def develop(
 
 
 def write_photo(path: Path, pixels: NDArray[np.uint8], settings: PhotoSettings) -> None:
-    """JPEG with the EXIF a phone writes about its lens (nothing personal)."""
+    """Write a JPEG with a phone's EXIF about its lens (nothing personal)."""
     from PIL import Image
     from PIL.TiffImagePlugin import IFDRational
 

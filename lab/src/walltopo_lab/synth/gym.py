@@ -1,4 +1,4 @@
-"""A gym from a seed: walls, volumes, routes, measures, bitmaps and light put together."""
+"""Construction of a gym from a seed: walls, volumes, routes, scale plates, bitmaps and light."""
 
 from __future__ import annotations
 
@@ -18,18 +18,19 @@ from walltopo_lab.synth.mesh import Surface, merge_surface
 from walltopo_lab.synth.paint import PaintWork
 from walltopo_lab.synth.params import GymSettings
 from walltopo_lab.synth.setter import MakeHold, SetWall, set_downclimbs, set_routes
+from walltopo_lab.synth.stickers import place_stickers
 from walltopo_lab.synth.tnuts import sockets_of
 from walltopo_lab.synth.tracer import Tracer
 from walltopo_lab.synth.volumes import place_volumes, volume_footprint
 from walltopo_lab.synth.wall import build_hall, build_wall
 
-_LAMP_REACH = 12.0  # m; a lamp farther away adds a hundredth of the light of the nearest
+_LAMP_REACH = 12.0  # m; a lamp farther away adds a hundredth of the nearest lamp's light
 RESET_PARTS = ("all", "left", "middle", "right")
 
 
 @dataclass(frozen=True)
 class Reset:
-    """Routes of a part of the wall replaced by others.
+    """A reset: the routes on a part of the wall, replaced by new ones.
 
     Parameters
     ----------
@@ -47,7 +48,7 @@ class Reset:
             )
 
     def interval(self, low: float, high: float) -> tuple[float, float]:
-        """The x interval that is reset."""
+        """Return the x interval of the reset."""
         third = (high - low) / 3
         middle = (low + high) / 2
         return {
@@ -60,16 +61,16 @@ class Reset:
 
 @dataclass(frozen=True, eq=False)
 class Gym:
-    """A built gym, ready to be photographed.
+    """A complete gym, ready to be photographed.
 
     Parameters
     ----------
-    sections : each wall with its measures in its own frame, and where it stands.
+    sections : each wall with its scale plates in its own frame, and its position in the hall.
     facets : wall facets first, then volumes, plates and the hall.
     wall : the walls' facets alone.
-    plates : the measures' facets.
+    plates : the scale plates' facets.
     instances : volumes, then holds; ids are unique but may have gaps after a reset.
-    tags : the start tags as they were drawn.
+    tags : the start tags as drawn.
     """
 
     settings: GymSettings
@@ -109,7 +110,7 @@ def _set_wall(
     wall: SetWall, settings: GymSettings, seed: int, number: int, reset: Reset | None,
     make: MakeHold,
 ) -> None:  # fmt: skip
-    """All routes; after a reset those of a part are taken off and others set."""
+    """Set all routes; for a reset, remove those of its part and set new ones."""
     x = wall.sockets.points[:, 0]
     span = (float(x.min()), float(x.max()))
     rng = np.random.default_rng([seed, 3, number])
@@ -130,13 +131,13 @@ def _set_wall(
 
 @dataclass(frozen=True, eq=False)
 class SetUp:
-    """A gym before bitmaps and light: what is built and bolted where.
+    """A gym before bitmaps and light: walls, plates, volumes and holds.
 
     Parameters
     ----------
-    sections : each wall with its measures in its own frame, and where it stands.
-    wall, plates : facets of the walls and of the measures.
-    facets : all facets: wall, volumes, plates (of one wall after the other), hall.
+    sections : each wall with its scale plates in its own frame, and its position in the hall.
+    wall, plates : facets of the walls and of the scale plates.
+    facets : all facets: wall, volumes, plates (wall by wall), then the hall.
     volumes, holds : the instances.
     """
 
@@ -155,7 +156,7 @@ class SetUp:
 def set_up(
     settings: GymSettings, seed: int, reset: Reset | None = None, make_hold: MakeHold | None = None
 ) -> SetUp:
-    """Build the walls, screw on volumes, set routes, lay measures out; see `make_gym`."""
+    """Build the walls, add volumes, set routes and place the scale plates; see `make_gym`."""
     make = make_hold or _procedural(settings)
     if settings.walls == 1:
         built = _one_wall(settings, seed, 0, range(settings.plates), reset, make)
@@ -172,8 +173,9 @@ def _one_wall(
     settings: GymSettings, seed: int, number: int, plate_numbers: Sequence[int],
     reset: Reset | None, make: MakeHold,
 ) -> SetUp:  # fmt: skip
-    """One wall, set, in its own frame and without a hall around it."""
-    # A trailing 0 leaves a seed as it is: the first wall of a hall is the gym of that seed.
+    """Return one complete wall in its own frame, without a hall around it."""
+    # A trailing 0 leaves a seed unchanged, so a hall's first wall equals the single-wall gym of
+    # that seed.
     wall = build_wall(settings, np.random.default_rng([seed, 1, number]))
     volume_facets, volumes = place_volumes(wall, settings, np.random.default_rng([seed, 2, number]))
     hosts = [*wall, *volume_facets]
@@ -184,11 +186,15 @@ def _one_wall(
     _set_wall(set_wall, settings, seed, number, reset, make)
     plates = place_plates(wall, plate_numbers, np.random.default_rng([seed, 6, number]))
     section = Section(wall, plates, None)
-    return SetUp([section], wall, plates, [*hosts, *plates], volumes, set_wall.holds)
+    chance = np.random.default_rng([seed, 12, number])
+    codes = range(number * settings.stickers, (number + 1) * settings.stickers)
+    stickers = place_stickers(wall, set_wall.holds, codes, chance)
+    facets = [*hosts, *plates, *stickers]
+    return SetUp([section], wall, plates, facets, volumes, set_wall.holds)
 
 
 def _around_a_floor(settings: GymSettings, seed: int, make: MakeHold) -> SetUp:
-    """The walls of a hall, ids and routes counted on from wall to wall."""
+    """Return the walls of a hall; ids and route numbers continue from wall to wall."""
     spread = [number * settings.walls // settings.plates for number in range(settings.plates)]
     built = [
         _one_wall(settings, seed, k, [p for p, at in enumerate(spread) if at == k], None, make)
@@ -220,7 +226,7 @@ def _put_up(hall: SetUp, one: SetUp, stand: Stand, ids: int, routes: int) -> Non
 
 
 def _lamps(sections: Sequence[Section], settings: GymSettings, seed: int) -> Lamps:
-    """The lamps of all walls; their colour is that of the first wall's."""
+    """Return the lamps of all walls, in the first wall's lamp colour."""
     hung = [
         hang_lamps(section.wall, settings, np.random.default_rng([seed, 7, number]))
         for number, section in enumerate(sections)
@@ -247,8 +253,8 @@ def make_gym(
     settings : see `GymSettings` and `gym_preset`.
     seed : >= 0; decides everything that varies.
     reset : replace the routes of a part of the wall; wall, volumes and light stay.
-    make_hold : where holds come from; procedural ones by default.
-    progress : told what is going on.
+    make_hold : source of holds; procedural by default.
+    progress : receives the steps.
     """
     progress = progress or Silent()
     progress.step("building the gym")

@@ -1,8 +1,8 @@
-"""Several walls around a floor, each built in a frame of its own: where they stand.
+"""The layout of several walls around a floor, each built in its own frame.
 
-A wall's own frame is that of `wall.build_wall`: it begins at the origin, runs along x, faces -y. In
-the hall the walls stand on the sides of a regular polygon, in the order in which one walks along
-them with the wall on the left, a gap between each and the next.
+A wall's own frame is that of `wall.build_wall`: it begins at the origin, runs along x and faces -y.
+In the hall the walls stand on the sides of a regular polygon with a gap between neighbours. They
+follow the order of a walk with the wall on the left.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from walltopo_lab.synth.params import GymSettings
 Floats = NDArray[np.float64]
 
 _GAP = 1.0  # m between two walls, along the side of the polygon
-_LEAST_ROOM = 5.5  # m from a wall to the hall's middle: room to photograph it from
+_MIN_ROOM = 5.5  # m from a wall to the hall's middle: room to photograph it from
 _FLOOR = 7.0  # m of mats in front of a wall
 
 
 @dataclass(frozen=True, eq=False)
 class Stand:
-    """Where a wall stands.
+    """The position of a wall in the hall.
 
     Parameters
     ----------
@@ -40,22 +40,22 @@ class Stand:
 
     @property
     def joint(self) -> Floats:
-        """(3,) on the floor half way to the next wall, in this wall's frame."""
+        """Return the (3,) floor point half way to the next wall, in this wall's frame."""
         return self.middle + np.array([self._half_width(0.0), -self.middle[1], 0.0])
 
     def _half_width(self, y: float) -> float:
-        """Half of the room that this wall has beside the others, at a `y` of its frame."""
+        """Return half the width of this wall's bay at a `y` of its frame."""
         return float((y - self.middle[1]) * np.tan(self.half_turn))
 
     def across(self, y: float) -> tuple[float, float]:
-        """The x interval of that room."""
+        """Return the x interval of this wall's bay at a `y` of its frame."""
         half = self._half_width(y)
         return float(self.middle[0]) - half, float(self.middle[0]) + half
 
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """A wall and the measures before it, in the wall's own frame; `stand` : None if it is alone."""
+    """A wall and its scale plates in the wall's own frame; `stand` is None for a single wall."""
 
     wall: list[Facet]
     plates: list[Facet]
@@ -67,14 +67,14 @@ class Section:
 
 
 def alone() -> Similarity:
-    """The hall's frame of a gym of one wall: that wall's own."""
+    """Return the identity: the hall's frame of a single-wall gym is that wall's own."""
     return Similarity(1.0, np.eye(3), np.zeros(3))
 
 
 def ring(walls: int, width: float) -> list[Stand]:
-    """Where `walls` (4 or more) walls of `width` metres stand; the middle is the hall's origin."""
+    """Return the stands of `walls` (4 or more) walls of `width` metres around the hall's origin."""
     half_turn = np.pi / walls
-    room = max((width + _GAP) / 2 / np.tan(half_turn), _LEAST_ROOM)
+    room = max((width + _GAP) / 2 / np.tan(half_turn), _MIN_ROOM)
     middle = np.array([width / 2, -room, 0.0])
     stands = []
     for number in range(walls):
@@ -85,12 +85,12 @@ def ring(walls: int, width: float) -> list[Stand]:
 
 
 def bay(stand: Stand, settings: GymSettings, back: float, style: int) -> list[Facet]:
-    """Mats before a wall, concrete behind it and the ceiling, up to the bays beside it.
+    """Return mats before a wall, concrete behind it and the ceiling, up to the neighbouring bays.
 
     Parameters
     ----------
     back : y of the concrete in the wall's frame.
-    style : of the concrete.
+    style : style of the concrete.
 
     Returns
     -------
@@ -110,13 +110,13 @@ def bay(stand: Stand, settings: GymSettings, back: float, style: int) -> list[Fa
 
 
 def moved_facet(facet: Facet, move: Similarity, ids: int = 0) -> Facet:
-    """A facet in another frame; the id of its volume, if it is of one, raised by `ids`."""
+    """Return a facet in another frame, with the id of its volume, if any, raised by `ids`."""
     instance = facet.instance + ids if facet.instance else 0
     return replace(facet, corners=move.apply(facet.corners), instance=instance)
 
 
 def moved_instance(item: GymInstance, move: Similarity, ids: int, routes: int) -> GymInstance:
-    """An instance in another frame, its id and the number of its route, if any, raised."""
+    """Return an instance in another frame, with its id and its route number, if any, raised."""
     placement = item.placement
     if placement is not None:
         placement = Placement(move.rotation @ placement.rotation, move.apply(placement.origin))
@@ -131,6 +131,6 @@ def moved_instance(item: GymInstance, move: Similarity, ids: int, routes: int) -
 
 
 def moved_pose(cam_from_wall: Floats, move: Similarity) -> Floats:
-    """(3, 4) cam_from_hall of a (3, 4) cam_from_wall."""
+    """Return the (3, 4) cam_from_hall of a (3, 4) cam_from_wall."""
     rotation = cam_from_wall[:, :3] @ move.rotation.T
     return np.column_stack([rotation, cam_from_wall[:, 3] - rotation @ move.translation])

@@ -1,4 +1,4 @@
-"""Holds: each type modelled as a signed-distance field and meshed, in a maker's style."""
+"""Procedural holds: each type is a signed-distance field, meshed in a maker's style."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Field = NDArray[np.float32]
 HOLD_KINDS = ("jug", "crimp", "sloper", "pinch", "pocket", "foot")
 STYLES = ("organic", "stone", "faceted", "smooth", "ribbed", "prism")
 
-# Width, height, depth of a middling hold of each type, metres, and the spread of its size.
+# Width, height, depth of an average hold of each type, metres, and the spread of its size.
 SIZES = {
     "jug": (0.17, 0.125, 0.085, 0.30),
     "crimp": (0.125, 0.05, 0.033, 0.30),
@@ -37,7 +37,7 @@ SIZES = {
 
 @dataclass(frozen=True, eq=False)
 class _Draft:
-    """A hold while it is modelled: its field, and where hands go (1) or not (0)."""
+    """A hold during modelling: its (warped) grid points, its size and its random generator."""
 
     points: Field
     size: tuple[float, float, float]
@@ -74,8 +74,8 @@ def _sloper(d: _Draft) -> Field:
     if d.rng.random() < 0.5:
         return ellipsoid(d.points, (0, 0, -0.1 * z), (w / 2, h / 2, 1.1 * z))
     ball = ellipsoid(d.points, (0, -0.05 * h, -0.4 * z), (w / 2, 0.55 * h, 1.4 * z))
-    shelf = half_space(d.points, (0, 0.75, 0.65), 0.62 * z + 0.03 * h)
-    return cap(ball, shelf, 0.35 * z)
+    ledge = half_space(d.points, (0, 0.75, 0.65), 0.62 * z + 0.03 * h)
+    return cap(ball, ledge, 0.35 * z)
 
 
 def _pinch(d: _Draft) -> Field:
@@ -120,7 +120,7 @@ _KINDS: dict[str, Callable[[_Draft], Field]] = {
 
 
 def _style(field: Field, d: _Draft, style: str) -> Field:
-    """The maker's hand: lumps, stone, planes, ribs or nothing."""
+    """Apply the maker's style: lumps, stone, planes, ribs or nothing."""
     w, h, z = d.size
     big = (w + h) / 2
     if style in ("organic", "stone"):
@@ -152,7 +152,7 @@ def _style(field: Field, d: _Draft, style: str) -> Field:
 
 
 def _grid(size: tuple[float, float, float], voxel: float) -> tuple[Field, Field]:
-    """Grid points (X, Y, Z, 3) around a hold and the grid's origin (3,)."""
+    """Return grid points (X, Y, Z, 3) around a hold and the grid's origin (3,)."""
     w, h, z = size
     margin = 3 * voxel + 0.16 * max(w, h)
     low = np.array([-w / 2 - margin, -h / 2 - margin, -2.5 * voxel], np.float32)
@@ -163,7 +163,7 @@ def _grid(size: tuple[float, float, float], voxel: float) -> tuple[Field, Field]
 
 
 def _warp(points: Field, size: tuple[float, float, float], rng: np.random.Generator) -> Field:
-    """Bend, taper and shear space a little, so that no two holds have one outline."""
+    """Bend, taper and shear space slightly, so that no two holds share an outline."""
     w, h, _ = size
     bend, taper, shear = rng.normal(0, (0.22, 0.16, 0.12))
     x, y = points[..., 0] / np.float32(w), points[..., 1] / np.float32(h)
@@ -177,15 +177,15 @@ def _warp(points: Field, size: tuple[float, float, float], rng: np.random.Genera
 def make_hold(
     kind: str, style: str, rng: np.random.Generator, scale: float = 1.0, detail: float = 1.0
 ) -> Body:
-    """One hold.
+    """Return one procedural hold.
 
     Parameters
     ----------
     kind : one of `HOLD_KINDS`.
     style : one of `STYLES`, the maker's family of shapes.
-    rng : decides everything that varies.
-    scale : size against real holds.
-    detail : 1 gives triangles of 2 to 8 mm, 2 half as large.
+    rng : random generator of all variation.
+    scale : size relative to real holds.
+    detail : 1 gives triangles of 2 to 8 mm, 2 gives half that size.
     """
     from skimage.measure import marching_cubes
 
@@ -198,7 +198,7 @@ def make_hold(
     draft = _Draft(_warp(points, size, rng), size, rng)
     field = _style(_KINDS[kind](draft), draft, style)
     field, bolt = _bolt(field, draft, kind)
-    # The back lies a little in the wall, so that no light shows under the hold.
+    # Sink the back slightly into the wall, so that no light shows under the hold.
     field = np.maximum(field, -points[..., 2] - np.float32(0.8 * voxel))
     field[0], field[-1], field[:, 0], field[:, -1] = 1, 1, 1, 1
     field[:, :, 0] = np.maximum(field[:, :, 0], np.float32(0.3 * voxel))
@@ -225,7 +225,7 @@ def _finish(
     bolt: tuple[float, float, float, float],
     rng: np.random.Generator,
 ) -> Body:
-    """Orient the triangles and say where chalk, gloss and steel are."""
+    """Orient the triangles and compute chalk, gloss and steel at the vertices."""
     h = size[1]
     keep, triangles = _largest_piece(len(vertices), faces.astype(np.int32))
     points = vertices[keep].astype(np.float64)
@@ -251,7 +251,7 @@ def _finish(
 
 
 def _smooth_normals(unit: NDArray[np.float64], slopes: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Normals of the field where they agree with the mesh's: without the grid's facets."""
+    """Return the mesh normals blended with the field's slopes, which lack the grid's facets."""
     toward = np.sign((unit * slopes).sum(axis=1, keepdims=True))
     mixed = unit + 3.0 * toward * slopes
     return np.asarray(mixed / np.maximum(np.linalg.norm(mixed, axis=1, keepdims=True), 1e-12))
@@ -260,7 +260,7 @@ def _smooth_normals(unit: NDArray[np.float64], slopes: NDArray[np.float32]) -> N
 def _largest_piece(
     count: int, triangles: NDArray[np.int32]
 ) -> tuple[NDArray[np.bool_], NDArray[np.int32]]:
-    """Which vertices to keep, and the triangles on them, without the crumbs that bores cut off."""
+    """Return the vertices to keep and their triangles, without fragments that bores cut off."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -278,7 +278,7 @@ def _largest_piece(
 def vertex_normals(
     points: NDArray[np.float64], triangles: NDArray[np.int32]
 ) -> NDArray[np.float64]:
-    """(V, 3) area-weighted unit normals; z where the triangles have no area or cancel out."""
+    """Return (V, 3) area-weighted unit normals; z if the triangles have no area or cancel out."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     cross = np.cross(b - a, c - a)
     summed = np.stack(

@@ -20,7 +20,7 @@ _REACH = 1.6  # metres beyond which surroundings no longer occlude the hall's gl
 
 @dataclass(frozen=True, eq=False)
 class Lamps:
-    """Panels of light under the ceiling, facing down.
+    """Light panels under the ceiling, facing down.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ class Lamps:
     half : half sizes of a panel in x and y, metres.
     power : (L,) brightness.
     rgb : (3,) colour, linear.
-    glow : brightness of the hall around.
+    glow : brightness of the surrounding hall.
     """
 
     centres: Floats
@@ -38,7 +38,7 @@ class Lamps:
     glow: float
 
     def near(self, points: Floats, reach: float) -> Lamps:
-        """Those within `reach` metres of the box around points (n, 3), over the floor."""
+        """Return the lamps within `reach` metres (in x and y) of the box around points (n, 3)."""
         low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
         beyond = np.maximum(np.maximum(low - self.centres[:, :2], self.centres[:, :2] - high), 0.0)
         close = np.linalg.norm(beyond, axis=1) <= reach
@@ -47,12 +47,12 @@ class Lamps:
 
 @dataclass(frozen=True, eq=False)
 class Baked:
-    """Light at the vertices.
+    """The light at the vertices.
 
     Parameters
     ----------
-    irradiance : (V, 3) float32, linear RGB; a white matt surface shows this radiance.
-    towards : (V, 3) float32, mean direction the light comes from; shorter = more diffuse.
+    irradiance : (V, 3) float32, linear RGB; equals the radiance of a white matt surface.
+    towards : (V, 3) float32, mean direction towards the light; shorter = more diffuse.
     """
 
     irradiance: Singles
@@ -60,7 +60,7 @@ class Baked:
 
 
 def hang_lamps(wall: Sequence[Facet], settings: GymSettings, rng: np.random.Generator) -> Lamps:
-    """Lamps in a row in front of the wall's top; they do not depend on what is set on it."""
+    """Return a row of lamps in front of the wall's top, independent of its routes."""
     corners = np.concatenate([facet.corners for facet in wall])
     low, high = corners.min(axis=0), corners.max(axis=0)
     x = np.linspace(low[0], high[0], settings.lamps + 2)[1:-1]
@@ -74,7 +74,7 @@ def hang_lamps(wall: Sequence[Facet], settings: GymSettings, rng: np.random.Gene
 
 
 def _r2(count: int, shift: Floats) -> Floats:
-    """(n, count, 2) low-discrepancy points in the unit square, shifted per row."""
+    """Return (n, count, 2) low-discrepancy points in the unit square, shifted per row."""
     golden = 1.32471795724474602596
     base = np.arange(1, count + 1)[:, None] * np.array([1 / golden, 1 / golden**2])
     return np.asarray((base[None] + shift[:, None]) % 1.0)
@@ -96,8 +96,11 @@ def bake(
     rays: int = 32,
     lamp_rays: int = 6,
 ) -> Baked:
-    """Light all vertices, in blocks; `rays` to the hall and `lamp_rays` to each lamp that is within
-    `reach` metres of the block."""
+    """Return the light at all vertices, computed in blocks.
+
+    Each vertex gets `rays` rays to the hall and `lamp_rays` to each lamp within `reach` metres of
+    its block.
+    """
     count = len(surface.vertices)
     light = np.zeros((count, 3), np.float32)
     towards = np.zeros((count, 3), np.float32)
@@ -121,7 +124,7 @@ def bake(
 
 
 def _glow(tracer: Tracer, p: Floats, n: Floats, shift: Floats, rays: int) -> tuple[Floats, Floats]:
-    """Light from the hall: bright above, mats below, dim where something is near."""
+    """Return light from the hall and its mean direction: bright above, dim near other surfaces."""
     u, v = _tangents(n)
     square = _r2(rays, shift)
     radius, angle = np.sqrt(square[..., 0]), 2 * np.pi * square[..., 1]
@@ -140,7 +143,7 @@ def _glow(tracer: Tracer, p: Floats, n: Floats, shift: Floats, rays: int) -> tup
 def _direct(
     tracer: Tracer, p: Floats, n: Floats, shift: Floats, lamps: Lamps, rays: int
 ) -> tuple[Floats, Floats]:
-    """Light from the lamps, each sampled at `rays` points."""
+    """Return light from the lamps and its direction, each lamp sampled at `rays` points."""
     total, way = np.zeros(len(p)), np.zeros((len(p), 3))
     for lamp, (centre, power) in enumerate(zip(lamps.centres, lamps.power, strict=True)):
         square = _r2(rays, (shift + 0.37 * lamp) % 1.0) * 2 - 1
@@ -165,7 +168,7 @@ def _direct(
 
 
 def _smooth(surface: Surface, values: Singles, rounds: int = 2) -> Singles:
-    """Average over the neighbours along edges: takes the grain off the sampled light."""
+    """Average over the neighbours along edges, to remove the grain of the sampled light."""
     from scipy.sparse import coo_array, diags_array
 
     faces, count = surface.faces, len(surface.vertices)

@@ -1,4 +1,4 @@
-"""What climbers and setters leave on the wall: chalk and rubber around holds, tags, T-nuts."""
+"""Marks of climbers and setters on the wall: chalk and rubber around holds, tags, T-nuts."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def chalk_halo(
     canvas: Canvas, facet: Facet, holds: Sequence[GymInstance], amount: float,
     rng: np.random.Generator,
 ) -> None:  # fmt: skip
-    """Chalk and rubber around the holds: hands brush above them, feet scrape below."""
+    """Paint chalk and rubber around the holds: hands brush above them, feet scrape below."""
     import cv2
 
     h, w = canvas.image.shape[:2]
@@ -72,7 +72,7 @@ def _patch(
 
 
 def _share_on(facet: Facet, middle: Floats, right: Floats, up: Floats) -> float:
-    """Share of a sheet's area that lies within a facet."""
+    """Return the share of a sheet's area that lies within a facet."""
     steps = np.linspace(-0.95, 0.95, 9)
     points = (middle + x * right + y * up for x in steps for y in steps)
     return float(np.mean([facet.inside(point) > 0 for point in points]))
@@ -80,14 +80,14 @@ def _share_on(facet: Facet, middle: Floats, right: Floats, up: Floats) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Tag:
-    """A start tag as it was drawn.
+    """A start tag as drawn.
 
     Parameters
     ----------
-    hold, route : the start hold it was put beside, and that hold's route.
-    position : (3,) world, its middle; normal : (3,) unit, of the wall under it.
-    right, up : (3,) world, metres, half of its width and of its height.
-    shown : share of its area that lies on the wall's facet; the rest was cut off at the edge.
+    hold, route : the start hold beside the tag, and that hold's route.
+    position : (3,) world, centre of the tag; normal : (3,) unit, of the wall under it.
+    right, up : (3,) world, metres, half of the tag's width and height.
+    shown : share of the tag's area on the wall's facet; the facet's edge cuts the rest off.
     """
 
     hold: int
@@ -102,13 +102,13 @@ class Tag:
 def tags(
     canvas: Canvas, facet: Facet, holds: Sequence[GymInstance], rng: np.random.Generator
 ) -> list[Tag]:
-    """Paper tags beside the holds a route starts at: a band in its colour, two lines of text.
+    """Draw paper tags beside the start holds: a band in the route's colour, two lines of text.
 
-    The paper is white: a dark one with light text now and then reads as an ArUco marker.
+    The paper is white, because a dark tag with light text occasionally decodes as an ArUco marker.
 
     Returns
     -------
-    What was drawn. A later tag may cover an earlier one, and the facet's edge may cut one.
+    The drawn tags. A later tag may cover an earlier one, and the facet's edge may cut one.
     """
     drawn = []
     for hold in holds:

@@ -1,4 +1,4 @@
-"""The measure: a plate of four ArUco markers that lies on the floor and gives metres."""
+"""The scale plate: four ArUco markers on the floor that give metres."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ PLATE_SIDE = 0.42
 MARKER_SIDE = 0.15
 MARKER_EDGE = 0.02
 PLATE_TEXEL = 0.001
-_LIFT = 0.004  # the plate's thickness
+_LIFT = 0.004  # thickness of the plate
 
 
 def plate_image(number: int) -> NDArray[np.uint8]:
-    """(420, 420) grey print of plate `number`, one texel a millimetre, row 0 at the top.
+    """Return the (420, 420) grey print of plate `number`, one texel a millimetre, row 0 at the top.
 
     Ids 4n (top left), 4n+1 (top right), 4n+2 (bottom right), 4n+3 (bottom left).
     """
@@ -38,7 +38,7 @@ def plate_image(number: int) -> NDArray[np.uint8]:
 def place_plates(
     wall: list[Facet], numbers: Sequence[int], rng: np.random.Generator
 ) -> list[Facet]:
-    """Plates of these numbers on the mats, spread along the wall, one metre or so before it."""
+    """Return plates with the given numbers, spread on the mats about 1 m before the wall."""
     points = np.concatenate([f.corners for f in wall])
     width = points[:, 0].max() - points[:, 0].min()
     plates = []
@@ -58,5 +58,5 @@ def place_plates(
 
 
 def plate_record(plate: Facet) -> dict[str, Any]:
-    """The entry of `scene.json`: number and corners in metres."""
+    """Return the plate's entry in `scene.json`: number and corners in metres."""
     return {"plate": plate.style, "corners_bl_br_tr_tl": plate.corners.tolist()}

@@ -1,4 +1,4 @@
-"""All surfaces of a gym as one triangle mesh with what shading needs at its vertices."""
+"""One triangle mesh of all surfaces of a gym, with the shader's vertex attributes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Surface:
     faces : (F, 3) int32.
     normals : (V, 3) float32, unit.
     face_instance : (F,) int32, 0 = none.
-    face_facet : (F,) int32, the plane facet a face belongs to, -1 = a hold.
+    face_facet : (F,) int32, the plane facet of each face, -1 = a hold.
     own : (V, 3) float32, coordinates in the hold's own frame, metres (0 on facets).
     marks : (V, 3) float32, chalk, gloss and steel in 0..1 (0 on facets).
     """
@@ -74,12 +74,12 @@ def _grid_triangle(corners: Floats, n: int) -> tuple[Floats, NDArray[np.int32]]:
     return points, faces.astype(np.int32)
 
 
-# Surfaces that no one measures need fewer triangles.
+# Surfaces outside the evaluation need fewer triangles.
 _CELL_FACTOR = {"floor": 4.0, "concrete": 12.0, "ceiling": 16.0, "plate": 3.0}
 
 
 def merge_surface(facets: Sequence[Facet], holds: Sequence[GymInstance], cell: float) -> Surface:
-    """Facets first, then the holds in order."""
+    """Return the merged surface: facets first, then the holds in order."""
     parts: list[tuple[Floats, NDArray[np.int32], Floats, int, int, Floats, Singles]] = []
     for number, facet in enumerate(facets):
         factor = _CELL_FACTOR.get(facet.kind, 1.0)

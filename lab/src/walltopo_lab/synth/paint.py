@@ -1,4 +1,4 @@
-"""What is painted on each kind of plane surface: panels, volumes, mats, building, measure."""
+"""Painters for each kind of plane surface: panels, volumes, mats, building, scale plate."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from walltopo_lab.synth.bodies import Facet, GymInstance
+from walltopo_lab.synth.bodies import PRINTS, Facet, GymInstance
 from walltopo_lab.synth.brush import Canvas, letters, plywood, seams, speckle, strokes
 from walltopo_lab.synth.marks import Tag, chalk_halo, tags, tnut_holes
 from walltopo_lab.synth.measure import plate_image
 from walltopo_lab.synth.params import GymSettings
+from walltopo_lab.synth.stickers import sticker_image
 
-# Two or three paints a gym, sRGB; the first is the commonest.
+# Paints of each gym, sRGB; the first is the most frequent.
 _SCHEMES = (
     ((0.80, 0.77, 0.70), (0.70, 0.44, 0.30), (0.29, 0.37, 0.52)),
     ((0.63, 0.64, 0.66), (0.33, 0.35, 0.38), (0.80, 0.79, 0.76)),
@@ -26,7 +27,7 @@ _SCHEMES = (
 def _shapes(
     canvas: Canvas, rng: np.random.Generator, scheme: Sequence[tuple[float, float, float]]
 ) -> None:
-    """One paint, and on some facets a second along a slanting line."""
+    """Paint one colour, and on some facets a second beyond a slanting line."""
     h, w = canvas.image.shape[:2]
     first = int(rng.choice(len(scheme), p=(0.62, 0.2, 0.18)))
     canvas.image[...] = np.array(scheme[first], np.float32) * rng.uniform(0.96, 1.03)
@@ -58,7 +59,7 @@ def _wall(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generato
     strokes(canvas, rng, int(area * 5 * settings.chalk), 0.93, (0.04, 0.2), 0.008, 0.7)
     here = [hold for hold in work.holds if facet.carries(hold.position)]
     tnut_holes(canvas, facet, rng)
-    # Last what depends on the routes, so that a reset leaves the rest as it was.
+    # Draw route-dependent marks last, so that a reset leaves the rest unchanged.
     chalk_halo(canvas, facet, here, 0.9 * settings.chalk, rng)
     work.tags.extend(tags(canvas, facet, here, rng))
 
@@ -79,7 +80,7 @@ def _volume(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Genera
 
 
 def _dome(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generator) -> None:
-    """A patch of a round volume: gelcoat, with shoe rubber and chalk on some patches."""
+    """Paint a patch of a round volume: gelcoat, with shoe rubber and chalk on some patches."""
     canvas.image[...] = np.array(work.volumes[facet.instance].rgb, np.float32)
     speckle(canvas, rng, 0.03, 0.02)
     patch = canvas.image.shape[0] * canvas.image.shape[1] * canvas.texel**2
@@ -91,7 +92,7 @@ def _dome(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generato
 
 
 def _floor(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generator) -> None:
-    """Mats of vinyl, 2 x 1 m, with seams; footprints and chalk."""
+    """Paint vinyl mats of 2 x 1 m with seams, footprints and chalk."""
     import cv2
 
     h, w = canvas.image.shape[:2]
@@ -145,16 +146,17 @@ def _plate(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generat
     import cv2
 
     h, w = canvas.image.shape[:2]
-    print_ = plate_image(facet.style)[::-1].astype(np.float32) / 255  # row 0 is the lowest v
+    image = plate_image if facet.kind == "plate" else sticker_image
+    print_ = image(facet.style)[::-1].astype(np.float32) / 255  # row 0 is the lowest v
     resized = cv2.resize(print_, (w, h), interpolation=cv2.INTER_NEAREST)
     canvas.image[...] = resized[..., None]
 
 
 @dataclass(frozen=True, eq=False)
 class PaintWork:
-    """What painters may look at: settings, colour scheme, what is bolted where.
+    """The painters' input: settings, colour scheme, and the holds and volumes.
 
-    `tags` is what they add to: the start tags that were drawn.
+    `tags` is an output: painters append the start tags that they draw.
     """
 
     settings: GymSettings
@@ -173,13 +175,14 @@ _PAINTERS: dict[str, Callable[[Canvas, Facet, PaintWork, np.random.Generator], N
     "concrete": _concrete,
     "ceiling": _ceiling,
     "plate": _plate,
+    "sticker": _plate,
 }
 
 
 def paint_facet(facet: Facet, work: PaintWork, rng: np.random.Generator) -> Canvas:
-    """The bitmap of one facet, clipped to 0..1."""
+    """Return the bitmap of one facet, clipped to 0..1."""
     uv = facet.chart(facet.corners)
-    margin = 0 if facet.kind == "plate" else facet.texel
+    margin = 0 if facet.kind in PRINTS else facet.texel
     low, high = uv.min(axis=0) - margin, uv.max(axis=0) + margin
     size = np.maximum(np.round((high - low) / facet.texel).astype(int), 1)
     image = np.zeros((size[1], size[0], 3), np.float32)

@@ -1,4 +1,4 @@
-"""Colours of holds: names as setters use them, sRGB albedo."""
+"""Colours of holds: setters' names and sRGB albedo."""
 
 from __future__ import annotations
 
@@ -31,12 +31,21 @@ PALETTES: dict[str, dict[str, RGB]] = {
         "purple": (0.33, 0.21, 0.40),
         "brown": (0.36, 0.24, 0.16),
     },
-    # what is hard to tell from a painted wall, and white and black beside it
+    # colours close to a painted wall's, with white and black beside them
     "plain": {
         "white": (0.86, 0.86, 0.84),
         "grey": (0.62, 0.63, 0.65),
         "black": (0.09, 0.09, 0.095),
         "beige": (0.74, 0.68, 0.58),
         "slate": (0.34, 0.36, 0.39),
+    },
+    # white, grey and black routes together, with three clear colours
+    "neutral": {
+        "white": (0.87, 0.87, 0.85),
+        "grey": (0.50, 0.50, 0.51),
+        "black": (0.08, 0.08, 0.085),
+        "red": (0.78, 0.09, 0.10),
+        "yellow": (0.93, 0.77, 0.08),
+        "blue": (0.08, 0.33, 0.76),
     },
 }

@@ -7,12 +7,14 @@ from typing import Annotated, Any, Literal
 
 from walltopo.core import SettingsError, about, check_settings
 
+MAX_STICKERS = 587  # codes of the stickers' dictionary
+
 
 @dataclass(frozen=True)
 class GymSettings:
-    """What is built: the walls, their light and what is set on them.
+    """Parameters of a gym: the walls, their light, and the routes.
 
-    Lengths and counts are those of one wall; `plates` are those of all.
+    Lengths and counts apply to one wall; `plates` counts those of all walls.
     """
 
     walls: Annotated[
@@ -54,7 +56,9 @@ class GymSettings:
     ] = 12
     footholds: Annotated[float, about("footholds per hold of a route", low=0, high=2)] = 0.35
     downclimb: Annotated[int, about("grey jugs to climb down", low=0, high=40)] = 3
-    colours: Annotated[Literal["vivid", "faded", "plain"], about("palette of the holds")] = "vivid"
+    colours: Annotated[
+        Literal["vivid", "faded", "plain", "neutral"], about("palette of the holds")
+    ] = "vivid"
     hold_scale: Annotated[
         float, about("size of the holds against real ones", low=0.4, high=2.5)
     ] = 1.0
@@ -67,6 +71,7 @@ class GymSettings:
     light: Annotated[float, about("brightness of the hall", low=0.05, high=3)] = 1.0
     warmth: Annotated[float, about("0 = daylight lamps, 1 = sodium yellow", low=0, high=1)] = 0.3
     plates: Annotated[int, about("measures on the floor", low=0, high=12)] = 1
+    stickers: Annotated[int, about("stickers on the wall", low=0, high=100)] = 0
     cell: Annotated[float, about("size of the wall's triangles", unit="m", low=0.008, high=0.2)] = (
         0.025
     )
@@ -76,6 +81,11 @@ class GymSettings:
         check_settings(self, "synth")
         if 1 < self.walls < 4:
             raise SettingsError(f"synth.walls: expected 1, or 4 and more, got {self.walls}")
+        if self.walls * self.stickers > MAX_STICKERS:
+            raise SettingsError(
+                f"synth: {self.walls} walls with {self.stickers} stickers, but there are "
+                f"{MAX_STICKERS} codes"
+            )
         if self.overhang_min_deg > self.overhang_max_deg:
             raise SettingsError(
                 "synth.overhang_min_deg: expected at most overhang_max_deg = "
@@ -90,7 +100,7 @@ class GymSettings:
 
 @dataclass(frozen=True)
 class PhotoSettings:
-    """How it is photographed."""
+    """Parameters of the photos and of the camera's path."""
 
     photos: Annotated[int, about("number of photos", low=1, high=2000)] = 24
     width: Annotated[int, about("width of a photo", unit="px", low=64, high=8000)] = 1600
@@ -128,7 +138,7 @@ class PhotoSettings:
             )
 
 
-# Each preset is a pair of changes: of the gym and of the photos.
+# Each preset is a pair of overrides: for the gym and for the photos.
 PRESETS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "easy": (
         {"width": 5.0, "height": 3.6, "columns": 3, "overhang_max_deg": 15.0, "facets": 0.0}
@@ -158,11 +168,11 @@ PRESETS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 
 
 def gym_preset(name: str) -> tuple[GymSettings, PhotoSettings]:
-    """The settings of a preset.
+    """Return the settings of a preset.
 
     Raises
     ------
-    SettingsError : there is no such preset; lists those that are.
+    SettingsError : unknown preset; the message lists the known ones.
     """
     if name not in PRESETS:
         raise SettingsError(f"synth preset {name!r}: expected one of {', '.join(PRESETS)}")

@@ -1,4 +1,4 @@
-"""How the phone is carried: where each photo is taken from and what it looks at."""
+"""The phone's path: the camera pose of each photo."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _LINKING = 5  # photos at the gap between two walls of a hall
 
 
 def phone_camera(settings: PhotoSettings) -> Camera:
-    """SIMPLE_RADIAL, focal length from its 35 mm equivalent along the longer side."""
+    """Return a SIMPLE_RADIAL camera with the 35 mm focal length along the longer side."""
     focal = settings.focal_35mm / 36.0 * max(settings.width, settings.height)
     centre = settings.width / 2, settings.height / 2
     return Camera("SIMPLE_RADIAL", settings.width, settings.height, (focal, *centre, settings.k1))
 
 
 def look_at(eye: Floats, target: Floats, roll: float) -> Floats:
-    """(3, 4) cam_from_world of a camera at `eye` that sees `target` in its centre, z up."""
+    """Return the (3, 4) cam_from_world of a camera at `eye` with `target` in its centre, z up."""
     forward = (target - eye) / np.linalg.norm(target - eye)
     right = np.cross(forward, [0.0, 0.0, 1.0])
     right /= np.linalg.norm(right)
@@ -37,7 +37,7 @@ def look_at(eye: Floats, target: Floats, roll: float) -> Floats:
 
 
 def _front(wall: list[Facet], x: float) -> tuple[float, float]:
-    """y of the wall's foot at x and y of its most forward point nearby."""
+    """Return y of the wall's foot at x and y of the wall's most forward point nearby."""
     points = np.concatenate([f.corners for f in wall])
     foot = points[points[:, 2] < 0.01]
     foot = foot[np.argsort(foot[:, 0])]
@@ -52,7 +52,9 @@ def walk_hall(
     photos: PhotoSettings,
     rng: np.random.Generator,
 ) -> list[Floats]:
-    """cam_from_hall of every photo: wall after wall, at the end of each some that show the next."""
+    """Return cam_from_hall of every photo, wall by wall; the last photos of a wall show the next
+    too.
+    """
     poses = []
     ends = [photos.photos * k // len(sections) for k in range(len(sections) + 1)]
     for section, first, last in zip(sections, ends, ends[1:], strict=False):
@@ -69,7 +71,7 @@ def walk_hall(
 def _joint_photo(
     stand: Stand, gym: GymSettings, photos: PhotoSettings, rng: np.random.Generator
 ) -> Floats:
-    """The end of a wall and the beginning of the next in one picture."""
+    """Return a pose that shows the end of a wall and the beginning of the next."""
     joint = stand.joint
     inward = (stand.middle - joint) / np.linalg.norm(stand.middle - joint)
     depth = rng.uniform(photos.distance_low, photos.distance_high) + 0.5
@@ -88,10 +90,10 @@ def walk(
     photos: PhotoSettings,
     rng: np.random.Generator,
 ) -> list[Floats]:
-    """cam_from_world of every photo: passes along the wall, then the measures.
+    """Return cam_from_world of every photo: passes along the wall, then the scale plates.
 
-    Each pass walks the wall's length at another distance and height of aim; neighbours overlap
-    by design because the eye moves evenly and always looks at the wall.
+    Each pass covers the wall's length at another distance and height of aim. Neighbouring photos
+    overlap, because the eye moves evenly and always looks at the wall.
     """
     at_plates = round(photos.photos * photos.measure_share) if plates else 0
     count = photos.photos - at_plates
@@ -129,10 +131,10 @@ def _wall_photo(
         ((lap + 0.5) / passes + rng.uniform(-0.25, 0.25)) % 1.0
     )
     y = 0.5 * (foot + forward) - depth
-    y = min(y, forward - 1.1)  # not under the overhang
+    y = min(y, forward - 1.1)  # keep the eye out from under the overhang
     z = float(np.clip(rng.normal(1.55, 0.12), 1.1, 2.1))
     share = (0.50, 0.66, 0.38, 0.58, 0.74, 0.32)[tier % 6]
-    if gym.height > 6:  # tall walls are seen from the ground in tiers, one photo each
+    if gym.height > 6:  # cover tall walls from the ground in tiers, one photo each
         share = (0.22, 0.45, 0.72, 0.42)[tier % 4]
     aim = np.array([aim_x, 0.5 * (foot + forward), gym.height * (share + rng.normal(0, 0.03))])
     roll = np.radians(rng.normal(0, photos.roll_deg))
@@ -142,7 +144,7 @@ def _wall_photo(
 def _plate_photo(
     wall: list[Facet], plate: Facet, turn: int, gym: GymSettings, rng: np.random.Generator
 ) -> Floats:
-    """A measure and the wall behind it in one picture."""
+    """Return a pose that shows a scale plate and the wall behind it."""
     centre = plate.corners.mean(axis=0)
     side = (-0.6, 0.55, -0.2, 0.25, 0.9, -0.95)[turn % 6] + rng.normal(0, 0.1)
     eye = np.array([centre[0] + side, centre[1] - rng.uniform(1.4, 1.7), rng.uniform(1.5, 1.75)])

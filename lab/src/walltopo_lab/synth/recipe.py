@@ -1,4 +1,4 @@
-"""A folder of photos with truth from a recipe; what is there already is not made again."""
+"""Generation of a folder of photos with truth from a recipe; existing files are kept."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Recipe:
-    """Everything that decides a generated gym; the same recipe gives the same files.
+    """All parameters of a generated gym; equal recipes give equal files.
 
     Parameters
     ----------
     gym, photos : settings.
-    seed : of the gym and of the photos' path.
-    preset : name that `scene.json` tells, "" if none.
-    reset_seed, reset_part : the routes of a part replaced (None: no reset).
-    photo_seed : of the path and exposures, None = `seed`.
+    seed : seed of the gym and of the photos' path.
+    preset : name recorded in `scene.json`, "" if none.
+    reset_seed, reset_part : seed and part of a reset of routes (None: no reset).
+    photo_seed : seed of the path and exposures, None = `seed`.
     holds : folder of scanned holds to use instead of procedural ones.
     """
 
@@ -51,7 +51,7 @@ class Recipe:
                 raise SettingsError(f"synth.{name}: expected at least 0, got {value}")
 
     def as_dict(self) -> dict[str, Any]:
-        """JSON-able; the folder of holds by its content, so that a moved folder is the same."""
+        """Return a JSON-able dict; hash the folder of holds, so that a moved folder is equal."""
         value = dataclasses.asdict(self)
         if self.holds is not None:
             value["holds"] = hash_path(Path(self.holds))
@@ -59,7 +59,7 @@ class Recipe:
 
 
 def _check_folder(out: Path, recipe: Recipe) -> None:
-    """Refuse a folder that holds another gym."""
+    """Reject a folder that contains another gym."""
     path = out / "truth" / "recipe.json"
     wanted = json.loads(json.dumps(recipe.as_dict()))
     if path.is_file():
@@ -78,7 +78,7 @@ def _check_folder(out: Path, recipe: Recipe) -> None:
 
 
 def _with_defaults(recipe: dict[str, Any]) -> dict[str, Any]:
-    """A recipe of an older version: settings that it did not have yet are at their defaults."""
+    """Return a recipe of an older version with newer settings at their defaults."""
     old = json.loads(json.dumps(Recipe().as_dict()))
     merged = {**old, **recipe}
     for part in ("gym", "photos"):
@@ -87,19 +87,19 @@ def _with_defaults(recipe: dict[str, Any]) -> dict[str, Any]:
 
 
 def generate(out: Path, recipe: Recipe, progress: Progress | None = None) -> dict[str, Any]:
-    """Build the recipe's gym and photograph it into `out`; resumes where it was stopped.
+    """Build the recipe's gym and photograph it into `out`; an interrupted run resumes.
 
     Writes `photos/IMG_0000.jpg` ..., `truth/gt.npz`, `truth/scene.json`, `truth/masks.json`,
     `truth/cameras/` (COLMAP) and `truth/recipe.json`.
 
     Returns
     -------
-    Counts: photos, rendered (now), instances, routes, faces.
+    Counts: photos, rendered (in this run), instances, routes.
     """
     out = Path(out)
     progress = progress or Silent()
     _check_folder(out, recipe)
-    done = out / "truth" / "scene.json"  # written last
+    done = out / "truth" / "scene.json"  # written last, so its presence marks a complete folder
     names = [f"IMG_{k:04d}.jpg" for k in range(recipe.photos.photos)]
     if done.is_file() and all((out / "photos" / name).is_file() for name in names):
         scene = read_json(done)
@@ -140,10 +140,10 @@ def render_gym(
 
     Parameters
     ----------
-    gym : what `make_gym` returned.
-    out : folder; photos that are complete there stay.
-    photos : number, size and manner of the photos.
-    seed : of the path, exposures and noise.
+    gym : result of `make_gym`.
+    out : folder; complete photos in it are kept.
+    photos : number, size and style of the photos.
+    seed : seed of the path, exposures and noise.
     """
     from walltopo_lab.synth.path import phone_camera, walk_hall
     from walltopo_lab.synth.render import Renderer
@@ -190,7 +190,7 @@ def _take(
     path: Path,
     kept: Path,
 ) -> None:
-    """One photo and, after it, its masks: a photo with masks is complete."""
+    """Write one photo and then its masks; a photo with masks counts as complete."""
     from walltopo_lab.synth.develop import develop, draw_exposure, write_photo
     from walltopo_lab.synth.truth import masks_of
 

@@ -1,4 +1,4 @@
-"""One photo of a gym: rays through the distorted lens, shaded and averaged per pixel."""
+"""Rendering of a gym's photos: rays through the distorted lens, shaded and averaged per pixel."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from walltopo_lab.synth.shade import (
 )
 
 _ROWS = 32  # rows of a band: small enough for the cache, large enough for Embree
-_FOG = 0.004  # share of light that dust in the air takes, per metre
+_FOG = 0.004  # share of light that dust in the air absorbs, per metre
 
 
 def _finish_of(gym: Gym) -> Finish:
-    """Colours and surface of every instance; each draws from its own random stream."""
+    """Return the colours and the surface of every instance; each has its own random stream."""
     count = max((item.id for item in gym.instances), default=0) + 1
     rgb, gloss, grain = np.zeros((count, 3)), np.ones(count), np.ones(count)
     shifts, screws = np.zeros(count), np.full((count, 2, 2), 9.0)  # 9 m away: no screw
@@ -41,7 +41,7 @@ def _finish_of(gym: Gym) -> Finish:
 
 
 class Renderer:
-    """Renders photos of one gym; two bands at a time (Embree holds the GIL, shading does not)."""
+    """A renderer of one gym; two bands run at a time (Embree holds the GIL, shading does not)."""
 
     def __init__(self, gym: Gym, threads: int = 2) -> None:
         self.gym = gym
@@ -59,7 +59,7 @@ class Renderer:
     def render(
         self, camera: Camera, cam_from_world: NDArray[np.float64], samples: int
     ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-        """Linear radiance (H, W, 3) and the instance most samples of each pixel see (H, W)."""
+        """Return linear radiance (H, W, 3) and the most frequent instance of each pixel (H, W)."""
         image = np.zeros((camera.height, camera.width, 3), np.float32)
         ids = np.zeros((camera.height, camera.width), np.int32)
         with ThreadPoolExecutor(self.threads) as pool:
@@ -102,7 +102,7 @@ class Renderer:
 
 
 def _majority(votes: NDArray[np.int32]) -> NDArray[np.int32]:
-    """The commonest of the last axis (the first of equals)."""
+    """Return the most frequent value along the last axis (the first of equals)."""
     counts = (votes[..., :, None] == votes[..., None, :]).sum(axis=-1)
     best = counts.argmax(axis=-1)
     return np.take_along_axis(votes, best[..., None], axis=-1)[..., 0]

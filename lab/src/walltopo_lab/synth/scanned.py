@@ -1,4 +1,4 @@
-"""The user's own scanned holds in place of procedural ones."""
+"""The user's scanned holds as a replacement for procedural ones."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from walltopo.core import InputError, Mesh
-from walltopo.geometry.ply import read_mesh
+from walltopo.geometry.mesh_files import read_mesh
 from walltopo_lab.synth.bodies import Body
 from walltopo_lab.synth.holds import HOLD_KINDS, SIZES, vertex_normals
 from walltopo_lab.synth.setter import MakeHold
@@ -16,7 +16,7 @@ _SUFFIXES = {".obj", ".glb", ".gltf", ".ply", ".stl"}
 
 
 def _kind_of(path: Path, mesh: Mesh) -> str:
-    """The type in the file's name (`jug_03.obj`), else the one whose size is nearest."""
+    """Return the type in the file's name (`jug_03.obj`), else the type of nearest size."""
     for kind in HOLD_KINDS:
         if path.stem.lower().startswith(kind):
             return kind
@@ -27,15 +27,15 @@ def _kind_of(path: Path, mesh: Mesh) -> str:
 
 
 def read_hold(path: Path) -> tuple[str, Body]:
-    """(type, body) of one scanned hold.
+    """Return (type, body) of one scanned hold.
 
     The file's frame is the hold's: x to the right, y up the wall, z out of the wall. Units are
-    metres; a mesh larger than 1.5 is taken as millimetres. It is centred and its back is put on
-    the wall.
+    metres; a mesh larger than 1.5 is read as millimetres. The function centres the hold and puts
+    its back on the wall.
 
     Raises
     ------
-    InputError : no triangles, or a size that no hold has.
+    InputError : no triangles, or an implausible size.
     """
     mesh = read_mesh(path)
     points = mesh.vertices.copy()
@@ -59,28 +59,28 @@ def read_hold(path: Path) -> tuple[str, Body]:
 
 
 def scanned_holds(folder: Path) -> MakeHold:
-    """A source of holds for `make_gym` that draws from the meshes of a folder.
+    """Return a source of holds for `make_gym` that draws from the meshes of a folder.
 
-    A type without a scan falls to the type nearest to it in size that has one.
+    A type without a scan uses the scanned type of nearest size.
 
     Raises
     ------
-    InputError : the folder holds no mesh, or one of them cannot be used.
+    InputError : the folder contains no mesh, or an unusable one.
     """
     paths = sorted(p for p in Path(folder).rglob("*") if p.suffix.lower() in _SUFFIXES)
     if not paths:
         raise InputError(f"{folder}: no scanned holds here ({', '.join(sorted(_SUFFIXES))})")
-    shelf: dict[str, list[Body]] = {}
+    by_kind: dict[str, list[Body]] = {}
     for path in paths:
         kind, body = read_hold(path)
-        shelf.setdefault(kind, []).append(body)
+        by_kind.setdefault(kind, []).append(body)
 
     def make(kind: str, style: str, rng: np.random.Generator, scale: float) -> Body:
         size = np.array(SIZES[kind][:3])
         nearest = min(
-            shelf, key=lambda k: float(np.abs(np.log(np.array(SIZES[k][:3]) / size)).sum())
+            by_kind, key=lambda k: float(np.abs(np.log(np.array(SIZES[k][:3]) / size)).sum())
         )
-        bodies = shelf[nearest]
+        bodies = by_kind[nearest]
         body = bodies[int(rng.integers(len(bodies)))]
         if scale == 1.0:
             return body

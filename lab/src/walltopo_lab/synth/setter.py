@@ -1,4 +1,4 @@
-"""Sets routes as a setter would: a colour and a maker's family each, starts, moves, a top."""
+"""A simulated setter: each route gets a colour, a family of holds, starts, moves and a top."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from walltopo_lab.synth.tnuts import Sockets
 Floats = NDArray[np.float64]
 MakeHold = Callable[[str, str, np.random.Generator, float], Body]
 
-# Odds of (jug, crimp, sloper, pinch, pocket) by how steep the wall is.
+# Probabilities of (jug, crimp, sloper, pinch, pocket) by the steepness of the wall.
 _ODDS = {
     "slab": (0.10, 0.38, 0.30, 0.08, 0.14),
     "vertical": (0.20, 0.26, 0.20, 0.18, 0.16),
@@ -28,14 +28,14 @@ _TURN_DEG = {"jug": 18, "crimp": 28, "sloper": 25, "pinch": 40, "pocket": 20, "f
 
 @dataclass(eq=False)
 class SetWall:
-    """The wall while it is set: what is bolted where.
+    """The state of a wall during setting: sockets, holds and obstacles.
 
     Parameters
     ----------
     sockets : the T-nuts.
-    facets : the facets they are on.
+    facets : the facets with those T-nuts.
     holds : records of all holds so far.
-    blocked : (centre (3,), radius) of what stands in the way without being a hold.
+    blocked : (centre (3,), radius, volume id) of obstacles other than holds.
     next_id : id of the next hold.
     """
 
@@ -46,7 +46,7 @@ class SetWall:
     blocked: list[tuple[Floats, float, int]] = field(default_factory=list)
 
     def clearance(self) -> Floats:
-        """(N,) metres from each T-nut to the nearest rim of anything bolted."""
+        """Return (N,) metres from each T-nut to the nearest rim of any bolted object."""
         free = np.full(len(self.sockets.points), np.inf)
         owner = np.array([f.instance for f in self.facets])[self.sockets.facet]
         for centre, radius, volume in self.blocked:
@@ -66,7 +66,9 @@ class SetWall:
         reach: float,
         **record: object,
     ) -> GymInstance | None:
-        """Bolt a body to the free T-nut nearest to `target`; None if none within `reach`."""
+        """Bolt a body to the free T-nut nearest to `target`; return None without one within
+        `reach`.
+        """
         gap = 0.012
         usable = self.clearance() > body.radius + gap
         usable &= self.sockets.margin > 0.7 * body.radius
@@ -121,7 +123,7 @@ def _set_one(
     make: MakeHold,
     rng: np.random.Generator,
 ) -> None:
-    """One route from its start (about waist height) to the top."""
+    """Set one route from its start (about waist height) to the top."""
     sockets = wall.sockets
     count = int(rng.integers(settings.holds_low, settings.holds_high + 1))
     start_z, top_z = rng.uniform(0.8, 1.15), settings.height - rng.uniform(0.2, 0.45)
@@ -166,7 +168,7 @@ def _set_one(
 
 
 def _on_wall(sockets: Sockets, x: float, z: float) -> Floats:
-    """The T-nut nearest in x and z (the wall is single-valued in them, nearly)."""
+    """Return the T-nut nearest in x and z (the wall is nearly single-valued in them)."""
     away = np.hypot(sockets.points[:, 0] - x, sockets.points[:, 2] - z)
     return np.asarray(sockets.points[int(away.argmin())])
 
@@ -209,7 +211,7 @@ def set_routes(
 def set_downclimbs(
     wall: SetWall, settings: GymSettings, make: MakeHold, rng: np.random.Generator
 ) -> None:
-    """Big grey jugs, of no route, to climb down by."""
+    """Set big grey downclimb jugs that belong to no route."""
     points = wall.sockets.points
     for _ in range(settings.downclimb):
         x = rng.uniform(points[:, 0].min() + 0.3, points[:, 0].max() - 0.3)

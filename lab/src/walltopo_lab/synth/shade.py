@@ -1,4 +1,4 @@
-"""What colour a sample has: bitmaps on facets, solid speckle on holds, baked light, gloss."""
+"""Shading of ray samples: bitmaps on facets, solid speckle on holds, baked light, gloss."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NOISE_SIZE = 64
 
 
 class Hits(NamedTuple):
-    """What the rays of a band met: face (-1 none), weights of its corners 1 and 2, distance."""
+    """The hits of a band's rays: face (-1 none), weights of its corners 1 and 2, distance."""
 
     face: Ints
     u: Singles
@@ -26,7 +26,7 @@ class Hits(NamedTuple):
 
 
 class Shell(NamedTuple):
-    """The gym's triangles as the shader reads them; see `mesh.Surface` and `light.Baked`."""
+    """The gym's triangles in the shader's layout; see `mesh.Surface` and `light.Baked`."""
 
     faces: Ints
     facet: Ints
@@ -39,7 +39,7 @@ class Shell(NamedTuple):
 
 
 class Bitmaps(NamedTuple):
-    """See `atlas.Atlas`; `linear` (256,) is the linear light of sRGB bytes."""
+    """The facets' bitmaps, see `atlas.Atlas`; `linear` (256,) is the linear light of sRGB bytes."""
 
     texels: NDArray[np.uint8]
     levels: NDArray[np.int64]
@@ -48,9 +48,9 @@ class Bitmaps(NamedTuple):
 
 
 class Finish(NamedTuple):
-    """By instance id: linear colour (I, 3), shine, grain, screws (I, S, 2) m, noise shift.
+    """Surface by instance id: linear colour (I, 3), shine, grain, screws (I, S, 2) m, noise shift.
 
-    `noise` is `noise_table`'s; `chalk` how thick chalk lies on all holds.
+    `noise` is the result of `noise_table`; `chalk` is the thickness of chalk on all holds.
     """
 
     rgb: Doubles
@@ -63,16 +63,17 @@ class Finish(NamedTuple):
 
 
 def noise_table() -> NDArray[np.float32]:
-    """(64, 64, 64) tileable noise of unit spread, white from cell to cell."""
+    """Return (64, 64, 64) tileable noise of unit spread, uncorrelated between cells."""
     rng = np.random.default_rng(99)
     return rng.standard_normal((NOISE_SIZE,) * 3).astype(np.float32)
 
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
 def distorted_rays(y0, y1, width, per_side, f, cx, cy, k1, rotation):  # type: ignore[no-untyped-def]
-    """World directions (n, 3) float32 of the samples of rows y0..y1 of a SIMPLE_RADIAL camera.
+    """Return world directions (n, 3) float32 of the samples of rows y0..y1, SIMPLE_RADIAL.
 
-    `rotation` is cam_from_world's; samples go row by row, pixel by pixel, then within a pixel.
+    `rotation` is that of cam_from_world. Samples go row by row, pixel by pixel, then within a
+    pixel.
     """
     rows = y1 - y0
     out = np.empty((rows * width * per_side * per_side, 3), np.float32)
@@ -100,8 +101,8 @@ def distorted_rays(y0, y1, width, per_side, f, cx, cy, k1, rotation):  # type: i
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
 def _solid(table, p, scale, shift):  # type: ignore[no-untyped-def]
-    """Smooth noise in space of unit spread; p in metres, scale in bumps a metre."""
-    # Turned off the hold's axes, along which the lattice would show.
+    """Return smooth 3D noise of unit spread; p in metres, scale in bumps a metre."""
+    # Rotate the lattice off the hold's axes, along which it would be visible.
     x = (0.6 * p[0] + 0.64 * p[1] + 0.48 * p[2]) * scale + shift
     y = (-0.8 * p[0] + 0.48 * p[1] + 0.36 * p[2]) * scale + 0.7 * shift
     z = (-0.6 * p[1] + 0.8 * p[2]) * scale + 1.3 * shift
@@ -119,7 +120,7 @@ def _solid(table, p, scale, shift):  # type: ignore[no-untyped-def]
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
 def _bitmap_colour(bitmaps, facet, point, footprint, albedo):  # type: ignore[no-untyped-def]
-    """Bilinear colour of a facet's bitmap at a world point, from the copy that fits."""
+    """Write the bilinear colour of a facet's bitmap at a world point, from the fitting level."""
     chart = bitmaps.charts[facet]
     u = v = 0.0
     for k in range(3):
@@ -147,7 +148,7 @@ def _bitmap_colour(bitmaps, facet, point, footprint, albedo):  # type: ignore[no
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
 def _hold_colour(finish, item, p, mark, albedo):  # type: ignore[no-untyped-def]
-    """Colour of a hold at a point of its own frame; returns how much chalk lies there."""
+    """Write the colour of a hold at a point of its own frame; return the amount of chalk there."""
     table, shift = finish.noise, finish.shifts[item]
     fine = _solid(table, p, 420.0, shift)
     grain = _solid(table, p, 170.0, shift + 11.0)
@@ -170,7 +171,9 @@ def _hold_colour(finish, item, p, mark, albedo):  # type: ignore[no-untyped-def]
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
 def _shine(finish, item, n, light_way, view_way, mark, dust):  # type: ignore[no-untyped-def]
-    """Gloss (Blinn-Phong): a wide weak lobe everywhere, a tight one on slick parts and steel."""
+    """Return gloss (Blinn-Phong): a wide weak lobe everywhere, a tight one on slick parts and
+    steel.
+    """
     dot = square = 0.0
     for k in range(3):
         h = light_way[k] - view_way[k]
@@ -196,8 +199,8 @@ def shade(  # type: ignore[no-untyped-def]
 ):
     """Add the samples' linear colour to `image` (P, 3) and write instance ids to `ids` (S,).
 
-    `origin` (3,) is the camera's centre, `pixel_angle` the angle of a pixel in radians, `fog`
-    the share of light lost per metre; `per_pixel` samples follow each other per pixel.
+    `origin` (3,) is the camera's centre, `pixel_angle` the angle of a pixel in radians, `fog` the
+    share of light lost per metre. Each pixel has `per_pixel` consecutive samples.
     """
     n, p, e, way = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
     mark, albedo, point = np.zeros(3), np.zeros(3), np.zeros(3)
@@ -227,7 +230,7 @@ def shade(  # type: ignore[no-untyped-def]
                 n[k] *= length
             dust = _hold_colour(finish, item, p, mark, albedo)
             shine = _shine(finish, item, n, way, hits.way[s], mark, dust)
-            # The grain tilts the surface a little, more so where light comes from one side.
+            # The grain tilts the surface slightly, with more effect under directional light.
             g0 = _solid(finish.noise, p, 170.0, finish.shifts[item] + 41.0)
             g1 = _solid(finish.noise, p, 170.0, finish.shifts[item] + 67.0)
             rough = 0.16 * finish.grain[item] * (1.0 - mark[1])

@@ -1,7 +1,7 @@
-"""Signed distances on a grid: the vocabulary that holds are modelled with.
+"""Signed-distance primitives on a grid, for modelling holds.
 
-All functions take points P (..., 3) float32 in metres and return (...,) float32, negative
-inside. Smooth union and difference after I. Quilez, "Smooth minimum" (polynomial form).
+All functions take points P (..., 3) float32 in metres and return (...,) float32, negative inside.
+Smooth union and difference after I. Quilez, "Smooth minimum" (polynomial form).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ Field = NDArray[np.float32]
 
 
 def ellipsoid(p: Field, centre: tuple[float, float, float], radii: tuple[float, ...]) -> Field:
-    """Approximate distance to an axis-aligned ellipsoid."""
+    """Return the approximate distance to an axis-aligned ellipsoid."""
     r = np.asarray(radii, np.float32)
     q = (p - np.asarray(centre, np.float32)) / r
     k0 = np.sqrt((q * q).sum(axis=-1))
@@ -28,14 +28,14 @@ def ellipsoid(p: Field, centre: tuple[float, float, float], radii: tuple[float, 
 def rounded_box(
     p: Field, centre: tuple[float, float, float], half: tuple[float, ...], radius: float
 ) -> Field:
-    """Box of half sizes `half` (roundings included)."""
+    """Return the distance to a box of half sizes `half` (roundings included)."""
     q = np.abs(p - np.asarray(centre, np.float32)) - (np.asarray(half, np.float32) - radius)
     outside = np.sqrt((np.maximum(q, 0.0) ** 2).sum(axis=-1))
     return (outside + np.minimum(q.max(axis=-1), 0.0) - radius).astype(np.float32)
 
 
 def rod(p: Field, start: tuple[float, ...], end: tuple[float, ...], radius: float) -> Field:
-    """Capsule from `start` to `end`."""
+    """Return the distance to a capsule from `start` to `end`."""
     a, b = np.asarray(start, np.float32), np.asarray(end, np.float32)
     pa, ba = p - a, b - a
     t = np.clip((pa @ ba) / np.float32(ba @ ba + 1e-12), 0.0, 1.0)
@@ -43,31 +43,31 @@ def rod(p: Field, start: tuple[float, ...], end: tuple[float, ...], radius: floa
 
 
 def half_space(p: Field, normal: Sequence[float] | NDArray[Any], offset: float) -> Field:
-    """Everything with n.p < offset."""
+    """Return the half space n.p < offset."""
     n = np.asarray(normal, np.float32)
     return (p @ (n / np.linalg.norm(n)) - np.float32(offset)).astype(np.float32)
 
 
 def join(a: Field, b: Field, blend: float) -> Field:
-    """Smooth union over a seam of about `blend` metres."""
+    """Return the smooth union over a seam of about `blend` metres."""
     h = np.maximum(blend - np.abs(a - b), 0.0) / blend
     return (np.minimum(a, b) - h * h * (blend * 0.25)).astype(np.float32)
 
 
 def cap(a: Field, b: Field, blend: float) -> Field:
-    """Smooth intersection."""
+    """Return the smooth intersection."""
     return -join(-a, -b, blend)
 
 
 def carve(a: Field, tool: Field, blend: float) -> Field:
-    """Smooth difference: `a` without `tool`."""
+    """Return the smooth difference: `a` without `tool`."""
     return -join(-a, tool, blend)
 
 
 def grid_noise(
     shape: tuple[int, ...], cells: int, rng: np.random.Generator, stretch: tuple[int, ...] = ()
 ) -> Field:
-    """Smooth random field of unit spread on a grid of `shape`, about `cells` bumps across."""
+    """Return smooth noise of unit spread on a grid of `shape`, about `cells` bumps across."""
     from scipy.ndimage import zoom
 
     coarse = [

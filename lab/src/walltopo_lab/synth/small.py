@@ -1,4 +1,4 @@
-"""The smallest gym that still reconstructs: for tests of whatever comes after the photos."""
+"""The smallest gym that still reconstructs, for tests of the stages after the photos."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from walltopo_lab.synth.recipe import Recipe, generate
 
 
 def tiny_recipe(photos: int = 8, size: tuple[int, int] = (480, 360), seed: int = 0) -> Recipe:
-    """A wall of 2.4 x 2.2 m with two routes, a volume and a measure."""
+    """Return the recipe of a wall of 2.4 x 2.2 m with two routes, a volume and a scale plate."""
     gym = GymSettings(
         width=2.4,
         height=2.2,
@@ -48,7 +48,7 @@ def tiny_recipe(photos: int = 8, size: tuple[int, int] = (480, 360), seed: int =
 def tiny(out: Path, photos: int = 8, size: tuple[int, int] = (480, 360), seed: int = 0) -> Path:
     """Write the tiny gym with its exact truth (`out`/photos, `out`/truth); return `out`.
 
-    `truth/masks.json` holds perfect masks of every photo. Takes a few seconds.
+    `truth/masks.json` contains perfect masks of every photo. The call takes a few seconds.
     """
     generate(Path(out), tiny_recipe(photos, size, seed))
     return Path(out)

@@ -1,4 +1,4 @@
-"""Where holds can be bolted: the T-nuts of wall panels and volumes."""
+"""The possible positions of holds: the T-nuts of wall panels and volumes."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from walltopo_lab.synth.bodies import Facet
 
 Floats = NDArray[np.float64]
-# Distance of T-nuts, metres: (along u, along v); every second row is shifted by half.
+# Spacing of T-nuts, metres: (along u, along v); every second row is shifted by half.
 SPACING = {"wall": (0.19, 0.165), "fin": (0.19, 0.165), "volume": (0.13, 0.12)}
 
 
 @dataclass(frozen=True, eq=False)
 class Sockets:
-    """T-nuts of all facets.
+    """The T-nuts of all facets.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class Sockets:
 
 
 def facet_tnuts(facet: Facet) -> Floats:
-    """(N, 2) metres in the facet's chart; none for facets that take no holds."""
+    """Return (N, 2) metres in the facet's chart; empty for facets that take no holds."""
     if facet.kind not in SPACING:
         return np.zeros((0, 2))
     du, dv = SPACING[facet.kind]
@@ -60,8 +60,10 @@ def _margins(polygon: Floats, points: Floats) -> Floats:
 
 
 def behind_fins(fins: Sequence[Facet], points: Floats, gap: float) -> NDArray[np.bool_]:
-    """(N,) True where a fin (a pair of facets that meet in an arete) covers the point or
-    is nearer than `gap` metres."""
+    """Return (N,) True at points that a fin covers, or that lie within `gap` metres of one.
+
+    A fin is a pair of facets that meet in an arete.
+    """
     hidden = np.zeros(len(points), np.bool_)
     for left, right in zip(fins[::2], fins[1::2], strict=True):
         inside = points[:, 2] < left.corners[2, 2] + gap
@@ -72,7 +74,7 @@ def behind_fins(fins: Sequence[Facet], points: Floats, gap: float) -> NDArray[np
 
 
 def sockets_of(facets: Sequence[Facet]) -> Sockets:
-    """All T-nuts of walls, fins and volumes, without those that a fin hides."""
+    """Return all T-nuts of walls, fins and volumes, without those that a fin hides."""
     fins = [facet for facet in facets if facet.kind == "fin"]
     points, normals, index, margins = [], [], [], []
     for number, facet in enumerate(facets):

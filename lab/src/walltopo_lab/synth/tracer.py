@@ -1,4 +1,4 @@
-"""Rays against the gym: Embree behind three functions."""
+"""Ray casting against the gym with Embree."""
 
 from __future__ import annotations
 
@@ -28,10 +28,13 @@ class Tracer:
         self._mesh = TriangleMesh(self._scene, triangles)
 
     def hits(self, origins: Singles, directions: Singles) -> dict[str, Any]:
-        """First hits: `primID` (n,) int32 (-1 none), `u`, `v` (n,) weights of corners 1 and 2,
-        `tfar` (n,) distance in units of the direction's length."""
+        """Return the first hits as arrays of length n.
+
+        `primID` int32 is the face (-1 none), `u` and `v` are weights of corners 1 and 2, `tfar` is
+        the distance in units of the direction's length.
+        """
         return dict(self._scene.run(origins, directions, output=1))
 
     def distances(self, origins: Singles, directions: Singles) -> Singles:
-        """(n,) distance to the first hit, very large where nothing is hit."""
+        """Return (n,) distance to the first hit, very large without a hit."""
         return np.asarray(self._scene.run(origins, directions, query="DISTANCE"), np.float32)

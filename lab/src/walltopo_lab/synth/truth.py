@@ -1,4 +1,4 @@
-"""The truth beside the photos: `gt.npz`, `scene.json`, a COLMAP model, masks."""
+"""The truth files beside the photos: `gt.npz`, `scene.json`, a COLMAP model, masks."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ Floats = NDArray[np.float64]
 
 CLASSES = {1: "hold", 2: "volume"}
 _LABELS = {"hold": 1, "volume": 2}
-_BLOCK = 1024  # faces that are looked for together
-MIN_MASK_PX = 12  # specks smaller than this are not annotated, as no annotator would
+_BLOCK = 1024  # faces per visibility block
+MIN_MASK_PX = 12  # smaller specks are not annotated, because no annotator would mark them
 
 
 def masks_of(ids: NDArray[np.int32], instances: Sequence[GymInstance]) -> list[tuple[int, Mask]]:
-    """(instance id, mask) of what a photo shows; `ids` (H, W) int32, 0 = none."""
+    """Return (instance id, mask) of all instances in a photo; `ids` (H, W) int32, 0 = none."""
     from scipy.ndimage import find_objects
 
     height, width = ids.shape
@@ -45,7 +45,7 @@ def masks_of(ids: NDArray[np.int32], instances: Sequence[GymInstance]) -> list[t
 
 
 class _Blocks:
-    """Points (n, 3) in the order of their surface, in blocks that a photo shows or not."""
+    """Points (n, 3) in surface order, grouped in blocks for a coarse visibility test."""
 
     def __init__(self, points: Floats) -> None:
         starts = np.arange(0, len(points), _BLOCK)
@@ -55,16 +55,16 @@ class _Blocks:
         self._centres, self._radii = (low + high) / 2, np.linalg.norm(high - low, axis=1) / 2
 
     def before(self, view: View) -> NDArray[np.intp]:
-        """Numbers of the points whose blocks reach into the cone around all that a photo sees."""
+        """Return indices of the points whose blocks reach into the cone around the photo's view."""
         camera = view.camera
         k1 = camera.distortion[0] if camera.distortion else 0.0
-        # The corners are the farthest from the axis, and the first row has two of them.
+        # The corners are farthest from the axis, and the first row contains two of them.
         row = distorted_rays(
             0, 1, camera.width, 1, camera.fx, camera.cx, camera.cy, k1, np.eye(3)
         ).astype(np.float64)
         widest = np.arctan2(np.hypot(row[:, 0], row[:, 1]), row[:, 2]).max() + 0.02
         x, y, z = view.to_camera(self._centres).T
-        # The distance from a cone, of what lies outside of it.
+        # Distance from the cone, for points outside of it.
         away = np.hypot(x, y) * np.cos(widest) - z * np.sin(widest)
         shown = np.flatnonzero(away <= self._radii)
         index = (shown[:, None] * _BLOCK + np.arange(_BLOCK)).ravel()
@@ -74,7 +74,7 @@ class _Blocks:
 def count_views(
     gym: Gym, camera: Camera, poses: Sequence[NDArray[np.float64]]
 ) -> NDArray[np.int32]:
-    """(F,) in how many photos a face's centroid is seen (inside the photo, nothing before it)."""
+    """Return (F,) number of photos with each face's centroid in frame and unoccluded."""
     surface = gym.surface
     corners = surface.vertices[surface.faces]
     centroids = corners.mean(axis=1)
@@ -102,10 +102,10 @@ def count_views(
 def write_ground_truth(
     path: Path, gym: Gym, camera: Camera, poses: Sequence[NDArray[np.float64]]
 ) -> None:
-    """`gt.npz`: mesh, instance per face, views per face, poses, intrinsics; atomic.
+    """Write `gt.npz`: mesh, instance per face, views per face, poses, intrinsics; atomic.
 
-    Beyond the format of the shared test data it carries `face_class` (0 none, 1 hold,
-    2 volume), `face_route`, and `distortion` (k1 of SIMPLE_RADIAL).
+    Beyond the format of the shared test data it contains `face_class` (0 none, 1 hold, 2 volume),
+    `face_route`, and `distortion` (k1 of SIMPLE_RADIAL).
     """
     surface = gym.surface
     size = max((item.id for item in gym.instances), default=0) + 1
@@ -129,7 +129,7 @@ def write_ground_truth(
 
 
 def scene_record(gym: Gym, preset: str, photos: Sequence[str]) -> dict[str, Any]:
-    """What `scene.json` holds."""
+    """Return the content of `scene.json`."""
     lengths = [
         float(np.ptp(np.concatenate([facet.corners[:, 0] for facet in section.wall])))
         for section in gym.sections
@@ -163,7 +163,7 @@ def scene_record(gym: Gym, preset: str, photos: Sequence[str]) -> dict[str, Any]
 
 
 def tag_record(tag: Tag) -> dict[str, Any]:
-    """One start tag in `scene.json`; lengths in metres."""
+    """Return one start tag's entry in `scene.json`; lengths in metres."""
     return {
         "hold": tag.hold,
         "route": tag.route,
@@ -178,7 +178,7 @@ def tag_record(tag: Tag) -> dict[str, Any]:
 def write_cameras(
     path: Path, camera: Camera, poses: Sequence[NDArray[np.float64]], names: Sequence[str]
 ) -> None:
-    """A COLMAP model in binary: one SIMPLE_RADIAL camera, every photo's true pose, no points."""
+    """Write a binary COLMAP model: one SIMPLE_RADIAL camera, every photo's true pose, no points."""
     from walltopo.geometry.colmap import pycolmap
 
     model = pycolmap.Reconstruction()
@@ -203,7 +203,7 @@ def write_masks(
     size: tuple[int, int],
     info: Mapping[str, Any],
 ) -> None:
-    """COCO with RLE; every annotation also carries `instance_id`, the id in `scene.json`."""
+    """Write COCO with RLE; every annotation also carries `instance_id`, the id in `scene.json`."""
     plain = {name: tuple(mask for _, mask in items) for name, items in masks.items()}
     Detections(plain, dict.fromkeys(masks, size), CLASSES).save(path)
     data = read_json(path) | {"info": dict(info)}

@@ -1,4 +1,4 @@
-"""Volumes that every route may use: of plywood, or round ones of fibreglass."""
+"""Volumes, shared by all routes: of plywood, or round ones of fibreglass."""
 
 from __future__ import annotations
 
@@ -33,17 +33,22 @@ _PAINTS: dict[str, tuple[tuple[str, tuple[float, float, float]], ...]] = {
         ("slate", (0.26, 0.27, 0.29)),
         ("grey", (0.58, 0.59, 0.60)),
     ),
+    "neutral": (
+        ("grey", (0.52, 0.53, 0.55)),
+        ("black", (0.13, 0.13, 0.14)),
+        ("wood", (0.66, 0.50, 0.34)),
+    ),
 }
 
 
 def _polyhedron(rng: np.random.Generator) -> tuple[Floats, list[Floats]]:
-    """Outline (N, 2) and polygons of a volume of plywood."""
+    """Return outline (N, 2) and polygons of a plywood volume."""
     outline, top = _shape(rng)
     return outline, _faces(outline, top)
 
 
 def _shape(rng: np.random.Generator) -> tuple[Floats, Floats]:
-    """Outline (N, 2) on the wall, counter-clockwise, and apex points (1 or 2, 3); metres."""
+    """Return outline (N, 2) on the wall, counter-clockwise, and top points (1 or N, 3); metres."""
     corners = int(rng.integers(3, 6))
     size = rng.uniform(0.22, 0.52)
     angles = np.sort(np.arange(corners) / corners * 2 * np.pi + rng.uniform(-0.35, 0.35, corners))
@@ -53,14 +58,14 @@ def _shape(rng: np.random.Generator) -> tuple[Floats, Floats]:
     depth = size * rng.uniform(0.35, 0.75)
     shift = rng.uniform(-0.25, 0.25, 2) * size
     if corners == 4 and rng.random() < 0.5:
-        cut = rng.uniform(0.25, 0.6)  # a truncated pyramid: the outline again, smaller
+        cut = rng.uniform(0.25, 0.6)  # a truncated pyramid repeats the outline, smaller
         top = np.column_stack([outline * cut + shift, np.full(corners, depth)])
         return outline, top
     return outline, np.array([[shift[0], shift[1], depth]])
 
 
 def _faces(outline: Floats, top: Floats) -> list[Floats]:
-    """Polygons (3 or 4, 3) of the volume in its frame, its back 2 cm in the wall."""
+    """Return polygons (3 or 4, 3) of the volume in its frame, its back 2 cm in the wall."""
     count = len(outline)
     base = np.column_stack([outline, np.full(count, -0.02)])
     polygons = []
@@ -78,7 +83,7 @@ def _faces(outline: Floats, top: Floats) -> list[Floats]:
 
 
 def _dome(rng: np.random.Generator) -> tuple[Floats, list[Floats]]:
-    """Outline (24, 2) and polygons of a round volume: a flat oval dome, its edge rounded off."""
+    """Return outline (24, 2) and polygons of a round volume: a flat oval dome, edge rounded."""
     size, aspect = rng.uniform(0.2, 0.45), rng.uniform(0.6, 1.0)
     depth = size * rng.uniform(0.35, 0.8)
     turn = rng.uniform(0, 2 * np.pi)
@@ -109,7 +114,7 @@ def _dome(rng: np.random.Generator) -> tuple[Floats, list[Floats]]:
 def place_volumes(
     wall: list[Facet], settings: GymSettings, rng: np.random.Generator
 ) -> tuple[list[Facet], list[GymInstance]]:
-    """Facets and records of the volumes; ids from 1."""
+    """Return facets and records of the volumes; ids from 1."""
     facets: list[Facet] = []
     records: list[GymInstance] = []
     fins = [facet for facet in wall if facet.kind == "fin"]
@@ -120,7 +125,8 @@ def place_volumes(
         if len(records) == settings.volumes:
             break
         host = wall[int(rng.choice(len(wall), p=areas / areas.sum()))]
-        # No draw where none is round: gyms of before that setting stay as they were.
+        # Without round volumes nothing is drawn, so that gyms from before this setting are
+        # unchanged.
         is_round = settings.round_volumes > 0 and rng.random() < settings.round_volumes
         outline, polygons = _dome(rng) if is_round else _polyhedron(rng)
         weights = rng.dirichlet(np.ones(len(host.corners)) * 2)
@@ -133,7 +139,7 @@ def place_volumes(
             continue
         taken.append((centre, radius))
         number = len(records) + 1
-        # Fibreglass is never bare wood.
+        # Fibreglass has no bare wood finish.
         colours = [entry for entry in paint if entry[0] != "wood"] if is_round else paint
         name, rgb = colours[int(rng.integers(len(colours)))]
         rotation = np.stack(host.frame, axis=1)
@@ -150,6 +156,6 @@ def place_volumes(
 
 
 def volume_footprint(record: GymInstance, facets: list[Facet]) -> float:
-    """Largest distance of a volume's corners from where it is mounted, metres."""
+    """Return the largest distance of a volume's corners from its mounting point, metres."""
     corners = np.concatenate([f.corners for f in facets if f.instance == record.id])
     return float(np.linalg.norm(corners - record.position, axis=1).max())

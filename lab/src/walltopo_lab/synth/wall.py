@@ -14,7 +14,7 @@ Floats = NDArray[np.float64]
 
 
 def _plan(settings: GymSettings, rng: np.random.Generator) -> tuple[Floats, Floats]:
-    """Foot points (C, 2) of the columns and the outward direction (C, 2) at each."""
+    """Return foot points (C, 2) of the columns and the outward direction (C, 2) at each."""
     panels = settings.columns - 1
     widths = rng.uniform(0.75, 1.25, panels)
     widths *= settings.width / widths.sum()
@@ -30,19 +30,19 @@ def _plan(settings: GymSettings, rng: np.random.Generator) -> tuple[Floats, Floa
 
 
 def _rows(settings: GymSettings, rng: np.random.Generator) -> Floats:
-    """Heights of the rows of corners: floor, a crease or two, the top."""
+    """Return the heights of the rows of corners: floor, a crease or two, the top."""
     count = max(1, round(settings.height / 2.6)) if settings.facets > 0.3 else 1
     inner = (np.arange(1, count + 1) - 0.45) / (count + 0.3) * settings.height
     return np.concatenate([[0.0], inner + rng.uniform(-0.15, 0.15, count), [settings.height]])
 
 
 def _corners(settings: GymSettings, rng: np.random.Generator) -> Floats:
-    """(R, C, 3) corners of the panels."""
+    """Return the (R, C, 3) corners of the panels."""
     foot, outward = _plan(settings, rng)
     heights = _rows(settings, rng)
     low, high = np.radians([settings.overhang_min_deg, settings.overhang_max_deg])
     lean = rng.uniform(low, high, len(foot))
-    # Panels, not columns, have a lean in a plain gym: neighbours share it.
+    # In a plain gym panels, not columns, have a lean, so neighbouring columns share it.
     if settings.facets < 0.5:
         lean[:] = lean.mean() if settings.columns <= 2 else np.repeat(lean[::2], 2)[: len(lean)]
     corners = np.zeros((len(heights), len(foot), 3))
@@ -52,7 +52,7 @@ def _corners(settings: GymSettings, rng: np.random.Generator) -> Floats:
             change = rng.uniform(-0.5, 0.5, len(foot)) * settings.facets
             slope = np.clip(np.tan(lean) * (1 + change), math.tan(low), math.tan(high))
             reach = reach + slope * (height - heights[row - 1])
-        # z varies a little along creases, not at the floor and at the top
+        # vary z along creases, but not at the floor and the top
         wobble = settings.facets * 0.5 if 0 < row < len(heights) - 1 else 0.0
         corners[row, :, :2] = foot + outward * reach[:, None]
         corners[row, :, 2] = height + rng.uniform(-wobble, wobble, len(foot))
@@ -60,10 +60,10 @@ def _corners(settings: GymSettings, rng: np.random.Generator) -> Floats:
 
 
 def build_wall(settings: GymSettings, rng: np.random.Generator) -> list[Facet]:
-    """The climbing surface as plane triangles; it begins at the origin and faces -y.
+    """Return the climbing surface as plane facets; it begins at the origin and faces -y.
 
-    A panel between two columns is cut along one diagonal: where its four corners are in a
-    plane the cut does not show, where not it is a crease, as in gyms built of facets.
+    A panel between two columns is cut along one diagonal. If its four corners lie in a plane, it
+    stays one facet; otherwise the diagonal is a crease, as in gyms built of facets.
     """
     corners = _corners(settings, rng)
     facets = []
@@ -83,7 +83,7 @@ def build_wall(settings: GymSettings, rng: np.random.Generator) -> list[Facet]:
 
 
 def _fins(corners: Floats, settings: GymSettings, rng: np.random.Generator) -> list[Facet]:
-    """Fins: pyramids on the floor that lean on an inner column, two facets and an arete each."""
+    """Return fins: floor pyramids leaning on an inner column, with two facets and an arete each."""
     facets: list[Facet] = []
     inner = np.arange(1, corners.shape[1] - 1)
     for column in rng.permutation(inner)[: settings.fins]:
@@ -104,7 +104,7 @@ def _fins(corners: Floats, settings: GymSettings, rng: np.random.Generator) -> l
 
 
 def build_hall(wall: list[Facet], settings: GymSettings) -> list[Facet]:
-    """Mats in front of the wall and the building around it."""
+    """Return the mats in front of the wall and the building around it."""
     points = np.concatenate([f.corners for f in wall])
     low, high = points.min(axis=0), points.max(axis=0)
     x0, x1 = low[0] - 2.5, high[0] + 2.5

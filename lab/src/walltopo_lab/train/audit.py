@@ -1,7 +1,7 @@
-"""Photos whose labels do not fit the picture, found with a half-trained network.
+"""Detection of photos whose labels do not fit the image, with a half-trained network.
 
-Some sets hold photos that were turned or mirrored after their boxes were drawn. A network that
-learned from the others finds the objects where they are, not where such labels say.
+Some sets contain photos that were rotated or mirrored after labelling. A network trained on the
+other photos predicts the true positions, which such labels contradict.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Progress
-from walltopo.segment.detect.found import box_iou
+from walltopo.segment.detect.photo_detections import box_iou
 from walltopo_lab.train.cache import open_cache
 from walltopo_lab.train.choose import detect_with
 from walltopo_lab.train.net import VoteNet
 
 Boxes = NDArray[np.float64]
-_IOU = 0.35  # enough to say "this box is that object"
-_SURE = 0.3  # score above which the half-trained network is believed
+_IOU = 0.35  # enough for a box and an object to match
+_SURE = 0.3  # score above which detections of the half-trained network are used
 
-# Ways a photo may have been turned under its labels, in relative coordinates.
+# Possible rotations and reflections of a photo relative to its labels, in relative coordinates.
 TURNS: dict[str, Callable[[Boxes], Boxes]] = {
     "as labelled": lambda p: p,
     "mirrored": lambda p: np.stack([1 - p[..., 0], p[..., 1]], axis=-1),
@@ -38,13 +38,13 @@ TURNS: dict[str, Callable[[Boxes], Boxes]] = {
 
 @dataclass(frozen=True)
 class Verdict:
-    """How well a photo's labels agree with the network.
+    """The agreement of a photo's labels with the network.
 
     Parameters
     ----------
-    agreement : share (F1) of boxes and detections that meet, labels as they are.
-    turn, turned : the turn of `TURNS` under which they agree best, and how well.
-    wrong : whether the photo should not be trained on.
+    agreement : F1 of matched boxes and detections, with the labels as they are.
+    turn, turned : the turn of `TURNS` with the best agreement, and that agreement.
+    wrong : whether to exclude the photo from training.
     """
 
     name: str
@@ -55,7 +55,7 @@ class Verdict:
 
 
 def turn_boxes(boxes: Boxes, turn: str) -> Boxes:
-    """Relative boxes (n, 4) after one of `TURNS`."""
+    """Return relative boxes (n, 4) after one of `TURNS`."""
     corners = TURNS[turn](boxes.reshape(-1, 2, 2))
     return np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1)
 
@@ -69,12 +69,13 @@ def _agreement(boxes: Boxes, found: Boxes) -> float:
 
 
 def judge(name: str, boxes: Boxes, found: Boxes) -> Verdict:
-    """Compare labelled and found boxes, both (n, 4) relative to the photo's size."""
+    """Return the agreement of labelled and detected boxes, (n, 4) relative to the photo's size."""
     scores = {turn: _agreement(turn_boxes(boxes, turn), found) for turn in TURNS}
     best = max(scores, key=lambda turn: scores[turn])
     plain = scores["as labelled"]
     turned = best != "as labelled" and scores[best] > max(0.25, 2 * plain)
-    # Labels that fit nowhere although there is plenty to see were shifted or stem from elsewhere.
+    # Labels that match under no turn, despite many detections, were shifted or belong to another
+    # photo.
     foreign = min(len(boxes), len(found)) >= 8 and max(scores.values()) < 0.12
     return Verdict(name, plain, best, scores[best], turned or foreign)
 
@@ -82,7 +83,7 @@ def judge(name: str, boxes: Boxes, found: Boxes) -> Verdict:
 def audit(
     net: VoteNet, folder: Path, names: Sequence[str], progress: Progress, size: int = 800
 ) -> list[Verdict]:
-    """A verdict on each cached photo."""
+    """Return a verdict on each cached photo."""
     net.eval()
     progress.step("labels against pictures", len(names))
     verdicts = []

@@ -1,4 +1,4 @@
-"""One training crop from a labelled photo: a random similarity, random colours."""
+"""Augmented training crops from labelled photos: a random similarity and random colours."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from walltopo_lab.train.params import AugmentSettings
 
 @dataclass(frozen=True, eq=False)
 class Crop:
-    """A square piece of a photo, varied.
+    """A square augmented crop of a photo.
 
     Parameters
     ----------
@@ -38,10 +38,13 @@ class Crop:
 def _similarity(
     sample: Sample, side: int, settings: AugmentSettings, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """(2, 3) photo to crop: scale, turn, mirror, and a random object or place in the middle."""
+    """Return a random (2, 3) similarity from photo to crop.
+
+    It combines scale, rotation and reflection, and centres a random object or position.
+    """
     height, width = sample.image.shape[:2]
     scale = math.exp(rng.uniform(math.log(settings.scale_low), math.log(settings.scale_high)))
-    # Tiny pictures would fill a corner of the crop, huge ones show three holds.
+    # A tiny photo would fill only a corner of the crop; of a huge one it would show three holds.
     scale *= float(np.clip(1067.0 / max(height, width), 0.6, 2.5)) ** 0.7
     turn = rng.uniform(-1, 1) * (180.0 if rng.random() < settings.turn_share else settings.rotation)
     angle = math.radians(turn)
@@ -53,7 +56,7 @@ def _similarity(
     if rng.random() < settings.flip_vertical:
         linear[1] *= -1
     if len(sample.boxes) and rng.random() < 0.7:
-        # Volumes are a tenth of the objects: look at them more often than chance would.
+        # Only a tenth of the objects are volumes: oversample them as crop centres.
         volumes = np.flatnonzero(sample.labels == 2)
         among = volumes if len(volumes) and rng.random() < 0.4 else np.arange(len(sample.boxes))
         box = sample.boxes[rng.choice(among)]
@@ -106,9 +109,9 @@ def shift_colours(
 def crop_sample(
     sample: Sample, side: int, settings: AugmentSettings, rng: np.random.Generator
 ) -> Crop:
-    """A random crop of `side` px, with the boxes of the objects in it."""
+    """Return a random crop of `side` px, with the boxes of the objects in it."""
     matrix = _similarity(sample, side, settings, rng)
-    # The matrix maps corners of pixels, as boxes are measured; OpenCV's maps their middles.
+    # The matrix maps pixel corners, as boxes use; OpenCV's maps pixel centres.
     pixels = matrix.copy()
     pixels[:, 2] += matrix[:, :2] @ [0.5, 0.5] - 0.5
     shrink = np.hypot(*matrix[:, 0]) < 0.7
@@ -143,7 +146,7 @@ def crop_sample(
 
 
 def mosaic(crops: Sequence[Crop], rng: np.random.Generator) -> Crop:
-    """One crop of four: each shows through one of the quarters around a random middle."""
+    """Return a mosaic of four crops: each fills one of the quarters around a random centre."""
     if len(crops) != 4:
         raise InputError(f"a mosaic is of 4 crops, not of {len(crops)}")
     side = crops[0].image.shape[0]
@@ -153,7 +156,7 @@ def mosaic(crops: Sequence[Crop], rng: np.random.Generator) -> Crop:
 
 
 def _assemble(parts: Sequence[tuple[Crop, tuple[int, int, int, int]]], blank: int) -> Crop:
-    """Crops of one size, each seen through its window x0, y0, x1, y1 only, in one picture."""
+    """Combine crops of one size into one, each visible only in its window x0, y0, x1, y1."""
     image = np.full_like(parts[0][0].image, blank)
     ids = np.zeros_like(parts[0][0].ids)
     boxes, seen, count = [], [], 0

@@ -1,4 +1,4 @@
-"""Random batches of crops, made on a thread beside the training step."""
+"""Random batches of crops, produced by a thread in parallel with the training step."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ Folders = Sequence[tuple[Path, Sequence[str]]]
 
 
 def source_of(name: str) -> str:
-    """The photo a file stems from: Roboflow appends `.rf.<hash>` to augmented copies."""
+    """Return the original photo of a file: Roboflow appends `.rf.<hash>` to augmented copies."""
     return name.split(".rf.")[0]
 
 
 def split_sources(names: Sequence[str], held_out: float) -> tuple[list[str], list[str]]:
-    """Part names into training and held-out ones; all copies of one source go together.
+    """Split names into training and held-out ones; all copies of one source stay together.
 
-    The part of a source follows from its name alone, so that it never changes when photos are
-    added. Sources that share a day in their name (one visit to one gym) also go together.
+    The side of a source depends on its name alone, so that added photos never change it. Sources
+    with the same day in their name (one visit to one gym) also stay together.
     """
     train: list[str] = []
     kept: list[str] = []
@@ -91,12 +91,12 @@ def batches(
     seed: int,
     outlined: Folders = (),
 ) -> Iterator[Batch]:
-    """Endless batches.
+    """Yield batches without end.
 
     Parameters
     ----------
-    folders : cache folder and the names to draw from it, per set.
-    shares : share of the crops that each set gives, summing to 1.
+    folders : cache folder and the names of its photos to sample, per set.
+    shares : share of the crops from each set; the sum is 1.
     outlined : sets with exact outlines, whose objects are pasted onto other crops.
     """
     cv2.setNumThreads(1)
@@ -108,7 +108,7 @@ def batches(
         try:
             while not over.is_set():
                 ready.put(_one_batch(folders, shares, settings, augment, rng, outlined))
-        except BaseException as error:  # handed to the consumer, which raises it
+        except BaseException as error:  # passed to the consumer, which raises it
             ready.put(error)
 
     worker = threading.Thread(target=produce, daemon=True)

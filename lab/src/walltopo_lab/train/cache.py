@@ -1,7 +1,7 @@
-"""The training cache: photos and instance maps as plain arrays that can be memory-mapped.
+"""The training cache: photos and instance maps as plain arrays for memory mapping.
 
-Several runs share a cache. Each entry stores a key of its photo, its labels and the way it was
-prepared, so that a change of any of them prepares the entry again.
+Several runs share a cache. Each entry stores a key of its photo, its labels and its
+preparation, so that a change of any of them rebuilds the entry.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from walltopo.images.files import read_rgb
 from walltopo.scans.detections import read_coco_masks
 from walltopo_lab.train.pseudomask import HULL_POINTS, hull_of, paint_instances
 
-PREPARED_VERSION = 1  # raise it when entries of the same labels would come out differently
-_LONGEST = 1600  # px; larger photos are shrunk before they are cached
+PREPARED_VERSION = 1  # increase it when a code change alters the entries of unchanged labels
+_LONGEST = 1600  # px; larger photos are downscaled before caching
 
-# Values of an instance map below zero.
-UNDECIDED = -1  # within a labelled box, where colour cannot tell object from wall
-IGNORED = -2  # no loss at all: the labeller was unsure, or left objects out
-MAYBE_VOLUME = -3  # no hold, but perhaps a volume: the set does not label volumes
+# Negative values of an instance map.
+UNDECIDED = -1  # inside a labelled box, where colour does not separate object from wall
+IGNORED = -2  # excluded from the loss: the label was uncertain, or objects were not labelled
+MAYBE_VOLUME = -3  # not a hold, but possibly a volume, because the set does not label volumes
 
 DONT_KNOW = 0  # label of a category whose objects are painted as `IGNORED`
 
@@ -43,7 +43,7 @@ class Sample:
     ----------
     name : file name of the photo.
     image : (H, W, 3) uint8, BGR.
-    ids : (H, W) int16; 0 background, k + 1 the k-th object, < 0 one of the values above.
+    ids : (H, W) int16; 0 background, k + 1 the k-th object, < 0 a constant above.
     labels : (n,) int, 1 hold, 2 volume.
     boxes : (n, 4) float32, x0, y0, x1, y1 in pixels.
     hulls : (n, HULL_POINTS, 2) float32, points whose extent is the box.
@@ -60,9 +60,9 @@ class Sample:
 def read_yolo_boxes(
     path: Path, width: int, height: int
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Class numbers (n,) as in the file and boxes (n, 4) x0, y0, x1, y1 in pixels.
+    """Return the file's class numbers (n,) and boxes (n, 4) x0, y0, x1, y1 in pixels.
 
-    Segments (more than four numbers) count by their extent.
+    A segment (more than four numbers) is replaced by its bounding box.
     """
     classes: list[int] = []
     boxes: list[tuple[float, float, float, float]] = []
@@ -88,7 +88,7 @@ def read_yolo_boxes(
 
 
 def _read_photo(path: Path) -> tuple[NDArray[np.uint8], float]:
-    image = cv2.cvtColor(read_rgb(path), cv2.COLOR_RGB2BGR)  # as it is cached
+    image = cv2.cvtColor(read_rgb(path), cv2.COLOR_RGB2BGR)  # the cache stores BGR
     scale = min(1.0, _LONGEST / max(image.shape[:2]))
     if scale < 1.0:
         image = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
@@ -96,7 +96,7 @@ def _read_photo(path: Path) -> tuple[NDArray[np.uint8], float]:
 
 
 def _key(photo: Path, *facts: object) -> str:
-    """Key of an entry: the way of preparing, the photo and all that its labels say."""
+    """Return the key of an entry: preparation version, photo and label content."""
     text = json.dumps([PREPARED_VERSION, photo.stat().st_size, *facts])
     return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
 
@@ -110,7 +110,7 @@ def _is_current(folder: Path, name: str, key: str) -> bool:
 
 
 def _store(folder: Path, sample: Sample, key: str) -> None:
-    """Write an entry; the file with its key comes last, so that a killed run leaves none."""
+    """Write an entry; the file with its key is last, so that a killed run leaves no valid entry."""
     stem = folder / sample.name
     Path(f"{stem}.labels.npz").unlink(missing_ok=True)
     np.save(f"{stem}.image.npy", sample.image)
@@ -126,7 +126,7 @@ def _store_boxes(
     rows: tuple[NDArray[np.int64], NDArray[np.float64]],
     volumes_labelled: bool,
 ) -> str:
-    """Cache a photo with labels (n,) and relative boxes (n, 4); returns what colour could tell."""
+    """Cache a photo with labels (n,) and relative boxes (n, 4); return a line about its masks."""
     image, _ = _read_photo(photo)
     height, width = image.shape[:2]
     extent = np.array([width, height, width, height])
@@ -146,13 +146,13 @@ def _store_boxes(
 def cache_yolo(
     dataset: Path, folder: Path, progress: Progress | None = None, volumes_labelled: bool = True
 ) -> list[str]:
-    """Cache a YOLO folder (`images/`, `labels/`), its boxes made into pseudo-masks.
+    """Cache a YOLO folder (`images/`, `labels/`), with pseudo-masks from its boxes.
 
-    Entries that are up to date are left alone. Returns the cached names.
+    Entries that are up to date are kept. Returns the cached names.
 
     Parameters
     ----------
-    volumes_labelled : False for a set that labels holds alone.
+    volumes_labelled : False for a set that labels only holds.
     """
     progress = progress or Silent()
     folder.mkdir(parents=True, exist_ok=True)
@@ -169,8 +169,8 @@ def cache_yolo(
         if _is_current(folder, path.name, key):
             continue
         classes, boxes = read_yolo_boxes(labels_path, 1, 1)
-        told = _store_boxes(path, folder, key, (classes + 1, boxes), volumes_labelled)
-        progress.detail(told)
+        summary = _store_boxes(path, folder, key, (classes + 1, boxes), volumes_labelled)
+        progress.detail(summary)
     return names
 
 
@@ -181,11 +181,11 @@ def cache_boxes(
     categories: Mapping[str, int],
     progress: Progress | None = None,
 ) -> list[str]:
-    """Cache a COCO set with boxes alone, made into pseudo-masks.
+    """Cache a COCO set that has only boxes, with pseudo-masks from them.
 
     Parameters
     ----------
-    categories : label by the category's name: 1 hold, 2 volume, `DONT_KNOW`; others are background.
+    categories : category name to label: 1 hold, 2 volume, `DONT_KNOW`; others are background.
     """
     progress = progress or Silent()
     folder.mkdir(parents=True, exist_ok=True)
@@ -248,7 +248,7 @@ def cache_coco(
 
     Parameters
     ----------
-    categories : label by the category's number: 1 hold, 2 volume, `DONT_KNOW`; others are
+    categories : category number to label: 1 hold, 2 volume, `DONT_KNOW`; others are
         background. By default 1 and 2 are hold and volume.
     """
     progress = progress or Silent()
@@ -277,12 +277,12 @@ def cache_coco(
 
 
 def ignored_at(ids: NDArray[np.int16], label: int) -> NDArray[np.bool_]:
-    """Where an instance map does not say whether there is an object of a class."""
+    """Return the pixels where an instance map does not state whether a class is present."""
     return (ids == IGNORED) | ((ids == MAYBE_VOLUME) & (label == 2))
 
 
 def open_cache(folder: Path, name: str) -> Sample:
-    """One cached photo; the arrays stay on disk until they are touched."""
+    """Return one cached photo; its arrays are memory-mapped."""
     stem = folder / name
     try:
         with np.load(f"{stem}.labels.npz") as arrays:

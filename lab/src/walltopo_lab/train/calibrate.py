@@ -1,7 +1,7 @@
-"""What an exported network needs to know about itself, measured on held-out photos.
+"""Calibration of an exported network on held-out photos.
 
-Its constant box error, and per class the least score worth showing, both through the detector as
-it is used. Both are written into the file's metadata.
+It measures the constant box error, and per class the minimum score, both through the detector as
+used in the product. Both are written into the file's metadata.
 """
 
 from __future__ import annotations
@@ -16,22 +16,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Progress
-from walltopo.segment.detect.found import Found, box_iou
 from walltopo.segment.detect.onnx_detector import OnnxDetector
-from walltopo.segment.detect.settings import DetectSettings
+from walltopo.segment.detect.photo_detections import PhotoDetections, box_iou
+from walltopo.segment.settings import DetectSettings
 from walltopo_lab.onnx_file import set_metadata
 from walltopo_lab.train.cache import Sample, open_cache
 from walltopo_lab.train.choose import Truth, ap_of, match_photo, truth_of, without_ignored
 
-LOW_SCORE = 0.03  # score from which detections are looked at
-_OFFSET_PHOTOS = 48  # photos that the offset is measured on; it is a median over all objects
-_NEAR_BEST = 0.005  # F1 given up for recall: lifting drops what no second photo confirms
+LOW_SCORE = 0.03  # minimum score of the evaluated detections
+_OFFSET_PHOTOS = 48  # number of photos for the offset, which is a median over all objects
+_NEAR_BEST = 0.005  # F1 traded for recall: the lift drops detections without a second photo
 
 
-def least_scores(
-    found: Sequence[Found], truth: Sequence[Truth], classes: Sequence[int]
+def min_scores(
+    found: Sequence[PhotoDetections], truth: Sequence[Truth], classes: Sequence[int]
 ) -> list[float]:
-    """Per class the least score at which F1 (boxes, 0.5 IoU) is nearly the best."""
+    """Return per class the lowest score at which F1 (boxes, 0.5 IoU) is nearly the best."""
     chosen = []
     for label in classes:
         mine = [f.pick(np.flatnonzero(f.labels == label)) for f in found]
@@ -49,8 +49,8 @@ def least_scores(
     return chosen
 
 
-def _errors(found: Found, truth: Truth, scale: float) -> NDArray[np.float64]:
-    """(m, 2) error of the middle of each box that meets a label, in input pixels."""
+def _errors(found: PhotoDetections, truth: Truth, scale: float) -> NDArray[np.float64]:
+    """Return (m, 2) centre errors of the boxes that match a label, in input pixels."""
     if not len(found) or not len(truth.labels):
         return np.zeros((0, 2))
     overlap = box_iou(found.boxes, truth.boxes)
@@ -62,15 +62,15 @@ def _errors(found: Found, truth: Truth, scale: float) -> NDArray[np.float64]:
 def network_offset(
     detector: OnnxDetector, photos: Iterable[tuple[NDArray[np.uint8], Truth]]
 ) -> list[float]:
-    """How far right and down the network puts every box, in pixels of its input.
+    """Return the network's constant box offset to the right and down, in input pixels.
 
-    Labels may be off by a constant, too; in mirrored photos that error changes its side, the
-    network's does not, so the mean of both is the network's. Photos upside down are too rare in
-    training to tell the two apart in the other direction: there both count.
+    Labels may have a constant offset, too. In mirrored photos the label offset changes its sign,
+    the network's does not, so their mean is the network's. Upside-down photos are too rare in
+    training to separate the two vertically: the vertical offset contains both.
 
     Parameters
     ----------
-    detector : looks once (`again` 0).
+    detector : detector with a single pass (`again` 0).
     photos : RGB photos with their labels.
     """
     errors = [np.zeros((0, 2)), np.zeros((0, 2))]
@@ -90,8 +90,8 @@ def network_offset(
     return [round(float(v), 2) for v in middle]
 
 
-def look_at(detector: OnnxDetector, sample: Sample) -> Found:
-    """What a detector finds in a cached photo, as it is used on photos."""
+def look_at(detector: OnnxDetector, sample: Sample) -> PhotoDetections:
+    """Return the detections in a cached photo, with the detector as used in the product."""
     photo = cv2.cvtColor(np.asarray(sample.image), cv2.COLOR_BGR2RGB)
     return detector.detect(np.asarray(photo, dtype=np.uint8))
 
@@ -107,8 +107,8 @@ def calibrate(
     photos: Sequence[tuple[Path, str]],
     progress: Progress,
     settings: DetectSettings | None = None,
-) -> tuple[dict[str, float], list[Found]]:
-    """Measure an exported network on cached photos and write `scores` and `offset` into it.
+) -> tuple[dict[str, float], list[PhotoDetections]]:
+    """Measure an exported network on cached photos; write `scores` and `offset` into its file.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def calibrate(
     Returns
     -------
     Thresholds, offset, and AP50 of boxes (classes as one) with the detector's default looks;
-    and what it found in each photo from a score of `LOW_SCORE` on.
+    and the detections in each photo with a score of at least `LOW_SCORE`.
     """
     settings = settings or DetectSettings()
     samples = [open_cache(folder, name) for folder, name in photos]
@@ -135,10 +135,10 @@ def calibrate(
         found.append(without_ignored(look_at(detector, sample), sample))
         progress.advance()
     truth = [truth_of(sample) for sample in samples]
-    scores = least_scores(found, truth, list(detector.classes))
+    scores = min_scores(found, truth, list(detector.classes))
     set_metadata(model, {"scores": json.dumps(scores)})
-    told = {
+    metadata = {
         f"threshold_{name}": s for name, s in zip(detector.classes.values(), scores, strict=True)
     }
     figures = {"offset_x": offset[0], "offset_y": offset[1], "ap50": ap_of(found, truth)}
-    return {**told, **figures}, found
+    return {**metadata, **figures}, found

@@ -1,4 +1,4 @@
-"""The model card that goes with an exported network."""
+"""The model card of an exported network."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from walltopo_lab.train.params import AugmentSettings, TrainSettings
 
 @dataclass(frozen=True)
 class CardFacts:
-    """What a model card tells.
+    """Contents of a model card.
 
     Parameters
     ----------
-    sets : per data set its name, its photos for training, held out, and dropped by the audit.
+    sets : per data set its name and its numbers of training, held-out and rejected photos.
     attribution : credit and licence of the data, one line per set.
-    command : the command that repeats the training.
-    parameters : weights in the network.
-    step, minutes : length of the run that gave these weights.
-    figures : figures on the held-out photos.
-    pretrained : the network the run started from; '' means fresh weights.
+    command : the command that reproduces the training.
+    parameters : number of weights in the network.
+    step, minutes : length of the run that produced these weights.
+    figures : metrics on the held-out photos.
+    pretrained : the initial network of the run; '' for random weights.
     """
 
     sets: Sequence[tuple[str, int, int, int]]
@@ -96,12 +96,12 @@ def yolo_card(
     tables: Sequence[Mapping[str, object]],
     figures: Mapping[str, float],
 ) -> None:
-    """The card of an Ultralytics network.
+    """Write the model card of an Ultralytics network.
 
     Parameters
     ----------
     sets : as in `CardFacts`.
-    tables : settings, then augmentation.
+    tables : training settings, then augmentation settings.
     """
     lines = [
         f"# {path.stem}",

@@ -1,4 +1,4 @@
-"""Figures on held-out photos, by which weights and thresholds are chosen."""
+"""Metrics on held-out photos, for the choice of weights and thresholds."""
 
 from __future__ import annotations
 
@@ -11,37 +11,38 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from walltopo.segment.detect.found import Found, box_iou
 from walltopo.segment.detect.onnx_detector import prepare
+from walltopo.segment.detect.photo_detections import PhotoDetections, box_iou
 from walltopo.segment.detect.votes import decode_votes
 from walltopo_lab.evaluate.coco_ap import average_precision
 from walltopo_lab.train.cache import Sample, ignored_at, open_cache
 from walltopo_lab.train.net import CLASSES, VoteNet
+from walltopo_lab.train.precision import fast_autocast
 
-_SIZE = 1280  # px of the longer side, as the detector looks at photos by default
+_SIZE = 1280  # px of the longer side, the detector's default
 
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """Labelled boxes (n, 4) and labels (n,) of one photo."""
+    """Labelled boxes (n, 4) and class labels (n,) of one photo."""
 
     boxes: NDArray[np.float64]
     labels: NDArray[np.int64]
 
 
 def truth_of(sample: Sample) -> Truth:
-    """The labels of a cached photo."""
+    """Return the labels of a cached photo."""
     return Truth(sample.boxes.astype(np.float64), sample.labels)
 
 
 def match(
     overlap: NDArray[np.float64], scores: NDArray[np.float64], iou: float
 ) -> NDArray[np.bool_]:
-    """(n,) whether each detection, best first, takes a labelled object that none better took.
+    """Return (n,) whether each detection matches a labelled object that no better one matched.
 
     Parameters
     ----------
-    overlap : (n, m) IoU of detections and labelled objects.
+    overlap : (n, m) IoU of detections, best first, and labelled objects.
     """
     hit = np.zeros(len(scores), np.bool_)
     if overlap.size == 0:
@@ -54,8 +55,10 @@ def match(
     return hit
 
 
-def match_photo(found: Found, truth: Truth, iou: float, by_class: int | None) -> NDArray[np.bool_]:
-    """(n,) whether each detection takes a labelled box; see `match`."""
+def match_photo(
+    found: PhotoDetections, truth: Truth, iou: float, by_class: int | None
+) -> NDArray[np.bool_]:
+    """Return (n,) whether each detection matches a labelled box; see `match`."""
     keep = slice(None) if by_class is None else np.flatnonzero(truth.labels == by_class)
     boxes = truth.boxes[keep]
     if len(boxes) == 0 or len(found) == 0:
@@ -64,9 +67,12 @@ def match_photo(found: Found, truth: Truth, iou: float, by_class: int | None) ->
 
 
 def ap_of(
-    found: Sequence[Found], truth: Sequence[Truth], iou: float = 0.5, label: int | None = None
+    found: Sequence[PhotoDetections],
+    truth: Sequence[Truth],
+    iou: float = 0.5,
+    label: int | None = None,
 ) -> float:
-    """AP over photos; `label` None matches without regard to the class."""
+    """Return the AP over photos; `label` None matches regardless of class."""
     scores, hits, wanted = [], [], 0
     for f, t in zip(found, truth, strict=True):
         if label is not None:
@@ -80,22 +86,24 @@ def ap_of(
 
 
 @torch.no_grad()
-def detect_with(net: VoteNet, sample: Sample, threshold: float, size: int = _SIZE) -> Found:
-    """What the network finds in a cached photo, in the photo's pixels."""
+def detect_with(
+    net: VoteNet, sample: Sample, threshold: float, size: int = _SIZE
+) -> PhotoDetections:
+    """Return the network's detections in a cached photo, in the photo's pixels."""
     photo = np.asarray(cv2.cvtColor(np.asarray(sample.image), cv2.COLOR_BGR2RGB), dtype=np.uint8)
     height, width = photo.shape[:2]
     scale = size / max(height, width)
     device = next(net.parameters()).device
     tensor = torch.from_numpy(prepare(photo, scale)).to(device).permute(2, 0, 1)[None].float()
-    with torch.autocast(device.type, dtype=torch.bfloat16):
+    with fast_autocast(device):
         heat, votes, mask = net(tensor.contiguous(memory_format=torch.channels_last))
     outputs = (torch.sigmoid(heat), votes, torch.sigmoid(mask))
     heat_map, vote_map, mask_map = (t[0].float().cpu().numpy() for t in outputs)
     return decode_votes(heat_map, vote_map, mask_map, threshold, scale, (width, height))
 
 
-def without_ignored(found: Found, sample: Sample) -> Found:
-    """Drop detections in places where the labels do not say what is there."""
+def without_ignored(found: PhotoDetections, sample: Sample) -> PhotoDetections:
+    """Drop detections at positions where the labels are undefined."""
     middle = ((found.boxes[:, :2] + found.boxes[:, 2:]) / 2).astype(int)
     height, width = sample.ids.shape
     x, y = np.clip(middle, 0, [width - 1, height - 1]).T
@@ -106,8 +114,8 @@ def without_ignored(found: Found, sample: Sample) -> Found:
     return found.pick(np.flatnonzero(~ignored))
 
 
-def mask_iou(found: Found, sample: Sample) -> NDArray[np.float64]:
-    """(n, m) IoU of detected masks with the objects of an exact instance map."""
+def mask_iou(found: PhotoDetections, sample: Sample) -> NDArray[np.float64]:
+    """Return (n, m) IoU of detected masks with the objects of an exact instance map."""
     count = len(sample.labels) + 1
     ids = np.maximum(sample.ids, 0)
     areas = np.bincount(ids.ravel(), minlength=count)
@@ -119,7 +127,7 @@ def mask_iou(found: Found, sample: Sample) -> NDArray[np.float64]:
     return np.concatenate(rows)
 
 
-def _mask_ap(found: Sequence[Found], samples: Sequence[Sample], label: int) -> float:
+def _mask_ap(found: Sequence[PhotoDetections], samples: Sequence[Sample], label: int) -> float:
     scores, hits, wanted = [], [], 0
     for f, sample in zip(found, samples, strict=True):
         mine = f.pick(np.flatnonzero(f.labels == label))
@@ -133,13 +141,13 @@ def _mask_ap(found: Sequence[Found], samples: Sequence[Sample], label: int) -> f
 
 
 def figures_of(
-    found: Sequence[Found], samples: Sequence[Sample], exact: Sequence[bool] = ()
+    found: Sequence[PhotoDetections], samples: Sequence[Sample], exact: Sequence[bool] = ()
 ) -> dict[str, float]:
-    """AP at 0.5 IoU on cached photos; `score`, to be maximised, is the boxes' mean of classes.
+    """Return AP at 0.5 IoU on cached photos; `score`, the objective, is the mean box AP.
 
     Parameters
     ----------
-    exact : which photos have drawn outlines; masks are measured on those.
+    exact : per photo whether its outlines were drawn; mask AP is measured on those photos.
     """
     found = [without_ignored(f, s) for f, s in zip(found, samples, strict=True)]
     truth = [truth_of(s) for s in samples]
@@ -165,6 +173,9 @@ def _mean(values: Iterable[float]) -> float:
 def check_on(
     net: VoteNet, photos: Sequence[tuple[Path, str]], exact: Sequence[bool] = ()
 ) -> dict[str, float]:
-    """Figures of a network that looks once at cached photos (folder, name); see `figures_of`."""
+    """Return the metrics of a network with one pass per cached photo (folder, name).
+
+    See `figures_of` for the metrics.
+    """
     samples = [open_cache(folder, name) for folder, name in photos]
     return figures_of([detect_with(net, sample, 0.03) for sample in samples], samples, exact)

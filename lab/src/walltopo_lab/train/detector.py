@@ -1,4 +1,4 @@
-"""`walltopo train` as a function: data sets in, ONNX file, card and plot out."""
+"""The implementation of `walltopo train`: data sets in, ONNX file, card and plot out."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ OnCheck = Callable[[int, float], None]
 
 @dataclass(frozen=True)
 class Job:
-    """What `walltopo train` is asked for.
+    """Options of `walltopo train`.
 
     Parameters
     ----------
@@ -36,9 +36,9 @@ class Job:
         `photos/` or in `images/`).
     out : folder of the run: cache, checkpoint, audit, results.
     attribution : credit of the data, for the card.
-    command : how the run was called, for the card.
+    command : the command line of the run, for the card.
     pretrained : an exported network to start from, or None for fresh weights.
-    cache : where labelled photos are cached, None for a folder of the run; runs may share one.
+    cache : cache of labelled photos, None for a folder of the run; runs may share one.
     """
 
     datasets: tuple[Path, ...]
@@ -50,12 +50,15 @@ class Job:
 
     @property
     def cached(self) -> Path:
-        """Folder of the cache."""
+        """Return the folder of the cache."""
         return self.cache or self.out / "cache"
 
 
 def _held_out(sets: Sequence[LabelledSet], count: int) -> tuple[Path, list[str]]:
-    """The photos to check on: evenly drawn from the held-out ones of the first set with any."""
+    """Return evenly sampled held-out photos of the first set that has any, for validation.
+
+    Without held-out photos, training photos of the first set are used.
+    """
     for item in sets:
         if item.held_out:
             pick = np.linspace(0, len(item.held_out) - 1, min(count, len(item.held_out)))
@@ -67,7 +70,7 @@ def _held_out(sets: Sequence[LabelledSet], count: int) -> tuple[Path, list[str]]
 def _drop_wrong(
     job: Job, sets: Sequence[LabelledSet], net: VoteNet | None, progress: Progress
 ) -> list[LabelledSet]:
-    """Leave out photos whose labels do not fit; remembers its verdicts in the run's folder."""
+    """Drop photos whose labels do not fit; cache the verdicts in the run's folder."""
     verdicts_file = job.out / "audit.json"
     if net is not None and not verdicts_file.is_file():
         verdicts = {
@@ -84,7 +87,10 @@ def _drop_wrong(
 
 
 def _shares(sets: Sequence[LabelledSet], synthetic: float) -> list[float]:
-    """Share of the crops per set: exact sets together `synthetic`, by photos within a kind."""
+    """Return each set's share of the crops.
+
+    Exact sets together get `synthetic`; sets of one kind divide their share by number of photos.
+    """
     photos = [len(s.train) for s in sets]
     exact = sum(n for s, n in zip(sets, photos, strict=True) if s.exact)
     boxes = sum(photos) - exact
@@ -97,7 +103,7 @@ def _shares(sets: Sequence[LabelledSet], synthetic: float) -> list[float]:
 
 
 def plot_history(history: Sequence[Mapping[str, float]], path: Path) -> None:
-    """Losses and held-out figures over the minutes of a run; `history` as in it."""
+    """Plot the losses and held-out metrics over the minutes of a run; `history` as in `Run`."""
     figure, axes = panels(2, columns=1)
     titles = {"training loss": ("heat", "box", "mask"), "held-out AP50": ("ap50",)}
     for panel, (title, starts) in zip(axes, titles.items(), strict=True):
@@ -130,7 +136,7 @@ def export_run(
     facts = {"version": f"step {run.step}", "size": net.size.as_dict()}
     model = job.out / "holds.onnx"
     difference = export_onnx(net, model, facts)
-    # As it is used, with all looks; the checks looked once.
+    # Calibrate with all passes, as in the product; the checks used one pass.
     used, _ = calibrate(model, photos, progress)
     used["ap50_as_used"] = used.pop("ap50")
     parameters = sum(p.numel() for p in net.parameters())
@@ -157,12 +163,12 @@ def fit_detector(
     progress: Progress,
     on_check: OnCheck | None = None,
 ) -> tuple[Run, list[LabelledSet]]:
-    """Train, or go on training, without the export.
+    """Train, or resume training, without the export.
 
     Parameters
     ----------
-    on_check : called after each check with its number from 1 and AP50 on held-out photos; what
-        it raises ends the training.
+    on_check : called after each check with its number from 1 and AP50 on held-out photos; an
+        exception ends the training.
     """
     sets = open_sets(job.datasets, job.cached, settings.held_out, progress)
     folder, names = _held_out(sets, settings.check_photos)
@@ -201,7 +207,7 @@ def fit_detector(
 def train_detector(
     job: Job, settings: TrainSettings, augment: AugmentSettings, progress: Progress
 ) -> dict[str, Any]:
-    """Train, or go on training, and export; returns the held-out figures.
+    """Train, or resume training, and export; return the held-out metrics.
 
     Raises
     ------

@@ -1,9 +1,11 @@
-"""Fits how masks, relief and colour say together what is a hold (`models/evidence.json`).
+"""Fits the model that combines masks, relief and colour into a hold probability.
 
-The shipped detector finds nearly all holds of generated gyms; so that the fit learns what to do
-where it does not, the masks of some holds are taken away, all or most of them, by a seed. Pieces
-that meet a true instance at an IoU of .5 are holds, those with less than .1 of their area on any
-are none, the others teach nothing. `python -m walltopo_lab.benchmarks.evidence` is the command.
+The model is `models/evidence.json`. The shipped detector finds nearly all holds of generated gyms.
+So that the fit also covers its misses, some holds lose all or most of their masks, by a seed.
+Pieces that match a true instance at an IoU of 0.5 are holds. Pieces with less than 0.1 of their
+area on any instance are not holds. All others are excluded.
+
+The command is `python -m walltopo_lab.benchmarks.evidence`.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mask, Mesh, Silent, View
-from walltopo.geometry.ply import read_mesh
+from walltopo.geometry.mesh_files import read_mesh
 from walltopo.pipeline.settings import Settings
 from walltopo.scans.colmap_model import read_views
 from walltopo.scans.detections import Detections
@@ -25,10 +27,17 @@ from walltopo.scans.instances import InstanceRecord
 from walltopo.scans.photos import PhotoSet
 from walltopo.segment.lift import lift
 from walltopo.segment.lift_files import records_of, table_of
-from walltopo.segment.propose.evidence import CUES, EvidenceModel, Masks, Weights, explained
+from walltopo.segment.propose.evidence import (
+    CUES,
+    EvidenceModel,
+    Masks,
+    PhotoView,
+    Weights,
+    explained,
+    photo_views,
+)
 from walltopo.segment.propose.pieces import Ground, Pieces, gather_pieces, masks_of
-from walltopo.segment.propose.settings import ProposeSettings
-from walltopo.segment.propose.tint import Sight, sights
+from walltopo.segment.settings import ProposeSettings
 from walltopo_lab.evaluate.align import align_views
 from walltopo_lab.evaluate.carry import Carried, carry_truth
 from walltopo_lab.evaluate.mesh import REACH_M
@@ -37,9 +46,9 @@ from walltopo_lab.evaluate.truth import read_truth
 
 Floats = NDArray[np.float64]
 
-PATCH = 0.8  # metres: radius of the places where all instances lose masks
-FEW, KEPT = 0.5, 0.125  # share of those that keep some masks, and so many; the others lose all
-# A detector is less sure of photos unlike those that it learnt from: scores are multiplied.
+PATCH = 0.8  # metres: radius of the patches in which all instances lose masks
+FEW, KEPT = 0.5, 0.125  # share of spoilt instances that keep masks, and share of masks kept
+# Factors on all scores: a detector is less confident on photos unlike its training data.
 FADED = (0.5, 1.0)
 MET, NONE = 0.5, 0.1
 WITHIN = 0.02
@@ -47,10 +56,10 @@ WITHIN = 0.02
 
 @dataclass(frozen=True)
 class Spoilt:
-    """A way to spoil: the share of the instances that lose masks, one by one or in patches.
+    """One way to remove masks: the share of spoilt instances, chosen individually or in patches.
 
-    A detector that does not see white on grey misses all of a route, so that what it missed has no
-    neighbours that it saw.
+    A detector that misses white holds on grey walls misses a whole route. Patches therefore leave
+    no detected neighbours.
     """
 
     share: float
@@ -62,7 +71,7 @@ ROUNDS = (Spoilt(0.0, False), Spoilt(0.4, False), Spoilt(0.5, True))
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Pieces with an answer.
+    """Pieces with known ground truth.
 
     Parameters
     ----------
@@ -75,7 +84,7 @@ class Samples:
 
     @classmethod
     def together(cls, parts: Sequence[Samples]) -> Samples:
-        """All samples of some."""
+        """Return the concatenation of several sets of samples."""
         return cls(
             np.concatenate([part.cues for part in parts]),
             np.concatenate([part.hold for part in parts]),
@@ -90,11 +99,11 @@ def spoil(
     spoilt: Spoilt,
     seed: int,
 ) -> Detections:
-    """The detections without the masks of some instances, and less sure of all others.
+    """Return the detections without the masks of some instances, with lower scores for the others.
 
     Parameters
     ----------
-    records : the instances of the lift; places : (n, 3) of them, metres.
+    records : the instances of the lift; places : (n, 3) their positions, metres.
     """
     rng = np.random.default_rng(seed)
     chosen = rng.random(len(records)) < spoilt.share
@@ -121,22 +130,22 @@ def spoil(
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """A scan of a generated gym, with all that does not hang on how pieces are made.
+    """A scan of a generated gym, with all data that does not depend on the piece settings.
 
     Parameters
     ----------
-    ground, seen : of its mesh and photos; carried : the truth on its mesh.
-    rounds : per round of spoiling the lift's labels and what the masks say of each instance.
+    ground, seen : of its mesh and photos; carried : the truth transferred to its mesh.
+    rounds : per round of spoiling, the lift's face labels and the mask evidence of each instance.
     """
 
     ground: Ground
-    seen: list[Sight]
+    seen: list[PhotoView]
     carried: Carried
     rounds: list[tuple[NDArray[np.int32], dict[int, Masks]]]
 
 
 def prepare(folder: Path, gym: Path, ways: Sequence[Spoilt] = ROUNDS) -> Prepared:
-    """Read a scan that has a mesh and detections, and lift it with and without spoilt masks."""
+    """Read a scan with mesh and detections, and lift it with and without spoilt masks."""
     scan, truth = ScanFolder(folder), read_truth(gym)
     mesh = read_mesh(scan.mesh).without_guesses()
     views = read_views(scan.sparse)
@@ -151,17 +160,19 @@ def prepare(folder: Path, gym: Path, ways: Sequence[Spoilt] = ROUNDS) -> Prepare
         rounds.append((label, masks_of(records, kept)))
     return Prepared(
         Ground.of(mesh, 1.0, True, ProposeSettings().seed),
-        list(sights(mesh, views, PhotoSet(scan.photos), Silent())),
+        list(photo_views(mesh, views, PhotoSet(scan.photos), Silent())),
         carry_truth(truth, turned, WITHIN, REACH_M),
         rounds,
     )
 
 
 def samples_of(prepared: Prepared) -> Samples:
-    """The pieces of a scan that have an answer."""
+    """Return the pieces of a scan that have known ground truth."""
     parts = []
-    for label, said in prepared.rounds:
-        pieces = gather_pieces(prepared.ground, label, said, ProposeSettings().sure, prepared.seen)
+    for label, known_masks in prepared.rounds:
+        pieces = gather_pieces(
+            prepared.ground, label, known_masks, ProposeSettings().sure, prepared.seen
+        )
         parts.append(_answered(pieces, prepared.carried, prepared.ground.mesh))
     return Samples.together(parts)
 
@@ -176,7 +187,7 @@ def _lifted(
 
 
 def _answered(pieces: Pieces, carried: Carried, mesh: Mesh) -> Samples:
-    """Which pieces are holds; those in between are left out."""
+    """Return the pieces with the label whether they are holds; ambiguous ones are left out."""
     true = carried.labelled.face_instance
     area = np.where(carried.ignored, 0.0, mesh.areas)
     shape = (int(pieces.label.max(initial=0)) + 1, int(true.max(initial=0)) + 1)
@@ -189,14 +200,14 @@ def _answered(pieces: Pieces, carried: Carried, mesh: Mesh) -> Samples:
     on_truth = shared[ids, 1:].sum(axis=1) / np.maximum(own[ids], 1e-12)
     seen = own[ids] > 0.5 * np.bincount(pieces.label, mesh.areas, shape[0])[ids]
     used = seen & ((best >= MET) | (on_truth < NONE))
-    told = np.array(
+    covered = np.array(
         [explained(pieces.relief[n], pieces.masks[n], pieces.tint[n]) for n in pieces.ids]
     )
-    return Samples(pieces.cues()[used], best[used] >= MET, told[used])
+    return Samples(pieces.cues()[used], best[used] >= MET, covered[used])
 
 
 def fit(samples: Samples, made_by: str = "") -> EvidenceModel:
-    """The model of some samples."""
+    """Fit the model to samples."""
     masked = samples.cues[:, CUES.index("masks")] > 0
     return EvidenceModel(
         cues=CUES,
@@ -207,7 +218,7 @@ def fit(samples: Samples, made_by: str = "") -> EvidenceModel:
 
 
 def _weights(cues: Floats, hold: NDArray[np.bool_]) -> Weights:
-    """One regression; cues that never differ weigh nothing."""
+    """Fit one logistic regression; constant cues get weight 0."""
     from sklearn.linear_model import LogisticRegression
 
     middle, spread = cues.mean(axis=0), cues.std(axis=0)

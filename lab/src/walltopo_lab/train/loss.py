@@ -1,4 +1,4 @@
-"""Losses of the three outputs."""
+"""Losses of the three network outputs."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-_CLASS_WEIGHTS = (1.0, 3.0)  # hold, volume: there are ten holds to a volume
+_CLASS_WEIGHTS = (1.0, 3.0)  # hold, volume: there are ten holds per volume
 
 
 def _class_weight(classes: int, like: Tensor) -> Tensor:
-    """(1, C, 1, 1) weight of each class."""
+    """Return the (1, C, 1, 1) weight of each class."""
     return like.new_tensor(_CLASS_WEIGHTS[:classes]).view(1, classes, 1, 1)
 
 
 def heat_loss(logits: Tensor, target: Tensor, weight: Tensor) -> Tensor:
-    """Focal loss with softened negatives near peaks (CornerNet; Law and Deng, ECCV 2018)."""
+    """Return the focal loss, with less weight near peaks (CornerNet; Law and Deng, ECCV 2018)."""
     p = torch.sigmoid(logits)
     at_peak = (target >= 1.0).float()
     positive = at_peak * (1 - p) ** 2 * functional.softplus(-logits)
@@ -25,7 +25,7 @@ def heat_loss(logits: Tensor, target: Tensor, weight: Tensor) -> Tensor:
 
 
 def box_loss(votes: Tensor, target: Tensor, weight: Tensor) -> Tensor:
-    """Weighted mean of 1 - GIoU of boxes given as distances from the same pixel.
+    """Return the weighted mean of 1 - GIoU of boxes given as distances from the same pixel.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def box_loss(votes: Tensor, target: Tensor, weight: Tensor) -> Tensor:
 
 
 def mask_loss(logits: Tensor, target: Tensor, weight: Tensor) -> Tensor:
-    """Weighted cross entropy plus the soft Dice loss of each class."""
+    """Return the weighted cross entropy plus the soft Dice loss of each class."""
     entropy = functional.binary_cross_entropy_with_logits(logits, target, reduction="none") * weight
     p = torch.sigmoid(logits) * (weight > 0)
     t = target * (weight > 0)

@@ -1,15 +1,15 @@
-"""The network of the shipped detector: where holds are, how large, and which pixels are theirs.
+"""The network of the shipped detector: centres, boxes and masks of holds and volumes.
 
 A small residual encoder (strides 2 to 32) with a top-down decoder, three outputs:
 
-- heat, stride 4, per class: peaks at the middle of objects (CenterNet: Zhou, Wang, Kraehenbuehl,
+- heat, stride 4, per class: peaks at object centres (CenterNet: Zhou, Wang, Kraehenbuehl,
   "Objects as Points", 2019);
-- votes, stride 4, per class: every pixel of an object tells the distances to the four sides of
-  the object's box (FCOS: Tian et al., ICCV 2019). The votes give the boxes, and they tell
-  touching objects apart: a pixel belongs to the detection whose box it votes for;
-- mask, stride 2, per class: is this pixel a hold, is it a volume.
+- votes, stride 4, per class: every pixel of an object predicts the distances to the four sides of
+  the object's box (FCOS: Tian et al., ICCV 2019). The votes give the boxes and separate
+  touching objects: a pixel belongs to the detection whose box it votes for;
+- mask, stride 2, per class: whether a pixel is a hold, and whether it is a volume.
 
-Plain 3x3 convolutions, because CPUs run them near their peak, with batch normalisation, which
+Plain 3x3 convolutions, which CPUs run near their peak, with batch normalisation, which
 folds into the convolutions on export.
 """
 
@@ -23,12 +23,12 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 CLASSES = ("hold", "volume")
-_UNIT = 16.0  # px; a vote of 0 means this distance
+_UNIT = 16.0  # px; the distance that a vote of 0 means
 
 
 @dataclass(frozen=True)
 class NetSize:
-    """Channels and residual blocks per stage (strides 4, 8, 16, 32)."""
+    """Channel counts and residual blocks per stage (strides 4, 8, 16, 32)."""
 
     stem: int = 16
     widths: tuple[int, int, int, int] = (32, 64, 128, 192)
@@ -39,7 +39,7 @@ class NetSize:
         return asdict(self)
 
 
-# Weights in millions: 0.8, 2.8, 6.4, 9.8, 17.3.
+# Millions of weights: 0.8, 2.8, 6.4, 9.8, 17.3.
 NET_SIZES = {
     "n": NetSize(stem=12, widths=(16, 32, 64, 96), neck=48),
     "s": NetSize(),
@@ -58,7 +58,7 @@ def conv(inputs: int, outputs: int, size: int = 3, stride: int = 1) -> nn.Sequen
 
 
 class Block(nn.Module):
-    """Two 3x3 convolutions around a shortcut."""
+    """Residual block of two 3x3 convolutions."""
 
     def __init__(self, width: int) -> None:
         super().__init__()
@@ -71,7 +71,7 @@ class Block(nn.Module):
 
 
 class Pool(nn.Module):
-    """Context at the coarsest stride: growing max pools side by side (YOLO's SPPF)."""
+    """Context at the coarsest stride: parallel max pools of growing size (YOLO's SPPF)."""
 
     def __init__(self, width: int) -> None:
         super().__init__()
@@ -86,7 +86,10 @@ class Pool(nn.Module):
 
 
 class VoteNet(nn.Module):
-    """See the module's text; input (n, 3, H, W) float RGB in 0..255, sides multiples of 32."""
+    """The network of the module docstring.
+
+    The input is (n, 3, H, W) float RGB in 0..255, with sides that are multiples of 32.
+    """
 
     def __init__(self, size: NetSize) -> None:
         super().__init__()
@@ -118,14 +121,14 @@ class VoteNet(nn.Module):
                 nn.init.kaiming_normal_(module.weight, nonlinearity="relu")
                 if module.bias is not None:
                     nn.init.zeros_(module.bias)
-        # Objects are rare: start by saying so, or the first steps only unlearn it.
+        # Objects are rare: start with low probabilities, or the first steps only learn that.
         nn.init.normal_(self.heat.weight, std=0.01)
         nn.init.constant_(self.heat.bias, -4.0)
         nn.init.normal_(self.votes.weight, std=0.01)
         nn.init.constant_(self.mask.bias, -2.0)
 
     def forward(self, photo: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Heat and mask as logits, votes in pixels (left, top, right, bottom per class)."""
+        """Return heat and mask as logits, votes in pixels (left, top, right, bottom per class)."""
         stem = self.stem(photo / 64.0 - 2.0)
         x = stem
         levels = []
@@ -146,7 +149,7 @@ class VoteNet(nn.Module):
 
 
 def build_net(size: NetSize | dict[str, Any] | None = None) -> VoteNet:
-    """A network with fresh weights; `size` as saved in a checkpoint."""
+    """Return a network with random weights; `size` as saved in a checkpoint."""
     if isinstance(size, dict):
         size = NetSize(
             stem=size["stem"],

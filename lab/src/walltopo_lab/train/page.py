@@ -1,4 +1,4 @@
-"""The page of an endless run: what the network has learnt, over the processor hours spent."""
+"""The status page of an endless run: metrics over the processor hours spent."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def _table(history: Sequence[Entry]) -> str:
 
 
 def write_page(path: Path, history: Sequence[Entry]) -> None:
-    """Write the page; `history` as in `Run`."""
+    """Write the status page; `history` as in `Run`."""
     text = f"""<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>Training of the detector</title>
 <style>body {{ font: 15px sans-serif; margin: 2em }}

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from walltopo.core import InputError, SettingsError, about, check_settings
-from walltopo.core.toml import read_toml
+from walltopo.core.files import read_toml
 
 
 @dataclass(frozen=True)
 class AugmentSettings:
-    """How photos are varied; crops lie at random places whatever these say."""
+    """Settings of the augmentation; crops are always at random positions."""
 
     hue: Annotated[float, about("largest hue shift, share of the circle", low=0.0, high=1.0)] = 1.0
     hue_share: Annotated[float, about("share of crops whose hue is shifted", low=0.0, high=1.0)] = (
@@ -71,7 +71,7 @@ AUGMENTS = {
         scale_high=1.0,
         degrade=0.0,
     ),
-    # The ranges published for hold detectors: any hue, any angle, mosaics throughout.
+    # The published ranges for hold detectors: any hue, any angle, mosaics throughout.
     "published": AugmentSettings(
         hue_share=1.0,
         rotation=180.0,
@@ -88,11 +88,11 @@ AUGMENTS = {
 
 
 def read_augment(name: str) -> AugmentSettings:
-    """`default`, `none`, `published`, or the settings in a TOML file (others stay default).
+    """Return the named settings (`default`, `none`, `published`) or those of a TOML file.
 
     Raises
     ------
-    InputError : no such file, or no TOML.
+    InputError : the file is missing or is not TOML.
     SettingsError : an unknown key (the nearest known one is named), a wrong value.
     """
     if name in AUGMENTS:
@@ -106,11 +106,11 @@ def read_augment(name: str) -> AugmentSettings:
 
 
 def read_values(path: Path, kind: type[Any]) -> dict[str, Any]:
-    """Fields of a settings class from a TOML file.
+    """Return fields of a settings class from a TOML file.
 
     Raises
     ------
-    InputError : no such file, or no TOML.
+    InputError : the file is missing or is not TOML.
     SettingsError : an unknown key (the nearest known one is named), a wrong type.
     """
     values = read_toml(path)
@@ -122,14 +122,14 @@ def read_values(path: Path, kind: type[Any]) -> dict[str, Any]:
             raise SettingsError(f"{path}: unknown setting {key!r}", hint)
         wanted = (int, float) if known[key] is float else known[key]
         if isinstance(value, bool) or not isinstance(value, wanted):
-            told = "a number" if known[key] is float else f"of type {known[key].__name__}"
-            raise SettingsError(f"{path}: {key}: expected {told}, got {value!r}")
+            expected = "a number" if known[key] is float else f"of type {known[key].__name__}"
+            raise SettingsError(f"{path}: {key}: expected {expected}, got {value!r}")
     return {key: known[key](value) for key, value in values.items()}
 
 
 @dataclass(frozen=True)
 class TrainSettings:
-    """How long and on what the detector is trained."""
+    """Training settings of the vote network."""
 
     minutes: Annotated[
         float,
@@ -178,13 +178,13 @@ class TrainSettings:
 
     @property
     def endless(self) -> bool:
-        """Whether training goes on until it is stopped."""
+        """Return whether training runs until it is stopped."""
         return self.minutes == 0
 
 
 @dataclass(frozen=True)
 class YoloSettings:
-    """How long and with what Ultralytics trains one of its networks."""
+    """Training settings of an Ultralytics network."""
 
     minutes: Annotated[
         float, about("time to train, all resumed parts together", unit="min", low=0.01)
@@ -206,5 +206,5 @@ class YoloSettings:
 
 
 def is_yolo(name: str) -> bool:
-    """Whether a model's name is one of Ultralytics' (`yolo11s-seg`, `rtdetr-l`)."""
+    """Return whether a model's name is one of Ultralytics' (`yolo11s-seg`, `rtdetr-l`)."""
     return re.fullmatch(r"yolo(v8|v9|v10|11|12)[ntsmclxe](-seg)?|rtdetr-[lx]", name) is not None

@@ -1,8 +1,8 @@
-"""Objects with true outlines, put onto other photos' crops (copy-paste).
+"""Copy-paste augmentation with exactly outlined objects.
 
 Ghiasi et al., "Simple Copy-Paste is a Strong Data Augmentation Method for Instance Segmentation"
-(CVPR 2021). A pasted object takes on the brightness of its new surroundings; a volume takes the
-holds on it along.
+(CVPR 2021). A pasted object is adjusted to the brightness of its new crop; a volume is pasted
+with the holds on it.
 """
 
 from __future__ import annotations
@@ -15,20 +15,20 @@ from numpy.typing import NDArray
 
 from walltopo_lab.train.augment import Crop
 
-_MIN_SIDE = 12  # px; smaller objects are not worth pasting
-_MIN_SEEN = 0.9  # objects cut by their crop would have false outlines
-_MIN_LEFT = 0.4  # objects of which pasted ones leave less are neither wanted nor punished
+_MIN_SIDE = 12  # px; smaller objects are not pasted
+_MIN_SEEN = 0.9  # objects clipped by their crop would have false outlines
+_MIN_LEFT = 0.4  # objects with a smaller visible share after pasting are ignored in the loss
 
 
 @dataclass(frozen=True, eq=False)
 class _Piece:
-    """An object cut out of a crop, with the objects on it.
+    """A cut-out object, with the objects on it.
 
     Parameters
     ----------
     image : (h, w, 3) uint8.
     ids : (h, w) int; 0 outside, k + 1 the k-th object of the piece.
-    labels, boxes : of its objects, boxes (n, 4) in the piece.
+    labels, boxes : of its objects; boxes (n, 4) in the piece's pixels.
     """
 
     image: NDArray[np.uint8]
@@ -38,7 +38,7 @@ class _Piece:
 
 
 def _candidates(source: Crop, rng: np.random.Generator) -> list[int]:
-    """Objects of a crop in random order, volumes first, because they are rare."""
+    """Return the objects of a crop in random order, volumes first because they are rare."""
     sides = source.boxes[:, 2:] - source.boxes[:, :2]
     usable = (source.seen >= _MIN_SEEN) & (sides.min(axis=1, initial=np.inf) >= _MIN_SIDE)
     order = rng.permutation(np.flatnonzero(usable))
@@ -46,7 +46,7 @@ def _candidates(source: Crop, rng: np.random.Generator) -> list[int]:
 
 
 def _cut(source: Crop, k: int) -> _Piece | None:
-    """Cut out an object and the whole objects within its outline; None if nothing is visible."""
+    """Cut out an object and all objects inside its outline; return None if nothing is visible."""
     mine = (source.ids == k + 1).astype(np.uint8)
     shapes, _ = cv2.findContours(mine, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
     if not shapes:
@@ -67,7 +67,7 @@ def _cut(source: Crop, k: int) -> _Piece | None:
 
 
 def _put(target: Crop, piece: _Piece, light: float, rng: np.random.Generator) -> Crop:
-    """Put a piece at a random place; a quarter of it may lie beyond the border."""
+    """Paste a piece at a random position; up to a quarter of it may lie beyond the border."""
     side = target.image.shape[0]
     h, w = piece.ids.shape
     y, x = (int(rng.integers(-n // 4, max(side - 3 * n // 4, 1 - n // 4))) for n in (h, w))
@@ -96,7 +96,7 @@ def _put(target: Crop, piece: _Piece, light: float, rng: np.random.Generator) ->
 
 
 def _without_hidden(crop: Crop, before: Crop) -> Crop:
-    """Mark the objects of `before` of which pasted ones hide most as little seen."""
+    """Mark objects of `before` as little visible if pasted objects hide most of them."""
     count = len(before.labels) + 1
     old = np.bincount(np.maximum(before.ids, 0).ravel(), minlength=count)[1:]
     new = np.bincount(np.maximum(crop.ids, 0).ravel(), minlength=count)[1:count]
@@ -107,7 +107,7 @@ def _without_hidden(crop: Crop, before: Crop) -> Crop:
 
 
 def paste_objects(target: Crop, source: Crop, count: int, rng: np.random.Generator) -> Crop:
-    """A crop with up to `count` objects of another one.
+    """Return a crop with up to `count` pasted objects of another crop.
 
     Parameters
     ----------

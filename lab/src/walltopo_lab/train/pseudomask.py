@@ -1,9 +1,9 @@
-"""Masks from boxes: what lies inside a labelled box, told by colour.
+"""Pseudo-masks from boxes, by colour segmentation inside each labelled box.
 
-GrabCut (Rother, Kolmogorov, Blake: "GrabCut", SIGGRAPH 2004; OpenCV's) is run inside each box
-with the ring around it as background. A hold's colour says little where the wall is painted the
-same, so the result is believed only when it looks like an object that was boxed tightly;
-otherwise the box keeps an ellipse as its certain core and the rest of it is left undecided.
+GrabCut (Rother, Kolmogorov, Blake: "GrabCut", SIGGRAPH 2004; OpenCV's) runs inside each box with
+the ring around it as background. Colour does not separate a hold from a wall of the same paint. A
+result is therefore used only if it looks like a tightly boxed object. Otherwise the box gets an
+ellipse as its certain core, and its remainder is undecided.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 HULL_POINTS = 16
-_WORK_SIZE = 48  # px of the longer box side while GrabCut runs; more costs time, gains nothing
+_WORK_SIZE = 48  # px of the longer box side for GrabCut; more costs time without gain
 _MARGIN = 0.35  # ring around the box, as a share of its longer side
 
 
 def ellipse(box: NDArray[np.generic], share: float = 1.0) -> NDArray[np.bool_]:
-    """The ellipse inscribed in an (h, w) array, shrunk to `share` of its diameters."""
+    """Return the ellipse inscribed in an (h, w) array, shrunk to `share` of its diameters."""
     height, width = box.shape
     y = (np.arange(height) + 0.5) / height * 2 - 1
     x = (np.arange(width) + 0.5) / width * 2 - 1
@@ -26,7 +26,7 @@ def ellipse(box: NDArray[np.generic], share: float = 1.0) -> NDArray[np.bool_]:
 
 
 def mask_is_plausible(mask: NDArray[np.bool_]) -> bool:
-    """Whether a mask fills its (h, w) box as a tightly boxed object would."""
+    """Return whether a mask fills its (h, w) box like a tightly boxed object."""
     fill = float(mask.mean())
     if not 0.3 <= fill <= 0.97:
         return False
@@ -48,13 +48,13 @@ def box_mask(
     others: NDArray[np.bool_],
     rng: np.random.Generator,
 ) -> NDArray[np.bool_] | None:
-    """The object inside a box, or None where colour cannot tell it from what surrounds it.
+    """Return the mask of the object in a box, or None if colour does not separate it.
 
     Parameters
     ----------
     image : (H, W, 3) uint8, BGR.
     box : (4,) x0, y0, x1, y1 in pixels.
-    others : (H, W) bool, pixels inside any labelled box; they are kept out of the background.
+    others : (H, W) bool, pixels inside any labelled box; excluded from the background.
 
     Returns
     -------
@@ -88,7 +88,7 @@ def box_mask(
     free = crop[~busy]
     if len(free) < 12:
         return None
-    # Neighbours outside the box would teach the background their colour: paint them over.
+    # Paint over neighbouring objects, which would add their colours to the background model.
     outside = busy.copy()
     outside[v0:v1, u0:u1] = False
     crop[outside] = free[rng.integers(len(free), size=int(outside.sum()))]
@@ -108,10 +108,10 @@ def box_mask(
 
 
 def hull_of(mask: NDArray[np.bool_], box: NDArray[np.float64]) -> NDArray[np.float32]:
-    """(HULL_POINTS, 2) points of the mask's convex hull, stretched so that they fill the box.
+    """Return (HULL_POINTS, 2) points of the mask's convex hull, stretched to fill the box.
 
-    The labelled box is exact where the mask is not; under rotation the extent of these points
-    is the best guess of the object's new box.
+    The labelled box is exact, unlike the mask. Under rotation the extent of these points
+    is the best estimate of the object's new box.
     """
     rows, cols = np.nonzero(mask)
     points = np.stack([cols, rows], axis=1).astype(np.float32)
@@ -128,13 +128,13 @@ def hull_of(mask: NDArray[np.bool_], box: NDArray[np.float64]) -> NDArray[np.flo
 def paint_instances(
     image: NDArray[np.uint8], boxes: NDArray[np.float64], seed: int = 0
 ) -> tuple[NDArray[np.int16], NDArray[np.float32], int]:
-    """Paint one photo's boxes as pseudo-masks, large first so that small ones lie on top.
+    """Paint one photo's boxes as pseudo-masks, large ones first so that small ones are on top.
 
     Returns
     -------
     ids : (H, W) int16; 0 background, k + 1 the k-th box's object, -1 undecided.
     hulls : (n, HULL_POINTS, 2) float32, see `hull_of`.
-    trusted : how many masks colour could tell.
+    trusted : number of masks with a plausible colour segmentation.
     """
     height, width = image.shape[:2]
     rng = np.random.default_rng(seed)

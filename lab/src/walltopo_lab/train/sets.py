@@ -1,4 +1,4 @@
-"""Labelled sets as training sees them: cached, and parted by where photos come from."""
+"""Labelled sets for training: cached, and split by the origin of the photos."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from walltopo_lab.train.cache import cache_coco, cache_yolo
 
 @dataclass(frozen=True)
 class LabelledSet:
-    """One cached data set, parted.
+    """One cached and split data set.
 
     Parameters
     ----------
-    name : of the set.
+    name : name of the set.
     folder : the cache (`walltopo_lab.train.cache`).
-    exact : whether its masks were drawn or rendered, not guessed from boxes.
+    exact : whether its masks were drawn or rendered instead of estimated from boxes.
     train, held_out, dropped : names of cached photos.
     """
 
@@ -33,7 +33,7 @@ class LabelledSet:
 
 
 def drop_photos(item: LabelledSet, names: Collection[str]) -> LabelledSet:
-    """The set without training on the named photos."""
+    """Return the set without the named photos in its training part."""
     return replace(
         item,
         train=tuple(name for name in item.train if name not in names),
@@ -51,19 +51,19 @@ def _photos_of(annotations: Path) -> Path:
 def open_sets(
     datasets: Sequence[Path], cache: Path, held_out: float, progress: Progress
 ) -> list[LabelledSet]:
-    """Cache data sets in folders of `cache` and part each into training and held-out photos.
+    """Cache data sets in folders of `cache` and split each into training and held-out photos.
 
     Raises
     ------
-    InputError : a set is neither a COCO file nor a YOLO folder, or there are no labels at all.
+    InputError : a set is neither a COCO file nor a YOLO folder, or no set has labels.
     """
     sets = []
-    # Rendered photos tell little about real ones: where there are box sets, check on those.
+    # Rendered photos are a poor proxy for real ones: validate on box sets if there are any.
     only_exact = all(path.suffix == ".json" for path in datasets)
     for path in datasets:
         exact = path.suffix == ".json"
         label = "-".join(path.with_suffix("").parts[-2:])
-        # Runs share the cache: two sets of one name must not meet in one folder.
+        # Runs share the cache, so two sets with the same name need separate folders.
         place = hashlib.blake2b(str(path.resolve()).encode(), digest_size=4).hexdigest()
         folder = cache / f"{label}-{place}"
         if exact:

@@ -1,14 +1,13 @@
 """Training of the shipped detector without end: `make train`, `make train-export`.
 
-The state lies outside of the checkout, so that any later checkout goes on with it: prepared
-photos, rendered gyms, checkpoint and page. A run may be killed at any moment; the next one goes on
+The state is outside the checkout, so that any later checkout can resume it: prepared
+photos, rendered gyms, checkpoint and page. A run may be killed at any moment; the next one resumes
 from the last checkpoint, at most two minutes back.
 """
 
 from __future__ import annotations
 
 import argparse
-import fcntl
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -20,6 +19,7 @@ import numpy as np
 
 from walltopo.core import InputError, Progress
 from walltopo.core.files import read_json, write_json
+from walltopo.core.locks import take_lock
 from walltopo.images.networks import open_network
 from walltopo.segment.detect.detector import shipped_model
 from walltopo_lab.train.audit import audit
@@ -43,18 +43,18 @@ from walltopo_lab.train.shipped_sets import (
 )
 from walltopo_lab.train.warm import load_exported
 
-# The shipped network's first training. The hours are an estimate: it shared its cores.
+# The shipped network's first training. The hours are an estimate, because it shared its cores.
 FIRST_STEPS, FIRST_HOURS = 6585, 1.7
 Show = Callable[[str], None]
 
-# Without end; the averaged weights remember 2,000 steps at most.
+# An endless run; the averaged weights span at most 2,000 steps.
 AUGMENT = AugmentSettings(paste=0.25)
 SETTINGS = TrainSettings(minutes=0.0, rate=5e-4, ema=0.9995, check_every=30.0)
 
 
 @dataclass(frozen=True)
 class State:
-    """Where a run keeps what it must not lose."""
+    """The folder of a run's persistent state."""
 
     folder: Path
 
@@ -80,27 +80,25 @@ class State:
 
     @contextmanager
     def only_run(self) -> Iterator[None]:
-        """Hold the folder's lock, and write this process's number to `pid`.
+        """Hold the folder's lock and write this process's id to `pid`.
 
         Raises
         ------
         InputError : another run has the lock.
         """
         self.folder.mkdir(parents=True, exist_ok=True)
-        with (self.folder / "lock").open("w") as lock:
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError as error:
+        with (self.folder / "lock").open("w") as stream:
+            if not take_lock(stream):
                 raise InputError(
                     f"{self.folder}: a run is using this folder",
                     f"Its process is in {self.folder / 'pid'}.",
-                ) from error
+                )
             (self.folder / "pid").write_text(f"{os.getpid()}\n")
             yield
 
 
 def quick_check(parts: Sequence[Part]) -> Part:
-    """A few photos of each part, always the same, for the checks while training goes on."""
+    """Return a fixed small sample of each part's photos, for checks during training."""
     photos: list[tuple[Path, str]] = []
     exact: list[bool] = []
     for part in parts:
@@ -114,7 +112,7 @@ def quick_check(parts: Sequence[Part]) -> Part:
 def _without_wrong_labels(
     sets: Sequence[LabelledSet], state: State, progress: Progress
 ) -> list[LabelledSet]:
-    """Drop photos whose labels do not fit the picture, as the shipped network sees it."""
+    """Drop photos whose labels do not fit the image, according to the shipped network."""
     file = state.prepared / "audit.json"
     known: dict[str, list[str]] = read_json(file) if file.is_file() else {}
     for item in sets:
@@ -128,7 +126,7 @@ def _without_wrong_labels(
 def _open(
     data: Path, state: State, progress: Progress
 ) -> tuple[list[LabelledSet], list[float], list[Part]]:
-    """The sets that train with their shares of the crops, and the validation photos."""
+    """Return the training sets with their shares of the crops, and the validation photos."""
     sets, shares = open_shipped_sets(data, state.rendered, state.prepared, progress)
     sets = _without_wrong_labels(sets, state, progress)
     used = [(s, share) for s, share in zip(sets, shares, strict=True) if share > 0]
@@ -140,14 +138,14 @@ def _folders(sets: Sequence[LabelledSet]) -> list[tuple[Path, Sequence[str]]]:
 
 
 def training_of(model: Path) -> tuple[int, float]:
-    """Steps and processor seconds that the network in a file of this module has had."""
+    """Return the steps and processor seconds of training of a network file of this module."""
     network = open_network(model)
     hours = network.number("core_hours", FIRST_HOURS)
     return int(network.number("steps", FIRST_STEPS)), hours * 3600
 
 
 def run(data: Path, state: State, progress: Progress) -> None:
-    """Train until somebody stops it.
+    """Train until interrupted.
 
     Raises
     ------
@@ -180,9 +178,9 @@ def run(data: Path, state: State, progress: Progress) -> None:
 
 
 def export(data: Path, state: State, progress: Progress, cool_steps: int = 0) -> Comparison:
-    """Export the averaged weights to `holds.onnx` of the state and compare them with the shipped.
+    """Export the averaged weights to the state's `holds.onnx` and compare with the shipped file.
 
-    A run may go on meanwhile: its last checkpoint counts.
+    A run may continue meanwhile: its last checkpoint is used.
 
     Parameters
     ----------
@@ -201,7 +199,7 @@ def export(data: Path, state: State, progress: Progress, cool_steps: int = 0) ->
 
 
 def _export(args: argparse.Namespace, state: State, progress: Progress, show: Show) -> None:
-    """Export, show the comparison, replace the shipped file if that was asked for."""
+    """Export, print the comparison and, if requested, replace the shipped file."""
     made = export(args.data, state, progress, args.cool_down)
     show(comparison_table(made))
     show(", ".join(f"{name} {value:.3f}" for name, value in made.settings.items()))
@@ -211,7 +209,7 @@ def _export(args: argparse.Namespace, state: State, progress: Progress, show: Sh
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Entry point of `python -m walltopo_lab.train.shipped`."""
+    """Run the command `python -m walltopo_lab.train.shipped` and return its exit code."""
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener
 

@@ -1,7 +1,7 @@
 """Export of the averaged weights, and their comparison with the shipped file.
 
-Both files look at all validation photos as a scan does, twice each, and the same evaluator
-measures what they find. The better one is the one with the higher mean of classes.
+Both files process all validation photos as a scan does, twice each, and the same evaluator
+measures their detections. The better file is the one with the higher mean over classes.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from typing import Any
 
 from walltopo.core import Progress
 from walltopo.core.files import atomic_path
-from walltopo.segment.detect.found import Found
 from walltopo.segment.detect.onnx_detector import OnnxDetector
-from walltopo.segment.detect.settings import DetectSettings
+from walltopo.segment.detect.photo_detections import PhotoDetections
+from walltopo.segment.settings import DetectSettings
 from walltopo_lab.train.cache import open_cache
 from walltopo_lab.train.calibrate import LOW_SCORE, calibrate, look_at
 from walltopo_lab.train.choose import figures_of
@@ -43,9 +43,9 @@ class Comparison:
 
     Parameters
     ----------
-    photos : their number, by part.
-    shipped, exported : figures by part; the part `all` has all photos.
-    settings : thresholds and offset that were measured for the exported file.
+    photos : number of photos by part.
+    shipped, exported : metrics by part; the part `all` has all photos.
+    settings : calibrated thresholds and offset of the exported file.
     """
 
     photos: Mapping[str, int]
@@ -58,8 +58,8 @@ class Comparison:
         return self.exported["all"]["score"] > self.shipped["all"]["score"]
 
 
-def _by_part(found: Sequence[Found], parts: Sequence[Part]) -> dict[str, Figures]:
-    """Figures of each part and of all; `found` has the photos in the order of the parts."""
+def _by_part(found: Sequence[PhotoDetections], parts: Sequence[Part]) -> dict[str, Figures]:
+    """Return the metrics of each part and of all; `found` has the photos in part order."""
     figures, start = {}, 0
     for part in [*parts, _all(parts)]:
         if part.name == "all":
@@ -81,7 +81,7 @@ def compare(
 ) -> Comparison:
     """Export the averaged weights of a run to `out`, calibrate and compare them.
 
-    The thresholds are chosen on the same photos, so AP, which has none, decides.
+    The thresholds are chosen on the same photos; AP, which has no threshold, decides.
     """
     photos = _all(parts).photos
     facts: dict[str, Any] = {
@@ -111,7 +111,7 @@ def _cell(before: float | None, after: float | None) -> str:
 
 
 def comparison_table(comparison: Comparison) -> str:
-    """The comparison as a Markdown table: shipped -> exported."""
+    """Return the comparison as a Markdown table: shipped -> exported."""
     lines = [
         f"| photos | number | {' | '.join(COLUMNS.values())} |",
         f"|---|---|{'---|' * len(COLUMNS)}",
@@ -124,7 +124,7 @@ def comparison_table(comparison: Comparison) -> str:
 
 
 def replace_shipped(comparison: Comparison, exported: Path, shipped: Path) -> bool:
-    """Copy the exported file over the shipped one if it is better; returns whether it is."""
+    """Copy the exported file over the shipped one if it is better; return whether it is."""
     if comparison.is_better:
         with atomic_path(shipped) as temporary:
             shutil.copyfile(exported, temporary)

@@ -1,4 +1,4 @@
-"""What the network should answer for a crop: heat, votes and masks with their weights."""
+"""Training targets of a crop: heat, votes and masks with their loss weights."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from walltopo_lab.train.augment import Crop
 from walltopo_lab.train.cache import UNDECIDED, ignored_at
 
 _CLASSES = 2
-_LEAST_SEEN = 0.3  # objects of which less is in the crop are neither wanted nor punished
-_LEAST_SIDE = 4.0  # px; smaller objects likewise
+_MIN_SEEN = 0.3  # objects with a smaller visible share are ignored in the loss
+_MIN_SIDE = 4.0  # px; smaller objects are ignored in the loss
 
 
 @dataclass(frozen=True, eq=False)
 class Targets:
-    """Arrays of one crop of S px; C = 2 classes.
+    """The targets of one crop of S px; C = 2 classes.
 
     Parameters
     ----------
-    heat : (C, S/4, S/4) float32 in [0, 1]; exactly 1 at the middle of objects.
+    heat : (C, S/4, S/4) float32 in [0, 1]; exactly 1 at object centres.
     heat_weight : (C, S/4, S/4) float32, 0 where undecided.
     votes : (4 C, S/4, S/4) float32, distances to left, top, right, bottom in pixels.
-    vote_weight : (C, S/4, S/4) float32, 0 where nothing is asked.
+    vote_weight : (C, S/4, S/4) float32, 0 where no pixel votes.
     mask : (C, S/2, S/2) float32, 0 or 1.
     mask_weight : (C, S/2, S/2) float32.
     """
@@ -40,7 +40,7 @@ class Targets:
 def _draw_peak(
     heat: NDArray[np.float32], middle: NDArray[np.float64], size: NDArray[np.float64]
 ) -> None:
-    """Raise `heat` to a bell of the object's proportions around its middle (cells of 4 px)."""
+    """Raise `heat` to a Gaussian of the object's proportions at its centre (cells of 4 px)."""
     rows, cols = heat.shape
     cx, cy = min(int(middle[0] / 4), cols - 1), min(int(middle[1] / 4), rows - 1)
     sx, sy = np.maximum(size / 4 * 0.14, 0.45)
@@ -54,12 +54,12 @@ def _draw_peak(
 
 
 def _known(ids: NDArray[np.int16]) -> NDArray[np.float32]:
-    """(C, h, w) 1 where the instance map says whether there is an object of the class."""
+    """Return (C, h, w) 1 where the instance map states whether the class is present."""
     return np.stack([~ignored_at(ids, c + 1) for c in range(_CLASSES)]).astype(np.float32)
 
 
 def make_targets(crop: Crop) -> Targets:
-    """Targets of one crop; large objects first, so that small ones keep the contested pixels."""
+    """Return the targets of one crop; small objects win the pixels shared with large ones."""
     side = crop.image.shape[0]
     cells, half = side // 4, side // 2
     heat = np.zeros((_CLASSES, cells, cells), np.float32)
@@ -76,7 +76,7 @@ def make_targets(crop: Crop) -> Targets:
         mask[c] = fine_class == c + 1
     sizes = crop.boxes[:, 2:] - crop.boxes[:, :2]
     areas = np.sqrt(np.prod(sizes, axis=1))
-    # Small objects have few pixels: weigh theirs up, or the sum forgets them.
+    # Small objects have few pixels: weight those more, or the sum would ignore them.
     boost = np.concatenate([[1.0], np.clip(40.0 / np.maximum(areas, 1.0), 0.7, 4.0)])
     mask_weight *= boost[np.maximum(fine, 0)].astype(np.float32)
     centre = np.arange(cells) * 4 + 2.0
@@ -87,7 +87,7 @@ def make_targets(crop: Crop) -> Targets:
         x0, y0, x1, y1 = crop.boxes[k]
         i0, i1 = int(y0 // 4), int(np.ceil(y1 / 4))
         j0, j1 = int(x0 // 4), int(np.ceil(x1 / 4))
-        if crop.seen[k] < _LEAST_SEEN or sizes[k].min() < _LEAST_SIDE:
+        if crop.seen[k] < _MIN_SEEN or sizes[k].min() < _MIN_SIDE:
             heat_weight[c, i0:i1, j0:j1] = 0.0
             continue
         middle = (crop.boxes[k, :2] + crop.boxes[k, 2:]) / 2
@@ -99,11 +99,11 @@ def make_targets(crop: Crop) -> Targets:
         core = (np.abs(ys - middle[1]) < 0.25 * sizes[k, 1]) & (
             np.abs(xs - middle[0]) < 0.25 * sizes[k, 0]
         )
-        asked = core | (coarse[i0:i1, j0:j1] == k + 1)
-        asked[ci - i0, cj - j0] = True
+        voting = core | (coarse[i0:i1, j0:j1] == k + 1)
+        voting[ci - i0, cj - j0] = True
         distances = np.stack(np.broadcast_arrays(xs - x0, ys - y0, x1 - xs, y1 - ys))
         window = votes[4 * c : 4 * c + 4, i0:i1, j0:j1]
-        window[:, asked] = np.maximum(distances[:, asked], 0.5)
+        window[:, voting] = np.maximum(distances[:, voting], 0.5)
         weight = vote_weight[c, i0:i1, j0:j1]
-        weight[asked] = 1.0 / np.sqrt(asked.sum())
+        weight[voting] = 1.0 / np.sqrt(voting.sum())
     return Targets(heat, heat_weight, votes, vote_weight, mask, mask_weight)

@@ -1,4 +1,4 @@
-"""Starting from a network that was exported before, such as the shipped one."""
+"""Training from the weights of an exported network, such as the shipped one."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from walltopo_lab.train.net import VoteNet, build_net
 
 
 def load_exported(path: Path) -> VoteNet:
-    """The network in an ONNX file of `walltopo train`, ready to be trained further.
+    """Return the trainable network of an ONNX file of `walltopo train`.
 
-    The export folded the batch normalisations into the convolutions. They come back as
-    normalisations that only add the folded bias. Their statistics must stay frozen
+    The export folded the batch normalisations into the convolutions. They are restored as
+    normalisations that only add the folded bias. Their statistics must be frozen
     (`freeze_norms`) or be measured (`measure_norms`), or the first batch would rescale every layer.
 
     Raises
@@ -39,7 +39,7 @@ def load_exported(path: Path) -> VoteNet:
             for item in model.graph.initializer
         }
         _fill(net, arrays)
-    except Exception as error:  # protobuf, json and shapes each raise their own kinds
+    except Exception as error:  # protobuf, json and shapes each raise their own exception types
         raise InputError(
             f"{path}: not a network that `walltopo train` exported ({error})",
             "Ultralytics' networks are trained further with Ultralytics.",
@@ -48,7 +48,7 @@ def load_exported(path: Path) -> VoteNet:
 
 
 def _fill(net: VoteNet, arrays: dict[str, NDArray[np.generic]]) -> None:
-    """Copy the folded weights; biases go to the normalisation that was folded in."""
+    """Copy the folded weights; biases go to the normalisation of each convolution."""
     modules = dict(net.named_modules())
     with torch.no_grad():
         for name, module in modules.items():
@@ -64,13 +64,13 @@ def _fill(net: VoteNet, arrays: dict[str, NDArray[np.generic]]) -> None:
             norm = modules[f"{head}.norm" if last == "second" else f"{head}.1"]
             assert isinstance(norm, nn.BatchNorm2d)
             norm.bias.copy_(bias)
-            # 1 / sqrt(var + eps) must be exactly 1.
+            # So that 1 / sqrt(var + eps) is exactly 1.
             assert norm.running_var is not None
             norm.running_var.fill_(1.0 - norm.eps)
 
 
 def freeze_norms(net: nn.Module) -> None:
-    """Keep the statistics of all batch normalisations as they are."""
+    """Freeze the statistics of all batch normalisations."""
     for module in net.modules():
         if isinstance(module, nn.BatchNorm2d):
             module.eval()
@@ -80,7 +80,7 @@ def freeze_norms(net: nn.Module) -> None:
 def measure_norms(net: nn.Module, photos: Iterable[Tensor]) -> None:
     """Set the statistics of all batch normalisations to those of `photos`.
 
-    Weights and biases change with them, so that the network in eval mode stays the same function.
+    Weights and biases are adjusted, so that the network's function in eval mode is unchanged.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def measure_norms(net: nn.Module, photos: Iterable[Tensor]) -> None:
 
 
 def _adder(sums: Tensor) -> Callable[[nn.Module, tuple[Tensor, ...]], None]:
-    """A hook that adds count, sum and sum of squares of each channel of its input."""
+    """Return a hook that adds count, sum and sum of squares of each channel of its input."""
 
     def add(_: nn.Module, inputs: tuple[Tensor, ...]) -> None:
         x = inputs[0].double()

@@ -1,4 +1,4 @@
-"""Ultralytics' networks trained on the same sets (extra `[ultralytics]`, AGPL-3.0)."""
+"""Training of Ultralytics' networks on the same sets (extra `[ultralytics]`, AGPL-3.0)."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def _library() -> Any:
 
 
 def _network(name: str, weights: Path | None) -> Any:
-    """A network with fresh weights, or with those of a `.pt` file."""
+    """Return a network with random weights, or with those of a `.pt` file."""
     library = _library()
     kind = library.RTDETR if name.startswith("rtdetr") else library.YOLO
     if weights is None:
@@ -36,7 +36,7 @@ def _network(name: str, weights: Path | None) -> Any:
             "Ultralytics publishes those trained on COCO at "
             f"https://github.com/ultralytics/assets/releases ({name}.pt); put the file there.",
         )
-    if weights.name == "last.pt":  # a checkpoint of a run, to be resumed
+    if weights.name == "last.pt":  # a checkpoint of a run to resume
         return kind(str(weights))
     return kind(f"{name}.yaml").load(str(weights))
 
@@ -44,7 +44,7 @@ def _network(name: str, weights: Path | None) -> Any:
 def train_arguments(
     settings: YoloSettings, augment: AugmentSettings, data: Path, out: Path
 ) -> dict[str, Any]:
-    """Ultralytics' own arguments; `crop_fraction` and `degrade` have no counterpart there."""
+    """Return Ultralytics' arguments; `crop_fraction` and `degrade` have no counterpart there."""
     device = {} if settings.device == "auto" else {"device": settings.device}
     return {
         "data": str(data),
@@ -77,7 +77,7 @@ def train_arguments(
 
 
 def _ap50(metrics: dict[str, Any]) -> float:
-    """Ultralytics' own mAP50, of masks where the network gives them."""
+    """Return Ultralytics' mAP50, of masks if the network predicts them."""
     for key in ("metrics/mAP50(M)", "metrics/mAP50(B)"):
         if key in metrics:
             return float(metrics[key])
@@ -87,7 +87,7 @@ def _ap50(metrics: dict[str, Any]) -> float:
 def _fit(
     job: Job, name: str, arguments: dict[str, Any], progress: Progress, on_epoch: OnCheck | None
 ) -> None:
-    """Train, or go on; what was trained to the end is left alone."""
+    """Train or resume; do nothing after a completed training."""
     record = job.out / "history.json"
     known: dict[str, Any] = {"model": name, "seconds": 0.0, "done": False, "epochs": []}
     if record.is_file():
@@ -102,7 +102,7 @@ def _fit(
     network = _network(name, last if last.is_file() else job.pretrained)
     begun, before = time.monotonic(), float(known["seconds"])
 
-    def told(trainer: Any) -> None:
+    def keep_best(trainer: Any) -> None:
         entry = {"epoch": int(trainer.epoch) + 1, "ap50": _ap50(trainer.metrics or {})}
         known["epochs"].append(entry)
         known["seconds"] = before + time.monotonic() - begun
@@ -111,8 +111,9 @@ def _fit(
         if on_epoch is not None:
             on_epoch(int(entry["epoch"]), entry["ap50"])
 
-    # Once an epoch, when its weights are safe; `on_fit_epoch_end` comes once more at the very end.
-    network.add_callback("on_model_save", told)
+    # `on_model_save` runs once an epoch, after its weights are saved; `on_fit_epoch_end` runs once
+    # more at the end.
+    network.add_callback("on_model_save", keep_best)
     if last.is_file():
         network.train(resume=True, time=max(1e-4, arguments["time"] - before / 3600))
     else:
@@ -121,7 +122,7 @@ def _fit(
 
 
 def _export(job: Job, name: str, settings: YoloSettings) -> Path:
-    """`holds.onnx`: weights stored as float16, computed in float32."""
+    """Export `holds.onnx` with float16 weights for float32 arithmetic, and return its path."""
     import onnx
 
     best = job.out / "ultralytics" / "weights" / "best.pt"
@@ -156,7 +157,7 @@ def train_yolo(
     progress: Progress,
     on_epoch: OnCheck | None = None,
 ) -> dict[str, Any]:
-    """Train one of Ultralytics' networks and export it; returns held-out figures.
+    """Train one of Ultralytics' networks and export it; return the held-out metrics.
 
     Parameters
     ----------
@@ -185,11 +186,11 @@ def fit_yolo(
     progress: Progress,
     on_epoch: OnCheck | None = None,
 ) -> list[LabelledSet]:
-    """Train one of Ultralytics' networks, or go on, without the export.
+    """Train, or resume training, one of Ultralytics' networks, without the export.
 
     Parameters
     ----------
-    job : as for the vote network; `pretrained` is a `.pt` file.
+    job : options as for the vote network; `pretrained` is a `.pt` file.
     name : such as `yolo11s-seg`, `yolo11s`, `rtdetr-l`.
     on_epoch : called after each epoch with its number and Ultralytics' mAP50 on held-out photos.
     """

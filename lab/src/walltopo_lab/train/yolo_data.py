@@ -1,4 +1,4 @@
-"""The cached training sets as Ultralytics reads them: images/, labels/, data.yaml."""
+"""Conversion of the cached training sets to Ultralytics' format: images/, labels/, data.yaml."""
 
 from __future__ import annotations
 
@@ -17,10 +17,11 @@ _CLASSES = ("hold", "volume")
 
 
 def _outline(sample: Sample, k: int, exact: bool) -> NDArray[np.float64]:
-    """(n, 2) outline of an object in pixels.
+    """Return the (n, 2) outline of an object in pixels.
 
-    Ultralytics takes an object's box from its outline. A mask that was guessed from a box may be
-    undecided at its rim, its hull was stretched to the box; an exact mask is its own outline.
+    Ultralytics derives an object's box from its outline. A pseudo-mask may be
+    undecided at its rim, so its hull, stretched to the box, is used; an exact mask gives the
+    outline.
     """
     if exact:
         x0, y0, x1, y1 = (int(v) for v in np.round(sample.boxes[k]))
@@ -33,7 +34,7 @@ def _outline(sample: Sample, k: int, exact: bool) -> NDArray[np.float64]:
 
 
 def label_lines(sample: Sample, exact: bool, segments: bool) -> list[str]:
-    """A photo's label file: class and relative box or outline, a line per object."""
+    """Return the lines of a photo's label file: class and relative box or outline per object."""
     height, width = sample.image.shape[:2]
     lines = []
     for k, label in enumerate(sample.labels):
@@ -54,9 +55,9 @@ def _photos(sets: Sequence[LabelledSet], part: str) -> Iterator[tuple[LabelledSe
 
 
 def write_yolo_set(sets: Sequence[LabelledSet], folder: Path, segments: bool) -> Path:
-    """Write all photos of the sets, parted as they are; returns the path of `data.yaml`.
+    """Write all photos of the sets with their split; return the path of `data.yaml`.
 
-    Without held-out photos the trained ones are checked on, and `open_sets` has said so.
+    Without held-out photos, validation uses the training photos, which `open_sets` reports.
     """
     for part in ("train", "val"):
         for kind in ("images", "labels"):

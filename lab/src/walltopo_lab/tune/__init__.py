@@ -1,1 +1,1 @@
-"""Choosing settings by their figures on labelled scans; see `docs/evaluate.md`."""
+"""Tuning of settings by their metrics on labelled scans; see `docs/evaluate.md`."""

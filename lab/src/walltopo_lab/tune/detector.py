@@ -1,8 +1,8 @@
-"""Hyperparameters of a detector's training by successive halving.
+"""Search of a detector's training hyperparameters by successive halving.
 
-Every trial trains; after each rung only the better third goes on (Li et al., "A System for
+After each rung only the best third of the trials continues (Li et al., "A System for
 Massively Parallel Hyperparameter Tuning", MLSys 2020, as Optuna's SuccessiveHalvingPruner). The
-fitness is AP50 on held-out photos.
+objective is AP50 on held-out photos.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from walltopo_lab.extras import need_optuna
 from walltopo_lab.train.params import AUGMENTS, AugmentSettings, TrainSettings, YoloSettings
 
 FAMILIES = ("votes", "yolo11-seg", "yolo11", "rtdetr")
-REDUCTION = 3  # of three trials one goes on
-CHECKS = 9  # of a vote network in its time: rungs after 1, 3 and 9
+REDUCTION = 3  # one of three trials continues after a rung
+CHECKS = 9  # validations of a vote network in one trial: rungs after 1, 3 and 9
 
-# The published space; the vote network sees crops, whose side takes the place of the photo's.
+# The published search space. The vote network trains on crops, so `size` is the crop's side.
 RATE, MOMENTUM = (1e-4, 1e-1), (0.5, 0.99)
 BATCHES = (2, 4, 8, 16, 32)
 SIZES = {"votes": (256, 384, 480, 640)}
@@ -29,15 +29,15 @@ SCALES = {"rtdetr": ("l", "x")}
 
 @dataclass(frozen=True)
 class DetectorSearch:
-    """What is searched.
+    """The search space.
 
     Parameters
     ----------
     family : one of `FAMILIES`.
     datasets : labelled sets, as for `walltopo train`.
-    out : folder of the search; trials get folders of their own in it, photos are cached once.
-    minutes : time of one trial that is never stopped.
-    augment : the same for all trials.
+    out : folder of the search, with a folder per trial and one shared photo cache.
+    minutes : duration of a trial that is not pruned.
+    augment : augmentation, the same for all trials.
     held_out, threads, device : as in training.
     pretrained : folder with Ultralytics' weights by name (`yolo11s-seg.pt`), or None.
     """
@@ -59,7 +59,7 @@ class DetectorSearch:
             )
 
     def space(self) -> dict[str, Any]:
-        """What a study must have been made for."""
+        """Return the search space that a stored study must match."""
         return {
             "family": self.family,
             "rate": list(RATE),
@@ -73,7 +73,7 @@ class DetectorSearch:
 
 @dataclass(frozen=True)
 class SearchTrial:
-    """One trial as it went: AP50 by rung step, and whether it was stopped early."""
+    """One finished trial: AP50 by rung step, and whether it was pruned."""
 
     number: int
     values: dict[str, Any]
@@ -86,11 +86,11 @@ class SearchTrial:
 
 
 def open_search(search: DetectorSearch, storage: str, name: str, seed: int) -> Any:
-    """Open or create the study.
+    """Open or create the Optuna study of a search.
 
     Raises
     ------
-    InputError : the database cannot be opened, or the study searches something else.
+    InputError : the database cannot be opened, or the study has another search space.
     """
     optuna = need_optuna()
     try:
@@ -104,7 +104,7 @@ def open_search(search: DetectorSearch, storage: str, name: str, seed: int) -> A
             ),
             load_if_exists=True,
         )
-    except Exception as error:  # each database driver has errors of its own
+    except Exception as error:  # each database driver raises its own exception types
         raise InputError(f"the study's storage cannot be opened ({error})") from error
     before = study.user_attrs.get("space")
     if before is not None and before != search.space():
@@ -117,7 +117,7 @@ def open_search(search: DetectorSearch, storage: str, name: str, seed: int) -> A
 
 
 def suggest(trial: Any, space: Mapping[str, Any]) -> dict[str, Any]:
-    """One point of the space."""
+    """Sample one point of the search space."""
     return {
         "rate": trial.suggest_float("rate", *space["rate"], log=True),
         "momentum": trial.suggest_float("momentum", *space["momentum"]),
@@ -128,7 +128,7 @@ def suggest(trial: Any, space: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def model_name(family: str, network: str) -> str:
-    """Ultralytics' name of a family's network: `yolo11s-seg`, `rtdetr-l`."""
+    """Return Ultralytics' name of a family's network: `yolo11s-seg`, `rtdetr-l`."""
     if family == "rtdetr":
         return f"rtdetr-{network}"
     return f"yolo11{network}" + ("-seg" if family.endswith("-seg") else "")
@@ -141,7 +141,7 @@ def _train(
     seen: Callable[[int, float], None],
     progress: Progress,
 ) -> None:
-    """One trial's training; `seen` gets AP50 after each rung and may end it."""
+    """Train one trial; `seen` receives AP50 after each rung and may stop the trial."""
     from walltopo_lab.train.detector import Job, fit_detector
     from walltopo_lab.train.yolo import fit_yolo
 
@@ -154,7 +154,7 @@ def _train(
         "held_out": search.held_out,
         "threads": search.threads,
         "device": search.device,
-        "patience": 1_000_000,  # stopping early is the pruner's business
+        "patience": 1_000_000,  # the pruner alone stops trials early
     }
     if search.family == "votes":
         settings = TrainSettings(
@@ -173,7 +173,7 @@ def _train(
 
 
 def run_search(study: Any, search: DetectorSearch, trials: int, progress: Progress) -> None:
-    """Run until the study has this many trials that were finished or stopped early."""
+    """Run trials until the study has this many that were completed or pruned."""
     optuna = need_optuna()
     states = (optuna.trial.TrialState.COMPLETE, optuna.trial.TrialState.PRUNED)
     have = len(study.get_trials(deepcopy=False, states=states))
@@ -194,17 +194,17 @@ def run_search(study: Any, search: DetectorSearch, trials: int, progress: Progre
         _train(search, values, search.out / f"trial-{trial.number}", seen, progress)
         return best
 
-    def told(_study: Any, trial: Any) -> None:
+    def report_trial(_study: Any, trial: Any) -> None:
         progress.advance()
         progress.note(f"trial {trial.number}: {trial.state.name.lower()}, AP50 {trial.value}")
 
     if have < trials:
         stop = optuna.study.MaxTrialsCallback(trials, states=states)
-        study.optimize(objective, callbacks=[told, stop])
+        study.optimize(objective, callbacks=[report_trial, stop])
 
 
 def trials_of(study: Any) -> Sequence[SearchTrial]:
-    """All trials that were finished or stopped early, in order."""
+    """Return all completed or pruned trials in order."""
     optuna = need_optuna()
     states = (optuna.trial.TrialState.COMPLETE, optuna.trial.TrialState.PRUNED)
     return [

@@ -1,4 +1,4 @@
-"""What a detector's search leaves: tuned.toml, a report, a plot of the search."""
+"""Outputs of a detector's hyperparameter search: tuned.toml, a report and a plot."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from walltopo_lab.tune.detector import DetectorSearch, SearchTrial, model_name
 
 
 def best_trial(trials: Sequence[SearchTrial]) -> SearchTrial:
-    """The trial with the highest AP50 of those that were not stopped; the earliest of equals.
+    """Return the unpruned trial with the highest AP50; the earliest one in case of a tie.
 
     Raises
     ------
-    InputError : no trial was trained to its end.
+    InputError : every trial was pruned.
     """
     whole = [t for t in trials if not t.stopped]
     if not whole:
@@ -38,7 +38,7 @@ def _write(path: Path, lines: Sequence[str]) -> None:
 
 
 def _settings(search: DetectorSearch, best: SearchTrial) -> list[str]:
-    """Keys of the settings class that the family trains with."""
+    """Return the keys of the settings class that the family trains with, as TOML lines."""
     values, votes = best.values, search.family == "votes"
     model = "votes" if votes else model_name(search.family, values["network"])
     lines = [
@@ -77,7 +77,7 @@ def _report(search: DetectorSearch, trials: Sequence[SearchTrial], best: SearchT
 def _draw(
     path: Path, search: DetectorSearch, trials: Sequence[SearchTrial], best: SearchTrial
 ) -> None:
-    """AP50 over the steps of every trial, and over each setting."""
+    """Plot AP50 over the steps of every trial, and over each hyperparameter."""
     figure, (course, *axes) = panels(6)
     for t in trials:
         course.plot(list(t.steps), list(t.steps.values()), color=COLOURS[t.stopped], marker=".")

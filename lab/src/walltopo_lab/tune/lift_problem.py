@@ -1,4 +1,4 @@
-"""Tuning the lift: instance AP on labelled walls."""
+"""Tuning of the lift by instance AP on labelled walls."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from walltopo.core import InputError, Mesh, View
-from walltopo.geometry.ply import read_mesh
+from walltopo.geometry.mesh_files import read_mesh
 from walltopo.scans.colmap_model import read_views
 from walltopo.scans.detections import read_coco_masks
 from walltopo.scans.folder import ScanFolder
@@ -22,8 +22,8 @@ from walltopo_lab.tune.lifted import Lifted
 from walltopo_lab.tune.problem import Range
 from walltopo_lab.tune.walls import Wall, scan_names
 
-# The published ranges; for the robust method, which knows neither easing nor (with its own
-# objective) resolution, those of its own settings that matter.
+# The published ranges. The robust method has no easing and, with its own objective, no resolution;
+# for it, those of its own settings that affect the result.
 _PUBLISHED = (
     Range("visibility_distance", 2.0, 20.0, 8.0),
     Range("easing_power", -1.0, 1.0, 0.0),
@@ -34,7 +34,7 @@ _ROBUST = {
     "visibility_distance": (2.0, 20.0),
     "threshold": (0.05, 0.95),
     "cohesion": (0.05, 0.9),
-    "least_support": (0.0, 0.6),
+    "min_support": (0.0, 0.6),
     "border_band": (0.0, 12.0),
 }
 FIGURES = ("ap", "ap50", "ap25", "coco_ap")
@@ -42,7 +42,7 @@ FIGURES = ("ap", "ap50", "ap25", "coco_ap")
 
 @dataclass(frozen=True, eq=False)
 class LiftWall:
-    """A wall loaded for the lift: what goes in, and what should come out."""
+    """A wall loaded for the lift: mesh, views and masks as input, and the ground truth."""
 
     name: str
     mesh: Mesh
@@ -52,12 +52,12 @@ class LiftWall:
     normalised: bool = False
 
     def overlap(self, found: Labelled) -> Overlap:
-        """A lift's result against the truth."""
+        """Return the overlap of a lift's instances with the truth."""
         return overlap_with_missing(found, self.carried, self.mesh.areas, self.truth)
 
 
 def load_lift_wall(wall: Wall, within: float = 0.02) -> LiftWall:
-    """Read a wall's mesh, views, masks and truth; truth is carried to the mesh within metres."""
+    """Read a wall's mesh, views, masks and truth; transfer the truth to the mesh within metres."""
     truth = read_truth(wall.truth)
     if wall.scan is not None:
         scan = ScanFolder(wall.scan)
@@ -83,13 +83,14 @@ def load_lift_wall(wall: Wall, within: float = 0.02) -> LiftWall:
 class LiftProblem:
     """Instance AP (mean of the classes) as a function of the lift's settings.
 
-    Who sees what is found once per wall; a trial costs what its settings changed (see `Lifted`).
+    Visibility is computed once per wall. A trial repeats only the steps whose settings changed (see
+    `Lifted`).
 
     Parameters
     ----------
     walls : loaded walls.
     method : literal or robust.
-    figure : one of `FIGURES`; of the mean over classes.
+    figure : one of `FIGURES`, as the mean over classes.
     """
 
     def __init__(self, walls: Sequence[LiftWall], method: str, figure: str = "ap") -> None:
@@ -110,12 +111,12 @@ class LiftProblem:
         self.lifted = tuple(Lifted(wall.mesh, wall.views, far, wide) for wall in walls)
 
     def params(self, wall: LiftWall, values: Mapping[str, float]) -> LiftParams:
-        """The lift's settings with these values, for one wall."""
+        """Return the lift's settings with these values for one wall."""
         changed = {**self.fixed, **values, "normalised": wall.normalised}
         return replace(LiftParams(), **dict[str, Any](changed))
 
     def evaluate(self, values: Mapping[str, float]) -> dict[str, float]:
-        """The figure on each wall."""
+        """Return the metric on each wall."""
         result: dict[str, float] = {}
         for name, wall, lifted in zip(self._names, self.walls, self.lifted, strict=True):
             found = Labelled.of(lifted(self.params(wall, values)))

@@ -1,4 +1,4 @@
-"""The lift of one wall, again and again with other settings: only what they change is redone."""
+"""Repeated lifts of one wall with other settings, which recompute only the affected steps."""
 
 from __future__ import annotations
 
@@ -12,33 +12,33 @@ from walltopo.segment.lift import LiftParams
 from walltopo.segment.lift.distance import resolve_lengths
 from walltopo.segment.lift.evidence import Sampling
 from walltopo.segment.lift.fast import (
+    best_cluster,
     keep_faces,
     literal_clusters,
     literal_graph,
     literal_instances,
-    one_each,
 )
 from walltopo.segment.lift.label_image import drawing_order
 from walltopo.segment.lift.robust import robust_instances
 from walltopo.segment.lift.similarity import compare_projections
-from walltopo.segment.lift.tidy import tidy_order
+from walltopo.segment.lift.vote import tidy_order
 from walltopo_lab.tune.seen import SeenOnce
 
 
 class Lifted:
-    """A wall's lift that remembers its steps.
+    """A wall's lift that caches its steps.
 
-    Each step is kept for the settings that it depends on, the last ones only: a look at the scene
-    takes hundreds of megabytes at a million faces, and a search seldom returns to where it was.
+    Each step is cached for the last values of the settings that it depends on. One set of evidence
+    takes hundreds of megabytes at a million faces, and a search seldom returns to earlier settings.
 
     Parameters
     ----------
-    farthest : the largest visibility distance that will be asked for, metres.
-    widest : the same for the border band, pixels.
+    farthest : the largest visibility distance that will be requested, metres.
+    widest : the largest border band that will be requested, pixels.
 
     Attributes
     ----------
-    done : how often each step was computed.
+    done : number of computations of each step.
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class Lifted:
         return kept[1]
 
     def __call__(self, params: LiftParams) -> Instances:
-        """What `walltopo.segment.lift.lift` gives for these settings."""
+        """Return the result of `walltopo.segment.lift.lift` for these settings."""
         if params.normalised:
             params = resolve_lengths(params, self._mesh, self._views)
         self._farthest = max(self._farthest, params.visibility_distance)
@@ -83,7 +83,7 @@ class Lifted:
         )
         self.done["decide"] += 1
         kept = keep_faces(evidence, cluster, params.threshold)
-        winner, shares = one_each(kept, len(evidence.faces))
+        winner, shares = best_cluster(kept, len(evidence.faces))
         return literal_instances(
             evidence, cluster, winner, shares, len(self._mesh.faces), params.confidence
         )
@@ -92,11 +92,11 @@ class Lifted:
         drop, on_top = params.drop_duplicates, params.on_top
         look = (
             "robust", self._farthest, self._widest, params.mask_resolution, params.sample_px,
-            params.most_splits, drop, on_top,
+            params.max_splits, drop, on_top,
         )  # fmt: skip
         sampling = Sampling(
             self._farthest, 0.0, params.mask_resolution, self._widest, params.sample_px,
-            params.most_splits,
+            params.max_splits,
         )  # fmt: skip
         seen: SeenOnce = self._step(
             "look",
@@ -105,7 +105,7 @@ class Lifted:
                 self._mesh, self._views, lambda v: tidy_order(v, on_top, drop), sampling
             ),
         )
-        # Distance alone says who takes part: easing weighs nothing in this method.
+        # Distance alone decides which views contribute: this method ignores the easing weight.
         distance, band = params.visibility_distance, params.border_band
         weigh = *look, distance, band
         evidence = self._step("weigh", weigh, lambda: seen.evidence(distance, 0.0, band))

@@ -1,4 +1,4 @@
-"""What is tuned: named numbers with ranges, and a figure on labelled walls."""
+"""Interface of a tuning problem: named settings with ranges, and a metric on labelled walls."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import Any, Protocol
 
 @dataclass(frozen=True)
 class Range:
-    """One tuned setting.
+    """The range of one tuned setting.
 
     Parameters
     ----------
     name : key in the settings section.
-    low, high : inclusive.
-    default : the present default; the first trial, so that the result is never worse.
+    low, high : bounds, inclusive.
+    default : the current default; the first trial, so that the result is never worse.
     curve : the search runs evenly over ((value - low) / (high - low)) ** (1 / curve); above 1 it
         looks closer at small values, and reaches `low` itself, as a logarithm would not.
     """
@@ -27,37 +27,37 @@ class Range:
     curve: float = 1.0
 
     def value(self, share: float) -> float:
-        """The setting at a place in [0, 1] of the search."""
+        """Return the setting's value at a position in [0, 1] of the search."""
         return self.low + (self.high - self.low) * float(share**self.curve)
 
     def share(self, value: float) -> float:
-        """The place in [0, 1] of a value."""
+        """Return the position in [0, 1] of a value."""
         return float(((value - self.low) / (self.high - self.low)) ** (1 / self.curve))
 
 
 class Problem(Protocol):
-    """Something to tune."""
+    """A set of settings to tune, with the metric that they maximise."""
 
     @property
     def section(self) -> str:
-        """Section of walltopo.toml."""
+        """Return the section of walltopo.toml."""
 
     @property
     def figure(self) -> str:
-        """Name of what is maximised."""
+        """Return the name of the maximised metric."""
 
     @property
     def ranges(self) -> Sequence[Range]:
-        """The tuned settings."""
+        """Return the ranges of the tuned settings."""
 
     @property
     def fixed(self) -> Mapping[str, Any]:
-        """Other settings of the section that belong to the result."""
+        """Return the settings of the section that are fixed and belong to the result."""
 
     def evaluate(self, values: Mapping[str, float]) -> dict[str, float]:
-        """The figure on each wall, by the wall's name.
+        """Return the metric on each wall, by the wall's name.
 
         Raises
         ------
-        SettingsError : the values do not go together; the search counts that as the worst.
+        SettingsError : the values are incompatible; the search scores them as the worst.
         """

@@ -1,4 +1,4 @@
-"""What a search leaves: walltopo.toml, a report, and slices through the search."""
+"""Outputs of a search: walltopo.toml, a report, and plots of the metric over each setting."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from walltopo.core.files import atomic_path
-from walltopo.core.toml import read_toml
+from walltopo.core.files import atomic_path, read_toml
 from walltopo_lab.plots import panels, save
 from walltopo_lab.tune.problem import Problem
 from walltopo_lab.tune.study import Found
@@ -25,11 +24,11 @@ def _toml_value(value: Any) -> str:
 
 
 def merge_settings(path: Path, section: str, values: Mapping[str, Any]) -> None:
-    """Put values into a section of walltopo.toml; other sections and keys stay, comments do not.
+    """Merge values into a section of walltopo.toml; keeps other sections and keys, drops comments.
 
     Raises
     ------
-    InputError : the file is there and is not TOML.
+    InputError : the file exists and is not TOML.
     """
     data: dict[str, dict[str, Any]] = {}
     if path.is_file():
@@ -45,7 +44,7 @@ def merge_settings(path: Path, section: str, values: Mapping[str, Any]) -> None:
 
 
 def write_slices(path: Path, problem: Problem, found: Found) -> None:
-    """One panel per setting: the figure of every trial over its value."""
+    """Plot the metric of every trial over each setting, one panel per setting."""
     real = [t for t in found.trials if t.walls]
     figure, axes = panels(len(problem.ranges))
     for panel, r in zip(axes, problem.ranges, strict=True):
@@ -69,12 +68,13 @@ def write_report(
     found: Found,
     test: Mapping[str, tuple[float, float]] | None,
 ) -> None:
-    """A Markdown report.
+    """Write the report of a search in Markdown.
 
     Parameters
     ----------
-    test : test wall to the figure with (defaults, best settings); None: no test walls were given,
-        and the report says in so many words that it shows figures on what it was tuned on.
+    test : name of a test wall to the metric with (defaults, best settings). None: without test
+        walls;
+    the report then states that its metrics are those of the tuning walls.
     """
     lines = [f"# Tuning of `{problem.section}`", ""]
     lines += [f"{len(found.trials)} trials; the figure is {problem.figure}, mean over walls.", ""]

@@ -1,4 +1,4 @@
-"""Tuning the routes: adjusted Rand index on labelled walls."""
+"""Tuning of the routes by the adjusted Rand index on labelled walls."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from walltopo.core import InputError, Mesh
 from walltopo.describe.routes.geodesic import pair_lengths
 from walltopo.describe.routes.grouping import group_holds
 from walltopo.describe.routes.proxy import PROXY_FACES, Proxy, build_proxy
-from walltopo.describe.routes.settings import RoutesSettings
-from walltopo.geometry.ply import read_mesh
-from walltopo.scans.attributes import Attributes, Hold
+from walltopo.describe.settings import RoutesSettings
+from walltopo.geometry.mesh_files import read_mesh
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import Hold, Holds
 from walltopo_lab.evaluate.align import align_views
 from walltopo_lab.evaluate.carry import carry_truth, overlap_with_missing
 from walltopo_lab.evaluate.routes import grouping_scores, match_pairs
@@ -33,9 +33,9 @@ class RoutesWall:
     Parameters
     ----------
     points : (n, 3) float, hold positions, metres.
-    colours : of each hold.
+    colours : colour of each hold.
     routes : true route of each hold.
-    proxy : the simplified wall that paths run on, with the holds on it.
+    proxy : the simplified wall mesh for geodesic paths, with the holds on it.
     """
 
     name: str
@@ -46,7 +46,7 @@ class RoutesWall:
 
 
 def load_routes_wall(wall: Wall) -> RoutesWall:
-    """Read the holds of a wall: of its scan with the colours found, or the true ones."""
+    """Read the holds of a wall: from its scan with measured colours, else from the ground truth."""
     truth = read_truth(wall.truth)
     if not truth.instances:
         raise InputError(f"{wall.truth}: has no scene.json, so its routes are unknown")
@@ -68,7 +68,7 @@ def load_routes_wall(wall: Wall) -> RoutesWall:
 
 
 def _seen_mesh(truth: Truth) -> Mesh:
-    """The true mesh without holds: paths run along the wall and its volumes."""
+    """Return the true mesh without holds: paths run along the wall and its volumes."""
     labels = truth.labelled.labels
     holds = [number for number, label in labels.items() if label == 1]
     kept = ~np.isin(truth.face_instance, holds)
@@ -76,7 +76,7 @@ def _seen_mesh(truth: Truth) -> Mesh:
 
 
 def _of_scan(scan: ScanFolder, truth: Truth) -> tuple[Mesh, list[tuple[Hold, int]]]:
-    """The scan's mesh and its holds with the true holds they match."""
+    """Return the scan's mesh, and its holds with the routes of the true holds that they match."""
     whole = read_mesh(scan.mesh)
     mesh = whole.without_guesses()
     if not is_metric(scan):
@@ -87,7 +87,7 @@ def _of_scan(scan: ScanFolder, truth: Truth) -> tuple[Mesh, list[tuple[Hold, int
     pairs = match_pairs(overlap_with_missing(predicted, carried, mesh.areas, truth))
     return whole, [
         (hold, pairs[hold.id])
-        for hold in Attributes.load(scan.attributes).instances
+        for hold in Holds.load(scan.holds).holds
         if hold.role == "hold" and hold.id in pairs and truth.instances[pairs[hold.id]].route >= 0
     ]
 
@@ -95,15 +95,15 @@ def _of_scan(scan: ScanFolder, truth: Truth) -> tuple[Mesh, list[tuple[Hold, int
 class RoutesProblem:
     """ARI as a function of the four route parameters, in the published ranges.
 
-    The simplified wall is made once per wall; paths are measured per trial, because the ratio that
-    flattens them changes which path is shortest.
+    The simplified wall is computed once per wall. Paths are measured per trial, because the ratio
+    that flattens them changes which path is shortest.
     """
 
     def __init__(self, walls: Sequence[RoutesWall]) -> None:
         self._walls = walls
         self._names = scan_names([wall.name for wall in walls])
         self.section, self.figure = "routes", "ari"
-        # By paint there is nothing to tune: that link knows none of these.
+        # Linking by paint has none of these parameters.
         self.fixed: Mapping[str, Any] = {"link": "colour"}
         now = RoutesSettings()
         self.ranges: Sequence[Range] = (
@@ -114,7 +114,7 @@ class RoutesProblem:
         )
 
     def evaluate(self, values: Mapping[str, float]) -> dict[str, float]:
-        """ARI on each scan."""
+        """Return the ARI on each scan."""
         settings = replace(RoutesSettings(), **dict[str, Any](values))
         figures = [self._ari(wall, settings) for wall in self._walls]
         return dict(zip(self._names, figures, strict=True))

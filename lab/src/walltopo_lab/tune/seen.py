@@ -1,4 +1,4 @@
-"""The evidence of a lift for any visibility distance and easing, from one look at the scene."""
+"""Lift evidence for any visibility distance and easing, from a single visibility computation."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from walltopo.segment.lift.evidence import Evidence, Sampling, gather_evidence
 
 
 class SeenOnce:
-    """Who sees what, found once at the largest distance and with the widest soft border.
+    """Visibility, computed once at the largest distance and with the widest border band.
 
-    With linear easing (power 0) the weight of an entry is 1 - distance / farthest, so the distance
-    of every entry can be read back from it, and each trial only filters and weighs again.
+    With linear easing (power 0) the weight of an entry is 1 - distance / farthest. The distance
+    of every entry follows from it. Each trial only filters and weights the entries again.
 
     Parameters
     ----------
     drawing : order in which a view's masks are drawn, see `gather_evidence`.
-    sampling : with the largest visibility distance and band that will be asked for.
+    sampling : with the largest visibility distance and band that will be requested.
     """
 
     def __init__(
@@ -40,16 +40,17 @@ class SeenOnce:
     def evidence(
         self, visibility_distance: float, easing_power: float, band: float = 0.0
     ) -> Evidence:
-        """What `gather_evidence` gives for these settings, up to rounding.
+        """Return the result of `gather_evidence` for these settings, up to rounding.
 
-        With a band narrower than the one looked at, entries beyond it keep the number of the mask
-        that they are near to; at the full width of the band that number has no weight.
+        With a band narrower than the computed one, entries beyond it keep the number of the nearest
+        mask; at the full width of the band that number has no weight.
         """
         near = self._distance < visibility_distance
         counts = np.concatenate([[0], np.cumsum(near)])
         starts = counts[self._all.starts]
         weight = ease(self._distance[near], visibility_distance, easing_power)
-        # Faces that no near entry puts on a mask cannot get a label; they go, as in a fresh look.
+        # Faces that no near entry assigns to a mask cannot get a label; a new computation omits
+        # them too.
         on_mask = np.concatenate([[0], np.cumsum(near & (self._all.projection >= 0))])
         useful = on_mask[self._all.starts[1:]] > on_mask[self._all.starts[:-1]]
         entries = np.repeat(useful, np.diff(starts))

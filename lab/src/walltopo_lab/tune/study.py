@@ -1,4 +1,4 @@
-"""The search: Gaussian-process Bayesian optimisation that resumes and runs in parallel."""
+"""The search: resumable, parallel Bayesian optimisation with a Gaussian process."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from walltopo.core import InputError, Progress, SettingsError, Silent
 from walltopo_lab.extras import need_optuna
 from walltopo_lab.tune.problem import Problem
 
-# Trials at random points before the Gaussian process takes over, the default among them.
+# Random trials before the Gaussian process takes over, including the default.
 STARTUP = 10
-MOST_ATTEMPTS = 6
+MAX_ATTEMPTS = 6
 
 
 @dataclass(frozen=True)
@@ -34,14 +34,14 @@ class Trial:
 
 @dataclass(frozen=True)
 class Found:
-    """What a search found.
+    """The result of a search.
 
     Parameters
     ----------
-    best : the trial with the highest mean figure; the earliest of equals.
-    default : the trial of the present defaults.
-    trials : all complete ones, in order.
-    importance : share of the figure's variance that each setting explains (fANOVA), largest first.
+    best : the trial with the highest mean metric; the earliest one in case of a tie.
+    default : the trial of the current defaults.
+    trials : all complete trials, in order.
+    importance : share of the metric's variance that each setting explains (fANOVA), largest first.
     """
 
     best: Trial
@@ -58,9 +58,9 @@ def open_study(
     Parameters
     ----------
     storage : a database URL (`sqlite:///file.db`, `postgresql+pg8000://...`): workers on one or
-        many machines share it, and a later run goes on where it ended.
-    walls : what is tuned on, name to content (see `walls.contents`). A study that goes on with
-        other walls would report on walls that its first trials were tuned on.
+        many machines share it, and a later run resumes it.
+    walls : the tuning walls, name to content hash (see `walls.contents`). A study resumed with
+        other walls could report on walls that its first trials were tuned on.
 
     Raises
     ------
@@ -88,13 +88,13 @@ def open_study(
         )
     if before is None:
         study.set_user_attr("problem", mine_text)
-        # The present defaults are the first trial: the result can only be as good or better.
+        # The first trial has the current defaults, so that the result is never worse than they are.
         study.enqueue_trial({r.name: r.share(r.default) for r in problem.ranges})
     return study
 
 
 def _create(optuna: Any, storage: str, name: str, sampler: Any) -> Any:
-    """Open or create a study; workers that come first at the same time do not trip each other."""
+    """Open or create a study; retries when several workers create its tables at the same time."""
     attempts = 0
     while True:
         try:
@@ -102,10 +102,10 @@ def _create(optuna: Any, storage: str, name: str, sampler: Any) -> Any:
                 storage=storage, study_name=name, sampler=sampler, direction="maximize",
                 load_if_exists=True,
             )  # fmt: skip
-        except Exception as error:  # each database driver has errors of its own
+        except Exception as error:  # each database driver raises its own exception types
             attempts += 1
-            # Another worker is making the tables just now: next time they are there.
-            if "already exists" not in str(error) or attempts == MOST_ATTEMPTS:
+            # Another worker is creating the tables; they exist at the next attempt.
+            if "already exists" not in str(error) or attempts == MAX_ATTEMPTS:
                 raise InputError(
                     f"{_without_password(storage)}: cannot be opened ({error})",
                     "PostgreSQL needs a driver: pip install pg8000, and a URL such as "
@@ -126,7 +126,7 @@ def _objective(problem: Problem) -> Callable[[Any], float]:
         try:
             walls = problem.evaluate(values)
         except SettingsError:
-            # Values that contradict each other are worth nothing; the search learns to stay away.
+            # Incompatible values score 0, so that the search avoids them.
             trial.set_user_attr("impossible", True)
             return 0.0
         trial.set_user_attr("walls", walls)
@@ -137,7 +137,7 @@ def _objective(problem: Problem) -> Callable[[Any], float]:
 
 
 def search(study: Any, problem: Problem, trials: int, progress: Progress | None = None) -> None:
-    """Run until the study has this many complete trials, those of other workers included."""
+    """Run trials until the study has this many complete ones, including those of other workers."""
     optuna = need_optuna()
     listener = progress or Silent()
     done = (optuna.trial.TrialState.COMPLETE,)
@@ -156,7 +156,7 @@ def search(study: Any, problem: Problem, trials: int, progress: Progress | None 
 
 
 def results(study: Any, problem: Problem, seed: int = 0) -> Found:
-    """The best trial, the default's, and what mattered.
+    """Return the best trial, the default's, and the importance of each setting.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The list of labelled walls: which to tune on and which to report on."""
+"""The list of labelled walls, divided into tuning and test walls."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from walltopo.core import InputError
-from walltopo.core.files import hash_path
-from walltopo.core.toml import read_toml
+from walltopo.core.files import hash_path, read_toml
 
 _PATHS = ("truth", "scan", "mesh", "cameras", "masks")
 
@@ -20,11 +19,11 @@ class Wall:
 
     Parameters
     ----------
-    name : of the wall itself, the same for all scans of one wall, before and after a reset too.
+    name : name of the physical wall, the same for all its scans, also across a reset.
     use : train or test.
-    truth : folder of the ground truth.
-    scan : a scan folder of it; or None, and then:
-    mesh, cameras, masks : what to lift, in place of a scan's; None: the truth's own mesh, its
+    truth : folder with the ground truth.
+    scan : scan folder of the wall; without one the next three apply.
+    mesh, cameras, masks : inputs of the lift instead of a scan's; None: the truth's mesh, its
         `cameras/` and `masks.json`.
     """
 
@@ -38,15 +37,15 @@ class Wall:
 
 
 def read_walls(path: Path) -> list[Wall]:
-    """Read a list of walls, TOML; paths are relative to it.
+    """Read a list of walls from a TOML file; paths are relative to the file.
 
-    `[[wall]]` tables with `name`, `use` ("train" or "test"), `truth`, and `scan` or any of `mesh`,
-    `cameras`, `masks`.
+    The file has `[[wall]]` tables with `name`, `use` ("train" or "test"), `truth`, and `scan` or
+    any of `mesh`, `cameras`, `masks`.
 
     Raises
     ------
-    InputError : broken; or a wall is both tuned and reported on, which would report what was
-        learned by heart.
+    InputError : invalid file, or a wall is both a train and a test wall, which would report
+        overfitted metrics.
     """
     rows = read_toml(path).get("wall", [])
     if not isinstance(rows, list) or not rows:
@@ -71,7 +70,7 @@ def read_walls(path: Path) -> list[Wall]:
 
 
 def contents(walls: Sequence[Wall]) -> dict[str, str]:
-    """Name of each wall to the hash of its truths: the same on all machines, wherever they lie."""
+    """Return the name of each wall to the hash of its truths, independent of the path."""
     found: dict[str, str] = {}
     for wall in walls:
         places = (wall.truth, wall.truth / "gt.npz", wall.truth / "truth/gt.npz")
@@ -81,7 +80,7 @@ def contents(walls: Sequence[Wall]) -> dict[str, str]:
 
 
 def scan_names(walls: Sequence[str]) -> list[str]:
-    """Names of scans by those of their walls; several scans of one wall are numbered."""
+    """Return a name per scan, from its wall's name; several scans of one wall are numbered."""
     return [
         name if walls.count(name) == 1 else f"{name} #{walls[:k].count(name) + 1}"
         for k, name in enumerate(walls)

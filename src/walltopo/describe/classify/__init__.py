@@ -1,1 +1,1 @@
-"""What one hold is: colour, type, shape."""
+"""Describe each hold: colour, type, shape."""

@@ -11,24 +11,24 @@ from numpy.typing import NDArray
 from walltopo.describe.classify.observations import HoldView
 from walltopo.describe.classify.palette import Entry, cluster_colours, name_of
 from walltopo.images.colour import features, linear_from_srgb8, srgb8_from_linear
-from walltopo.scans.light import SceneLight
+from walltopo.scans.pictures import SceneLight
 
 Floats = NDArray[np.float64]
 
-MOST_VIEWS = 12  # views that the colour of one hold is taken from
+MAX_VIEWS = 12  # views from which the colour of one hold is taken
 WHITE_LEVEL = 0.80  # luminance given to the brightest paint of a scan (white paint: 0.7 to 0.85)
-SAME = 1.0  # times `colour_spread`: nearer to a colour of the holds, a volume has that colour
+VOLUME_REACH = 1.0  # times `colour_spread`: a volume this near to a hold colour has that colour
 REACH = 3.0  # times `colour_spread`: farther from every palette entry a colour is unknown
 
 
 @dataclass(frozen=True, eq=False)
 class HoldPaint:
-    """One hold's colour over all views.
+    """The colour of one hold over all views.
 
     Parameters
     ----------
     linear : (3,) float64 linear RGB under the scan's mean light.
-    views : (n, 3) the same per view; weights : (n,) their weights.
+    views : (n, 3) linear RGB per view; weights : (n,) their weights.
     """
 
     linear: Floats
@@ -37,14 +37,14 @@ class HoldPaint:
 
 
 @dataclass(frozen=True)
-class Coloured:
-    """What a hold is called and how sure that is.
+class HoldColour:
+    """The named colour of a hold.
 
     Parameters
     ----------
-    name : of the palette, or "unknown".
+    name : name in the palette, or "unknown".
     rgb : the hold's own colour, 0..255.
-    confidence : margin between the two nearest palette entries times agreement of the views.
+    confidence : margin between the two nearest palette entries, times agreement of the views.
     """
 
     name: str
@@ -53,7 +53,7 @@ class Coloured:
 
 
 def _weighted_median(values: Floats, weights: Floats) -> Floats:
-    """Per column of (n, k) values."""
+    """Return the weighted median of each column of (n, k) values."""
     result = np.zeros(values.shape[1])
     for column in range(values.shape[1]):
         order = np.argsort(values[:, column], kind="stable")
@@ -63,39 +63,35 @@ def _weighted_median(values: Floats, weights: Floats) -> Floats:
 
 
 def paint_over_views(
-    views: Mapping[int, Sequence[HoldView]],
-    light: SceneLight,
-    positions: Mapping[int, Floats],
+    views: Mapping[int, Sequence[HoldView]], light: SceneLight
 ) -> dict[int, HoldPaint]:
-    """Each hold's colour under one light: the weighted median over its best views.
+    """Return each hold's colour under one light: the weighted median over its best views.
 
-    The photo's gain and the light that falls on the wall around the hold are divided out; all
-    holds are scaled together by the light's `white` (`with_white`).
+    The photo's gain is divided out. All holds are scaled together by the light's `white` (see
+    `with_white`). The wall's brightness around a hold is not: panels differ more by their paint
+    than by their light (docs/colours.md).
 
     Parameters
     ----------
-    views : hold id to its views; positions : hold id to (3,) world position.
+    views : hold id to views.
     """
     paints: dict[int, HoldPaint] = {}
     for hold, seen in views.items():
-        best = sorted(seen, key=lambda view: (-view.quality, view.photo))[:MOST_VIEWS]
-        local = float(light.at(positions[hold][None])[0])
-        rows = np.array([view.linear * np.exp(-light.gain[view.photo] - local) for view in best])
+        best = sorted(seen, key=lambda view: (-view.quality, view.photo))[:MAX_VIEWS]
+        rows = np.array([view.linear * np.exp(-light.gain[view.photo]) for view in best])
         rows *= light.white or 1.0
         weights = np.array([view.quality for view in best])
         paints[hold] = HoldPaint(_weighted_median(rows, weights), rows, weights)
     return paints
 
 
-def with_white(
-    light: SceneLight, views: Mapping[int, Sequence[HoldView]], positions: Mapping[int, Floats]
-) -> SceneLight:
-    """The light with the factor that gives the scan's brightest paint `WHITE_LEVEL`."""
-    paints = paint_over_views(views, replace(light, white=1.0), positions)
+def with_white(light: SceneLight, views: Mapping[int, Sequence[HoldView]]) -> SceneLight:
+    """Return the light with the factor that gives the scan's brightest paint `WHITE_LEVEL`."""
+    paints = paint_over_views(views, replace(light, white=1.0))
     if not paints:
         return replace(light, white=1.0)
     luminance = [float(p.linear @ np.array([0.2126, 0.7152, 0.0722])) for p in paints.values()]
-    # Holds that are all darker than the wall have no white one among them.
+    # If all holds are darker than the wall, none of them is white.
     white = WHITE_LEVEL / max(float(np.percentile(luminance, 98)), light.wall, 1e-6)
     return replace(light, white=white)
 
@@ -105,10 +101,10 @@ def _rgb(linear: Floats) -> tuple[int, int, int]:
     return red, green, blue
 
 
-def _found_palette(
+def _cluster_palette(
     paints: Sequence[HoldPaint], spread: float, lightness_weight: float, taken: Sequence[str] = ()
 ) -> list[Entry]:
-    """Cluster colours and name each cluster; a name that is taken gets a number."""
+    """Return palette entries by clustering; a name that is taken gets a number."""
     if not paints:
         return []
     linear = np.array([paint.linear for paint in paints])
@@ -117,7 +113,7 @@ def _found_palette(
     used = set(taken)
     for term, rows in cluster_colours(points, spread, lightness_weight).items():
         rgb = _rgb(np.median(linear[rows], axis=0))
-        # The centre may have moved away from the term it started from.
+        # The centre may have moved away from the term at which it started.
         wanted = [name_of(rgb, lightness_weight), term]
         numbered = [f"{wanted[0]} {number}" for number in range(2, 2 + len(used))]
         name = next(name for name in wanted + numbered if name not in used)
@@ -138,24 +134,24 @@ def find_palette(
     spread: float,
     lightness_weight: float,
 ) -> list[Entry]:
-    """The colours of a scan, found by clustering its holds, heaviest colour first.
+    """Return the colours of a scan by clustering its holds, most frequent colour first.
 
-    Volumes do not shape the palette of the holds (plywood lies between orange, grey and
-    white, and would glue them together). Those that match no colour of the holds are
-    clustered by themselves, and their colours come last.
+    Volumes do not influence the palette of the holds: plywood lies between orange, grey and
+    white, and would merge them. Volumes that match no colour of the holds are clustered
+    separately, and their colours come last.
     """
-
     holds = [number for number in paints if number not in volumes] or list(paints)
-    entries = _found_palette([paints[k] for k in holds], spread, lightness_weight)
+    entries = _cluster_palette([paints[k] for k in holds], spread, lightness_weight)
     anchors = _anchors(entries, lightness_weight)
-    apart = [
+    unmatched = [
         paint
         for number, paint in paints.items()
         if number in volumes
         and np.linalg.norm(anchors - features(paint.linear, lightness_weight), axis=1).min()
-        > SAME * spread
+        > VOLUME_REACH * spread
     ]
-    return entries + _found_palette(apart, spread, lightness_weight, [e.name for e in entries])
+    names = [entry.name for entry in entries]
+    return entries + _cluster_palette(unmatched, spread, lightness_weight, names)
 
 
 def assign_colours(
@@ -164,35 +160,35 @@ def assign_colours(
     *,
     spread: float,
     lightness_weight: float,
-) -> dict[int, Coloured]:
-    """Name the colour of each hold: the nearest entry of a palette.
+) -> dict[int, HoldColour]:
+    """Return the name of each hold's colour: the nearest entry of a palette.
 
-    A colour farther than `REACH` times `spread` from every entry is "unknown". The
-    confidence is the margin to the nearest entry of another name, times the share of the
-    views that agree.
+    A colour farther than `REACH` times `spread` from every entry is "unknown". The confidence
+    is the margin to the nearest entry with another name, times the share of the views that
+    agree.
 
     Parameters
     ----------
-    paints : hold id to its paint.
+    paints : hold id to paint.
     palette : the gym's colours (`find_palette`, or a palette file); several may share a name.
-    spread, lightness_weight : see `params.ClassifySettings`.
+    spread, lightness_weight : see `ClassifySettings`.
     """
     anchors = _anchors(palette, lightness_weight)
     names = np.array([entry.name for entry in palette])
-    coloured: dict[int, Coloured] = {}
+    coloured: dict[int, HoldColour] = {}
     for hold, paint in paints.items():
         distance = np.linalg.norm(anchors - features(paint.linear, lightness_weight), axis=1)
         nearest = int(distance.argmin())
         name = str(names[nearest])
         if distance[nearest] > REACH * spread:
-            coloured[hold] = Coloured("unknown", _rgb(paint.linear), 0.0)
+            coloured[hold] = HoldColour("unknown", _rgb(paint.linear), 0.0)
             continue
         others = distance[names != name]
-        # With one colour in the gym there is nothing to confuse it with.
+        # If the gym has only one colour, no other can be confused with it.
         rival = float(others.min()) if len(others) else np.inf
         margin = 1 - float(distance[nearest]) / max(rival, 1e-9)
         own = features(paint.views, lightness_weight)
         votes = names[np.linalg.norm(own[:, None] - anchors[None], axis=2).argmin(axis=1)]
         agreement = float(paint.weights[votes == name].sum() / paint.weights.sum())
-        coloured[hold] = Coloured(name, _rgb(paint.linear), margin * agreement)
+        coloured[hold] = HoldColour(name, _rgb(paint.linear), margin * agreement)
     return coloured

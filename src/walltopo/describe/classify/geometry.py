@@ -14,25 +14,24 @@ from walltopo.core import Mesh
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-RING = 1.8  # radius around a hold, in its own radii, in which the wall's normal is taken
-MIN_RING = 12  # triangles of wall needed for that
-NEARNESS = 4.0  # how much more the wall beside the hold counts than that at the ring's end
+RING = 1.8  # radius of the ring for the wall's normal, in radii of the hold
+MIN_RING = 12  # minimum number of wall triangles in the ring
+NEARNESS = 4.0  # exponent by which wall near the hold counts more than wall at the ring's end
 CANDIDATES = 24  # triangles of the ring whose normal may be the panel's
-AGREE_DEG = (40.0, 25.0, 15.0)  # how well they must agree, round by round
+AGREE_DEG = (40.0, 25.0, 15.0)  # angular tolerance of the normals, round by round
 
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """Geometry of one instance, world frame, metres.
+    """The geometry of one instance, world frame, metres.
 
     Parameters
-    ----------
-    position : (3,) centroid of its surface, weighted by area.
-    normal : (3,) unit, of the wall it sits on, out of the wall.
+    position : (3,) centroid of the surface, weighted by area.
+    normal : (3,) unit normal of the wall under it, out of the wall.
     size : longest extent in the plane of the wall (robust: 1st to 99th percentile).
-    protrusion_m : how far it stands out of the wall it sits on (99th percentile).
-    standing_m : how far `position` stands out of that wall.
-    area : of its triangles.
+    protrusion_m : extent along the normal (robust, as `size`).
+    standing_m : distance of `position` from the wall.
+    area : total area of its triangles.
     steepness_deg : angle of the wall under it: 0 vertical, > 0 overhanging, < 0 slab.
     """
 
@@ -51,7 +50,7 @@ def _spread(values: Floats) -> float:
 
 
 def plane_axes(normal: Floats) -> Floats:
-    """(2, 3) unit vectors across a normal: to the right and up, seen from in front."""
+    """Return (2, 3) unit vectors across a normal: to the right and up, seen from the front."""
     up = np.array([0.0, 0.0, 1.0]) if abs(normal[2]) < 0.99 else np.array([0.0, 1.0, 0.0])
     right = np.cross(up, normal)
     right /= np.linalg.norm(right)
@@ -59,17 +58,17 @@ def plane_axes(normal: Floats) -> Floats:
 
 
 def _longest(flat: Floats) -> float:
-    """Longest extent of (n, 2) points over directions 7.5 degrees apart."""
+    """Return the longest extent of (n, 2) points over directions 7.5 degrees apart."""
     angles = np.arange(24) * np.pi / 24
     directions = np.stack([np.cos(angles), np.sin(angles)])
     return max(_spread(column) for column in (flat @ directions).T)
 
 
 def rim_normal(mesh: Mesh, rows: Ints) -> Floats | None:
-    """The normal of the wall under a hold, from the hold's own triangles.
+    """Return the normal of the wall under a hold, from the hold's own triangles.
 
-    The summed area vectors of a patch depend on its rim only, not on its shape, so they point
-    out of the wall that the hold sits on whatever the hold looks like. None where they cancel.
+    The summed area vectors of a patch depend on its rim only, not on its shape. They therefore
+    point out of the wall under the hold. Return None if they cancel.
     """
     total = mesh.areas[rows] @ mesh.normals[rows]
     length = float(np.linalg.norm(total))
@@ -77,8 +76,8 @@ def rim_normal(mesh: Mesh, rows: Ints) -> Floats | None:
 
 
 @dataclass(frozen=True, eq=False)
-class _Wall:
-    """The triangles of the wall without holds, thinned, for looking up its normal."""
+class _WallSurface:
+    """The triangles of the wall without holds, thinned, with a search tree."""
 
     points: Floats
     normals: Floats
@@ -86,23 +85,25 @@ class _Wall:
     tree: Any
 
     @classmethod
-    def of(cls, mesh: Mesh, face_instance: NDArray[np.int32], most: int = 300_000) -> _Wall | None:
+    def of(
+        cls, mesh: Mesh, face_instance: NDArray[np.int32], max_triangles: int = 300_000
+    ) -> _WallSurface | None:
         from scipy.spatial import cKDTree
 
         rows = np.flatnonzero(face_instance == 0)
-        rows = rows[:: max(1, len(rows) // most)]
+        rows = rows[:: max(1, len(rows) // max_triangles)]
         if len(rows) == 0:
             return None
         points = mesh.centroids[rows]
         return cls(points, mesh.normals[rows], mesh.areas[rows], cKDTree(points))
 
     def around(self, position: Floats, first: Floats, radius: float) -> tuple[Floats, float | None]:
-        """Normal of the panel around a point, and how far the point stands out of the panel.
+        """Return the normal of the panel around a point, and the point's distance from the panel.
 
-        The mean of the normals that agree with each other: starts from the normal that most of
-        the wall near the point has, the hold's rim (`first`) having a say, and drops, in three
-        rounds, triangles of other panels and of holds that were not found. `first` and None where
-        too few are left.
+        The normal is the mean of normals that agree. It starts from the normal with the most
+        area near the point, with a bonus for agreement with the hold's rim (`first`). Three
+        rounds then drop triangles of other panels and of missed holds. Return `first` and None
+        if too few triangles remain.
         """
         rows = np.asarray(self.tree.query_ball_point(position, radius), dtype=np.int64)
         if len(rows) < MIN_RING:
@@ -124,7 +125,7 @@ class _Wall:
         return normal, standing
 
 
-def _shape(mesh: Mesh, rows: Ints, wall: _Wall | None) -> Shape:
+def _shape(mesh: Mesh, rows: Ints, wall: _WallSurface | None) -> Shape:
     areas, centroids = mesh.areas[rows], mesh.centroids[rows]
     total = float(areas.sum())
     weights = areas / total if total > 0 else np.full(len(rows), 1 / len(rows))
@@ -152,7 +153,7 @@ def _shape(mesh: Mesh, rows: Ints, wall: _Wall | None) -> Shape:
 def triangles_of(
     face_instance: NDArray[np.int32], ids: Iterable[int]
 ) -> Iterator[tuple[int, Ints]]:
-    """The triangles of each instance that has any: id and (n,) indices, in the order of `ids`."""
+    """Yield id and (n,) triangle indices of each instance that has any, in the order of `ids`."""
     order = np.argsort(face_instance, kind="stable")
     labels = face_instance[order]
     for number in ids:
@@ -164,11 +165,11 @@ def triangles_of(
 def measure_shapes(
     mesh: Mesh, face_instance: NDArray[np.int32], ids: list[int]
 ) -> dict[int, Shape]:
-    """The shape of each instance that has triangles; ids without are left out.
+    """Return the shape of each instance that has triangles.
 
     Parameters
     ----------
-    mesh : the scan's mesh; face_instance : (F,) int32, 0 = wall; ids : instances wanted.
+    mesh : the scan's mesh; face_instance : (F,) int32, 0 = wall; ids : ids of the instances.
     """
-    wall = _Wall.of(mesh, face_instance)
+    wall = _WallSurface.of(mesh, face_instance)
     return {number: _shape(mesh, rows, wall) for number, rows in triangles_of(face_instance, ids)}

@@ -1,10 +1,10 @@
-"""One light for all photos: gains per photo, and the brightness over the wall.
+"""Read the photos: the pixels of each hold, and one light for all photos.
 
 The same patch of wall must look the same in all photos. With log values
-`seen[patch, photo] = gain[photo] + own[patch]` per channel, both are found together by least
-absolute deviations (reweighted least squares), which takes exposure and white balance out
-without knowing the wall's colour. What no photo can tell, one gain for the whole scan, is
-fixed by the median photo: the scan keeps the white balance that the phone chose on average.
+`seen[patch, photo] = gain[photo] + own[patch]` per channel, least absolute deviations (reweighted
+least squares) find both terms. This removes exposure and white balance without knowledge of the
+wall's colour. One gain for the whole scan remains undetermined; the median photo fixes it, so that
+the scan keeps the white balance that the phone chose on average.
 """
 
 from __future__ import annotations
@@ -14,20 +14,28 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.describe.classify.observations import WallLight
-from walltopo.scans.light import SceneLight
+from walltopo.core import Mesh, Progress, View
+from walltopo.describe.classify.observations import (
+    HoldView,
+    WallLight,
+    load_photo,
+    read_hold_views,
+    wall_patches,
+)
+from walltopo.describe.settings import ClassifySettings
+from walltopo.scans.photos import PhotoSet
+from walltopo.scans.pictures import SceneLight
 
 Floats = NDArray[np.float64]
 
 ROUNDS = 25
-TINT_RADIUS = 1.0  # metres: spread of the window over which the wall's tint is taken
-REACH = 4.0  # patches: width of the window over which the wall's brightness is taken
+TINT_RADIUS = 1.0  # metres: spread of the window for the wall's tint
 
 
 def _solve(
     photo: NDArray[np.int64], patch: NDArray[np.int64], seen: Floats
 ) -> tuple[Floats, Floats]:
-    """Gains and own values (log) of one channel by reweighted least squares."""
+    """Return gains and own values (log) of one channel by reweighted least squares."""
     photos, patches = int(photo.max()) + 1, int(patch.max()) + 1
     gain, own = np.zeros(photos), np.zeros(patches)
     weight = np.ones(len(seen))
@@ -45,21 +53,19 @@ def _solve(
     return gain, own
 
 
-def solve_light(
-    lights: Sequence[WallLight], photos: int, patch_centres: Floats, patch_size: float
-) -> SceneLight:
-    """Gains of the photos and the light over the wall.
+def solve_light(lights: Sequence[WallLight], photos: int, patch_centres: Floats) -> SceneLight:
+    """Return the gains of the photos and the wall's own colours.
 
     Parameters
     ----------
-    lights : what each photo sees of the wall's patches.
+    lights : the wall's patches in each photo.
     photos : number of photos.
-    patch_centres : (patches, 3) float64, world frame; patch_size : their side.
+    patch_centres : (patches, 3) float64, world frame.
     """
     gain = np.zeros((photos, 3))
     measured = [light for light in lights if len(light.patch)]
     if not measured:
-        return SceneLight(gain, np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)))
+        return SceneLight(gain, np.zeros((0, 3)), np.zeros((0, 3)))
     photo = np.concatenate([np.full(len(light.patch), light.photo) for light in measured])
     patch = np.concatenate([light.patch for light in measured])
     seen = np.concatenate([light.log_rgb for light in measured])
@@ -72,16 +78,59 @@ def solve_light(
         gain[known, channel] = solved[known] - middle
         own[:, channel] += middle
     luminance = np.log(np.exp(own) @ np.array([0.2126, 0.7152, 0.0722]))
-    brightness = _smooth(patch_centres[rows], luminance, patch_size)
     wall = float(np.exp(np.median(luminance)))
-    return SceneLight(gain, patch_centres[rows], brightness, own, wall)
+    return SceneLight(gain, patch_centres[rows], own, wall)
 
 
-def _smooth(points: Floats, luminance: Floats, patch_size: float) -> Floats:
-    """Log luminance around each patch over the median: light varies slowly, paint does not."""
-    from scipy.spatial import cKDTree
+LONG_SIDE = 1600  # pixels: maximum length of a photo
 
-    tree = cKDTree(points)
-    near = tree.query_ball_point(points, REACH * patch_size)
-    local = np.array([np.median(luminance[rows]) for rows in near])
-    return local - float(np.median(luminance))
+ERODE = 2  # pixels removed from the rim of a hold before its colour is read
+
+PATCHES = 60  # wall patches along the longest side of the wall
+
+
+def observe(
+    views: Sequence[View],
+    photos: PhotoSet,
+    mesh: Mesh,
+    face_instance: NDArray[np.int32],
+    settings: ClassifySettings,
+    progress: Progress,
+) -> tuple[dict[int, list[HoldView]], SceneLight]:
+    """Return the views of each hold in all photos, and the light of the photos."""
+    progress.step("read holds in photos", len(views))
+    hold_views: dict[int, list[HoldView]] = {}
+    lights = []
+
+    def load(view: View, width: int, height: int) -> NDArray[np.uint8]:
+        return load_photo(photos.path(view.name), width, height)
+
+    def hidden(view: View, width: int, height: int) -> NDArray[np.bool_] | None:
+        return photos.people_mask(view.name, width, height)
+
+    stream = read_hold_views(
+        views,
+        load,
+        mesh,
+        face_instance,
+        long_side=LONG_SIDE,
+        erode=ERODE,
+        crop_px=settings.cutout_px,
+        hidden=hidden,
+    )
+    for holds, light in stream:
+        for hold in holds:
+            hold_views.setdefault(hold.hold, []).append(hold)
+        lights.append(light)
+        progress.advance()
+    centres = _patch_centres(mesh, face_instance)
+    return hold_views, solve_light(lights, len(views), centres)
+
+
+def _patch_centres(mesh: Mesh, face_instance: NDArray[np.int32]) -> Floats:
+    patch = wall_patches(mesh, face_instance, PATCHES)
+    rows = patch >= 0
+    count = int(patch.max(initial=-1)) + 1
+    total = np.maximum(np.bincount(patch[rows], minlength=count), 1)
+    sums = [np.bincount(patch[rows], mesh.centroids[rows, k], count) for k in range(3)]
+    return np.asarray(np.stack(sums, axis=1) / total[:, None])

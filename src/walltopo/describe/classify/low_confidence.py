@@ -1,4 +1,4 @@
-"""Instances that are probably no holds: low scores, or flat against the wall."""
+"""Find instances that are probably no holds: low scores, or flat against the wall."""
 
 from __future__ import annotations
 
@@ -7,43 +7,43 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.describe.classify.cutouts import best_views
 from walltopo.describe.classify.geometry import Shape, rim_normal, triangles_of
-from walltopo.describe.classify.observations import HoldView
-from walltopo.describe.classify.settings import ClassifySettings
+from walltopo.describe.classify.observations import HoldView, best_views
+from walltopo.describe.settings import ClassifySettings
 from walltopo.geometry.similarity import fit_plane
-from walltopo.scans.attributes import FLAT, Doubtful, Hold
+from walltopo.scans.holds import FLAT, Hold
 from walltopo.scans.instances import InstanceRecords, InstanceTable
 from walltopo.scans.scale import Plate, Scale, unit_of_sizes
 
-# Why an instance is left out: the words of `attributes.json`.
+# The reasons for low confidence, as `holds.json` has them.
 FAINT = "few photos confirm it"
 
 BUMP = "stands out of the wall, but photos hardly show a hold"
 
 PLATED = "lies on a printed plate"
 
-CUTOUTS_OF_DOUBTFUL = 1
+LOW_CONFIDENCE_CUTOUTS = 1
 
-# Nearer to a plate than this share of half its height is on it.
+# Maximum distance of an instance on a plate, as a share of half the plate's height.
 PLATE_REACH = 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class Lifted:
-    """What the lift found.
+    """The instances of the lift.
 
     Parameters
     ----------
     face_instance : (F,) int32, instance id of each triangle, 0 = none.
     kinds : instance id to its class, "hold" or "volume".
-    scores : instance id to how sure it is, in [0, 1].
-    judged : ids whose score is the evidence of masks, relief and colour together; of the others
-        it is the lift's.
-    unmasked : ids that no mask was lifted to.
+    scores : instance id to confidence, in [0, 1].
+    judged : ids whose score is the combined evidence of masks, relief and colour. The scores of the
+        others come from the lift.
+    unmasked : ids to which no mask was lifted.
     """
 
     face_instance: NDArray[np.int32]
@@ -54,34 +54,34 @@ class Lifted:
 
     @classmethod
     def of(cls, table: InstanceTable, records: InstanceRecords) -> Lifted:
-        """From the two files of instances."""
+        """Build the instances from the two files."""
         return cls(
             table.face_instance,
             {record.id: record.kind for record in records.instances},
-            {record.id: record.surety for record in records.instances},
+            {record.id: record.confidence for record in records.instances},
             frozenset(r.id for r in records.instances if r.evidence is not None),
             frozenset(r.id for r in records.instances if not r.views),
         )
 
 
-def doubtful(
+def low_confidence_reasons(
     scale: Scale,
     mesh: Mesh,
     lifted: Lifted,
     shapes: Mapping[int, Shape],
     settings: ClassifySettings,
 ) -> dict[int, str]:
-    """Ids of the instances that are no holds, or hardly confirmed, and why.
+    """Return the ids of instances that are probably no holds, with the reason.
 
     Parameters
     ----------
-    mesh : the scan's; shapes : of the instances that have triangles.
+    mesh : the scan's mesh; shapes : of the instances that have triangles.
     """
     kinds = lifted.kinds
     faint = {
         number: BUMP if number in lifted.unmasked else FAINT
         for number, score in lifted.scores.items()
-        if score < (settings.least_evidence if number in lifted.judged else settings.least_score)
+        if score < (settings.min_evidence if number in lifted.judged else settings.min_score)
     }
     sizes = [s.size for n, s in shapes.items() if n not in faint and kinds[n] == "hold"]
     unit = unit_of_sizes(sizes, scale.metric, settings.typical_hold)
@@ -93,11 +93,11 @@ def doubtful(
 
 
 def on_plates(positions: Mapping[int, NDArray[np.float64]], plates: Sequence[Plate]) -> set[int]:
-    """Ids of the instances that lie on a printed plate of the measure.
+    """Return the ids of the instances that lie on a scale plate.
 
     Parameters
     ----------
-    positions : instance id to its (3,) place in the world frame.
+    positions : instance id to (3,) position in the world frame.
     """
     found: set[int] = set()
     for plate in plates:
@@ -106,7 +106,7 @@ def on_plates(positions: Mapping[int, NDArray[np.float64]], plates: Sequence[Pla
             continue
         middle = corners.mean(axis=0)
         right, up = (corners[1] - corners[0]) / 2, (corners[0] - corners[3]) / 2
-        out = np.cross(right, up) / np.linalg.norm(right)  # as long as half the sheet is high
+        out = np.cross(right, up) / np.linalg.norm(right)  # length: half the height of the sheet
         for number, position in positions.items():
             offset = np.asarray(position) - middle
             shares = [abs(offset @ axis) / (axis @ axis) for axis in (right, up)]
@@ -115,19 +115,18 @@ def on_plates(positions: Mapping[int, NDArray[np.float64]], plates: Sequence[Pla
     return found
 
 
-def left_out(
+def low_confidence_rows(
     holds: Sequence[Hold],
-    scores: Mapping[int, float],
-    doubts: Mapping[int, str],
-    seen: Mapping[int, Sequence[HoldView]],
-) -> tuple[list[Doubtful], dict[int, list[HoldView]]]:
-    """The holds that are in `doubts`, the surest first, and the cutouts to keep of them."""
+    reasons: Mapping[int, str],
+    views: Mapping[int, Sequence[HoldView]],
+) -> tuple[list[Hold], dict[int, list[HoldView]]]:
+    """Return the holds in `reasons`, highest score first, and the cutouts to keep of them."""
     ranked = sorted(
-        (hold for hold in holds if hold.id in doubts),
-        key=lambda hold: (-scores[hold.id], hold.id),
+        (hold for hold in holds if hold.id in reasons),
+        key=lambda hold: (-hold.score, hold.id),
     )
-    rows = [Doubtful(hold.rounded(), round(scores[hold.id], 4), doubts[hold.id]) for hold in ranked]
-    cutouts = {h.id: best_views(seen.get(h.id, ()), CUTOUTS_OF_DOUBTFUL) for h in ranked}
+    rows = [replace(hold, left_out=reasons[hold.id]).rounded() for hold in ranked]
+    cutouts = {h.id: best_views(views.get(h.id, ()), LOW_CONFIDENCE_CUTOUTS) for h in ranked}
     return rows, cutouts
 
 
@@ -135,15 +134,15 @@ Floats = NDArray[np.float64]
 
 Ints = NDArray[np.int64]
 
-RING = 1.8  # radius, in an instance's own radii, in which the wall around it is fitted
+RING = 1.8  # radius of the ring for the plane of the wall, in radii of the instance
 
-LARGEST = 0.5  # metres: radius beyond which nothing is a mark on the wall
+MAX_RADIUS = 0.5  # metres: a larger instance is no mark on the wall
 
-LEAST_RING, MOST_RING = 24, 4_000  # triangles of wall that a plane is fitted to
+MIN_RING, MAX_RING = 24, 4_000  # number of wall triangles for the plane
 
-AGREE_DEG = 25.0  # ring triangles turned farther away belong to another panel
+AGREE_DEG = 25.0  # a ring triangle at a larger angle belongs to another panel
 
-ROUNDS = 4  # of fitting the plane without outliers (holds that were not found, edges)
+ROUNDS = 4  # of plane fitting without outliers (missed holds, edges)
 
 OUTLIER = 3.0  # standard deviations
 
@@ -152,12 +151,12 @@ TOP = 90.0  # percentile of the heights that counts as the top
 
 @dataclass(frozen=True)
 class Rise:
-    """How an instance stands out of the wall around it, in scan units.
+    """The height of an instance over the wall around it, in scan units.
 
     Parameters
     ----------
     height : 90th percentile of the heights of its vertices over the plane of the wall.
-    noise : standard deviation of the centroids of the wall's triangles from that plane, robust.
+    noise : robust standard deviation of the wall's triangle centroids from that plane.
     """
 
     height: float
@@ -165,8 +164,8 @@ class Rise:
 
 
 @dataclass(frozen=True, eq=False)
-class _Bare:
-    """The triangles of no hold: the wall and its volumes."""
+class _BareWall:
+    """The triangles without holds: the wall and its volumes."""
 
     tree: Any
     centroids: Floats
@@ -174,7 +173,9 @@ class _Bare:
     label: NDArray[np.int32]
 
     @classmethod
-    def of(cls, mesh: Mesh, face_instance: NDArray[np.int32], kinds: Mapping[int, str]) -> _Bare:
+    def of(
+        cls, mesh: Mesh, face_instance: NDArray[np.int32], kinds: Mapping[int, str]
+    ) -> _BareWall:
         from scipy.spatial import cKDTree
 
         bare = [0, *(number for number, kind in kinds.items() if kind == "volume")]
@@ -183,15 +184,15 @@ class _Bare:
         return cls(cKDTree(centroids), centroids, mesh.normals[rows], face_instance[rows])
 
     def around(self, number: int, middle: Floats, normal: Floats, radius: float) -> Floats:
-        """(n, 3) centroids of the wall around an instance that face as it does."""
+        """Return (n, 3) centroids of the wall around an instance with a similar normal."""
         near = np.array(sorted(self.tree.query_ball_point(middle, radius)), dtype=np.int64)
-        near = near[:: max(1, len(near) // MOST_RING)]
+        near = near[:: max(1, len(near) // MAX_RING)]
         agree = self.normals[near] @ normal > np.cos(np.radians(AGREE_DEG))
         return self.centroids[near[agree & (self.label[near] != number)]]
 
 
 def _plane(points: Floats, normal: Floats) -> tuple[Floats, float]:
-    """(4,) plane (unit normal, offset) through most of the points, and their spread around it."""
+    """Return the (4,) plane (unit normal, offset) through most points, and their robust spread."""
     plane, spread = np.zeros(4), np.inf
     kept = np.ones(len(points), dtype=np.bool_)
     for _ in range(ROUNDS):
@@ -206,20 +207,20 @@ def _plane(points: Floats, normal: Floats) -> tuple[Floats, float]:
 def measure_rises(
     mesh: Mesh, face_instance: NDArray[np.int32], kinds: Mapping[int, str], unit: float
 ) -> dict[int, Rise]:
-    """How far the instances stand out of the wall.
+    """Return the heights of the instances over the wall.
 
     Parameters
     ----------
     mesh : the scan's mesh; face_instance : (F,) int32, 0 = none.
     kinds : instance id to its class, "hold" or "volume".
-    unit : scan units a metre.
+    unit : scan units per metre.
 
     Returns
     -------
-    By instance id. Left out are those with no triangles, larger than any mark on a wall, or with
-    too little wall around them.
+    Rises by instance id, without instances that have no triangles, that are larger than any mark on
+    a wall, or that have too little wall around them.
     """
-    bare = _Bare.of(mesh, face_instance, kinds)
+    bare = _BareWall.of(mesh, face_instance, kinds)
     if len(bare.centroids) == 0:
         return {}
     rises: dict[int, Rise] = {}
@@ -230,10 +231,10 @@ def measure_rises(
         points = mesh.vertices[np.unique(mesh.faces[rows])]
         middle = np.median(points, axis=0)
         reach = float(np.percentile(np.linalg.norm(points - middle, axis=1), 98))
-        if reach > LARGEST * unit:
+        if reach > MAX_RADIUS * unit:
             continue
         ring = bare.around(number, middle, normal, RING * reach)
-        if len(ring) >= LEAST_RING:
+        if len(ring) >= MIN_RING:
             plane, noise = _plane(ring, normal)
             heights = points @ plane[:3] + plane[3]
             rises[number] = Rise(float(np.percentile(heights, TOP)), noise)
@@ -241,9 +242,10 @@ def measure_rises(
 
 
 def flat_instances(rises: Mapping[int, Rise], unit: float, below: float) -> set[int]:
-    """Ids of the instances that stand out by less than `below` metres.
+    """Return the ids of the instances that protrude by less than `below` metres.
 
-    Where the wall around is rougher than half of that, the mesh cannot tell, and nothing is flat.
+    An instance is not flat if the wall around it is rougher than half of `below`: the mesh is too
+    noisy to decide.
     """
     return {
         number

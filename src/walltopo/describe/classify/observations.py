@@ -1,8 +1,8 @@
-"""Pixels of each hold in the photos, read once for colour and light."""
+"""The pixels of each hold in the photos, and its cutouts."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,24 +13,25 @@ from walltopo.core import Mesh, View
 from walltopo.core.parallel import ahead
 from walltopo.images.colour import DARK, linear_from_srgb8, oklab_from_linear
 from walltopo.images.files import read_rgb
+from walltopo.scans.pictures import INDEX, Cutout, CutoutIndex, Cutouts
 
 Floats = NDArray[np.float64]
 
 Image = NDArray[np.uint8]
 
-MIN_PIXELS = 12  # a hold seen with fewer pixels says nothing about its colour
+MIN_PIXELS = 12  # fewer pixels of a hold give no reliable colour
 
 SHADE, SHINE = 10, 85  # percentiles of lightness between which a hold's pixels are kept
 
-CHALK = 60  # percentile of saturation from which they are kept: chalk takes colour away
+CHALK = 60  # minimum percentile of saturation: chalk reduces saturation
 
-CLIPPED = 252  # 8-bit value from which on a channel may be overexposed
+CLIPPED = 252  # minimum 8-bit value of an overexposed channel
 
 WALL_STEP = 4  # every fourth pixel of every fourth row measures the light on the wall
 
-MARGIN = 0.12  # of the box, around a cutout
+MARGIN = 0.12  # around a cutout, as a share of its box
 
-STEP = 0.01  # share of the distance by which what hides a hold is nearer than the hold
+STEP = 0.01  # minimum depth step at an occluder, as a share of the distance
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,12 +42,12 @@ class HoldView:
     ----------
     photo : number of the photo; hold : the instance's id.
     pixels : visible pixels of the hold, before erosion.
-    clipped : share of overexposed pixels among those that its colour was taken from.
-    linear : (3,) float64, typical linear RGB, as the photo has it.
+    clipped : share of overexposed pixels among those of its colour.
+    linear : (3,) float64, typical linear RGB in the photo.
     sharpness : variance of the Laplacian of the grey crop.
     cut : whether the hold touches the border of the photo.
-    hidden : share of its rim behind which it goes on: something nearer begins there.
-    crop : (h, w, 3) uint8 RGB, shrunk; mask : (h, w) bool, its visible pixels there.
+    hidden : share of the rim at which a nearer surface occludes the hold.
+    crop : (h, w, 3) uint8 RGB, downscaled; mask : (h, w) bool, its visible pixels there.
     """
 
     photo: int
@@ -62,13 +63,13 @@ class HoldView:
 
     @property
     def quality(self) -> float:
-        """Weight of this view: visible pixels, less where it is cut off or overexposed."""
+        """Return the weight of this view: visible pixels, less if cut off or overexposed."""
         return self.pixels * (0.5 if self.cut else 1.0) * (1 - 0.9 * self.clipped)
 
 
 @dataclass(frozen=True, eq=False)
 class WallLight:
-    """Mean log linear RGB of wall patches in one photo.
+    """The mean log linear RGB of wall patches in one photo.
 
     Parameters
     ----------
@@ -82,7 +83,7 @@ class WallLight:
 
 
 def load_photo(path: Path, width: int, height: int) -> Image:
-    """(height, width, 3) uint8 RGB of a photo, resized by area.
+    """Return the (height, width, 3) uint8 RGB of a photo, resized by area.
 
     Raises
     ------
@@ -99,11 +100,11 @@ def load_photo(path: Path, width: int, height: int) -> Image:
 
 
 def paint_of(pixels: Image) -> tuple[Floats, float]:
-    """Typical linear RGB of a hold's pixels, and which share of the pixels used is clipped.
+    """Return the typical linear RGB of a hold's pixels, and the clipped share of those used.
 
-    The darkest pixels are deep shade, the brightest are highlights and screw heads; of the
-    others the more saturated count, for chalk and dust only ever take colour away, and shade
-    leaves it as it is. The three percentiles were chosen on generated gyms (docs/colours.md).
+    The darkest pixels are deep shade, the brightest are highlights and screw heads. The more
+    saturated of the other pixels are kept, because chalk and dust reduce saturation and shade does
+    not. The three percentiles were chosen on generated gyms (docs/colours.md).
 
     Parameters
     ----------
@@ -122,7 +123,7 @@ def paint_of(pixels: Image) -> tuple[Floats, float]:
 def wall_patches(
     mesh: Mesh, face_instance: NDArray[np.int32], cells: int = 60
 ) -> NDArray[np.int64]:
-    """(F,) number of the wall patch of each face, -1 for faces of holds.
+    """Return the (F,) number of the wall patch of each face, -1 for faces of holds.
 
     Patches are cubes, `cells` of them along the longest side of the wall.
     """
@@ -158,13 +159,13 @@ def hold_views(
     erode: int,
     crop_px: int,
 ) -> Iterator[HoldView]:
-    """What a picture shows of each hold.
+    """Yield the view of each hold that a picture shows.
 
     Parameters
     ----------
-    photo : its number; picture : (h, w, 3) uint8 RGB.
-    ids : (h, w) int32, the hold that each pixel sees, 0 = none; depth : (h, w) float32.
-    erode, crop_px : see `look`.
+    photo : number of the photo; picture : (h, w, 3) uint8 RGB.
+    ids : (h, w) int32, the hold at each pixel, 0 = none; depth : (h, w) float32.
+    erode, crop_px : see `read_hold_views`.
     """
     import cv2
     from scipy.ndimage import find_objects
@@ -205,7 +206,7 @@ def hold_views(
 
 
 def _hidden(mask: NDArray[np.bool_], depth: NDArray[np.float32]) -> float:
-    """Share of the pixels around a mask that are clearly nearer than the mask beside them."""
+    """Return the share of the pixels around a mask that are clearly nearer than the mask."""
     import cv2
 
     kernel = np.ones((3, 3), np.uint8)
@@ -217,7 +218,7 @@ def _hidden(mask: NDArray[np.bool_], depth: NDArray[np.float32]) -> float:
 
 
 def _shrunk(crop: Image, mask: NDArray[np.bool_], longest: int) -> tuple[Image, NDArray[np.bool_]]:
-    """Copies at most `longest` pixels long: thousands of crops are in memory at once."""
+    """Return copies at most `longest` pixels long, because thousands are in memory at once."""
     import cv2
 
     factor = longest / max(mask.shape)
@@ -230,7 +231,7 @@ def _shrunk(crop: Image, mask: NDArray[np.bool_], longest: int) -> tuple[Image, 
 
 
 def _core(mask: NDArray[np.bool_], erode: int) -> NDArray[np.bool_]:
-    """The mask without its rim; the rim shrinks until enough pixels remain."""
+    """Return the mask without its rim; the rim shrinks until enough pixels remain."""
     import cv2
 
     for width in range(erode, 0, -1):
@@ -243,7 +244,7 @@ def _core(mask: NDArray[np.bool_], erode: int) -> NDArray[np.bool_]:
     return mask
 
 
-def look(
+def read_hold_views(
     views: Sequence[View],
     load: Callable[[View, int, int], Image],
     mesh: Mesh,
@@ -252,29 +253,34 @@ def look(
     long_side: int,
     erode: int,
     crop_px: int,
+    hidden: Callable[[View, int, int], NDArray[np.bool_] | None] | None = None,
 ) -> Iterator[tuple[list[HoldView], WallLight]]:
-    """Go through the photos: per photo, what it shows of each hold, and of the wall's light.
+    """Yield, for each photo, the views of its holds and the light on the wall.
 
-    A pixel belongs to the hold whose triangle it sees (z-buffer on the mesh), so that holds
-    hidden behind others take no colour from them.
+    A pixel belongs to the hold whose triangle is visible there (z-buffer on the mesh), so that
+    holds hidden behind others take no colour from them.
 
     Parameters
     ----------
-    views : posed photos; `load(view, width, height)` gives the photo as (h, w, 3) uint8 RGB.
+    views : posed photos; `load(view, width, height)` returns the photo as (h, w, 3) uint8 RGB.
     face_instance : (F,) int32, 0 = wall.
-    long_side : photos are drawn at most this long, pixels.
-    erode : pixels taken off the rim, at that size.
-    crop_px : crops are kept at most this long, pixels.
+    long_side : maximum length of a photo in pixels; longer photos are downscaled.
+    erode : pixels removed from the rim, at that size.
+    crop_px : maximum length of a crop, pixels.
+    hidden : returns the pixels of people in the photo, as `load`; None without any.
     """
-    from walltopo.geometry.zbuffer import render_part
+    from walltopo.geometry.zbuffer import render_culled
 
     patch_of = wall_patches(mesh, face_instance)
 
-    def looked(number: int) -> tuple[list[HoldView], WallLight]:
+    def read(number: int) -> tuple[list[HoldView], WallLight]:
         view = views[number]
         factor = min(1.0, long_side / max(view.camera.width, view.camera.height))
         camera = view.camera.scaled(factor)
-        face_id, depth = render_part(mesh, camera, view.cam_from_world)
+        face_id, depth = render_culled(mesh, camera, view.cam_from_world)
+        people = hidden(view, camera.width, camera.height) if hidden is not None else None
+        if people is not None:
+            face_id[people] = -1
         ids = np.where(face_id >= 0, face_instance[np.maximum(face_id, 0)], 0).astype(np.int32)
         picture = load(view, camera.width, camera.height)
         return (
@@ -282,4 +288,47 @@ def look(
             _wall_light(number, picture, face_id, patch_of),
         )
 
-    yield from ahead(looked, range(len(views)))
+    yield from ahead(read, range(len(views)))
+
+
+def best_views(views: Sequence[HoldView], count: int) -> list[HoldView]:
+    """Return the views with the most pixels, best first; blurred views come last."""
+    if not views:
+        return []
+    limit = 0.3 * float(np.median([view.sharpness for view in views]))
+    ranked = sorted(views, key=lambda v: (v.sharpness < limit, -v.quality, v.photo))
+    return ranked[:count]
+
+
+def write_cutouts(
+    folder: Path, views: Mapping[int, Sequence[HoldView]], photos: Sequence[str]
+) -> Cutouts:
+    """Write `<id>_<rank>.webp` (RGB with the hold's mask as alpha) and the index.
+
+    Parameters
+    ----------
+    folder : the folder, which must not exist yet.
+    views : hold id to the views to keep, best first.
+    photos : names of the photos, by number.
+    """
+    folder.mkdir()
+    ranked = [(hold, rank, v) for hold in sorted(views) for rank, v in enumerate(views[hold])]
+
+    def written(item: tuple[int, int, HoldView]) -> Cutout:
+        hold, rank, view = item
+        name = f"{hold:05d}_{rank}.webp"
+        _write(folder / name, view)
+        photo, sharpness = photos[view.photo], round(view.sharpness, 1)
+        return Cutout(hold, name, photo, view.pixels, sharpness, view.cut)
+
+    index = list(ahead(written, ranked))
+    CutoutIndex(cutouts=tuple(index)).save(folder / INDEX)
+    return Cutouts(folder, tuple(index))
+
+
+def _write(path: Path, view: HoldView) -> None:
+    from PIL import Image
+
+    alpha = np.where(view.mask, 255, 0).astype(np.uint8)
+    picture = Image.fromarray(np.dstack([view.crop, alpha]))
+    picture.save(path, quality=80, method=2, exact=True)

@@ -12,21 +12,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
-from walltopo.core.files import atomic_path
-from walltopo.core.toml import read_toml
+from walltopo.core.files import atomic_path, read_toml
 from walltopo.images.colour import features, linear_from_srgb8
-from walltopo.scans.attributes import Hold, Role
 from walltopo.scans.document import parse
+from walltopo.scans.holds import Hold, Role
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# Basic colour terms with the sRGB of typical hold paint (polyurethane and fibreglass, our
-# reading of manufacturers' RAL charts); names of found clusters come from the nearest one.
+# Basic colour terms with the sRGB of typical hold paint (polyurethane and fibreglass, our reading
+# of manufacturers' RAL charts; white as measured: the brightest pixels of a hold do not count).
+# Each cluster is named after the nearest one.
 REFERENCE: dict[str, tuple[int, int, int]] = {
     "black": (38, 38, 40),
     "grey": (125, 127, 130),
-    "white": (232, 232, 226),
+    "white": (208, 206, 198),
     "red": (195, 32, 38),
     "orange": (238, 118, 30),
     "yellow": (245, 200, 25),
@@ -41,20 +41,19 @@ REFERENCE: dict[str, tuple[int, int, int]] = {
     "wood": (200, 160, 112),
 }
 
-SMALL = 0.3  # how much farther small groups may be from what they are dissolved into
+SMALL = 0.3  # tolerance added for merging small groups, divided by the square root of their size
 MEDIAN_ROUNDS = 4
 
 
 @dataclass(frozen=True)
 class Entry:
-    """One colour of a gym.
+    """One colour of a gym's palette.
 
     Parameters
     ----------
-    name : what the gym calls it.
-    rgb : 0..255 sRGB, as holds of this colour come out of `classify`.
-    role : "hold", "volume" or "downclimb": what holds of this colour are, "hold" unless a
-        setter says otherwise.
+    name : the gym's name of the colour.
+    rgb : 0..255 sRGB, as `classify` measures holds of this colour.
+    role : role of holds of this colour: "hold" (default), "volume" or "downclimb".
     """
 
     name: str
@@ -86,29 +85,29 @@ def _reference(lightness_weight: float) -> Floats:
 
 
 def name_of(rgb: tuple[int, int, int], lightness_weight: float) -> str:
-    """The nearest basic colour term."""
+    """Return the nearest basic colour term."""
     own = features(_linear([rgb]), lightness_weight)
     distance = np.linalg.norm(_reference(lightness_weight) - own, axis=1)
     return list(REFERENCE)[int(distance.argmin())]
 
 
 def cluster_colours(points: Floats, spread: float, lightness_weight: float) -> dict[str, Ints]:
-    """Group colours: k-medians that start from the basic colour terms.
+    """Group colours by k-medians that start from the basic colour terms.
 
     Each round assigns the colours to the nearest centre, moves the centres to the medians of
-    what they got, drops centres that got nothing, and dissolves the smaller of the two
-    nearest centres if they lie within `spread` (more for small ones, whose medians are less
-    sure: a factor 1 + `SMALL` / sqrt(size)). Chosen against average linkage on generated
-    gyms: docs/colours.md.
+    their colours, and drops empty centres. It then dissolves the smaller of the two nearest
+    centres if they lie within `spread`. For small groups, whose medians are less reliable, the
+    limit is larger by a factor 1 + `SMALL` / sqrt(size). The method was chosen over average
+    linkage on generated gyms: docs/colours.md.
 
     Parameters
     ----------
-    points : (n, 3) colour features (`oklab.features` with `lightness_weight`).
+    points : (n, 3) colour features (`features` with `lightness_weight`).
     spread : centres nearer than this are one colour.
 
     Returns
     -------
-    Colour term a group started from, to the rows of `points`; largest group first.
+    Colour term of each group's starting centre, to the rows of `points`; largest group first.
     """
     names, centres = list(REFERENCE), _reference(lightness_weight)
     alive = np.ones(len(centres), dtype=np.bool_)
@@ -143,22 +142,22 @@ def read_palette(path: Path, lightness_weight: float) -> list[Entry]:
 
     Raises
     ------
-    InputError : the file is missing, is not TOML, or an entry is wrong; names which.
+    InputError : the file is missing or not TOML, or an entry is invalid (the message names it).
     """
-    hint = "`walltopo palette learn SCAN` writes one to start from."
+    hint = "`walltopo palette learn SCAN` writes a file to start from."
     rows = parse(read_toml(path, hint), _Palette, str(path)).colour
     if not rows:
-        raise InputError(f"{path}: holds no [[colour]] table", "See docs/colours.md.")
+        raise InputError(f"{path}: has no [[colour]] table", "See docs/colours.md.")
     return [
         Entry(row.name or name_of(row.rgb, lightness_weight), row.rgb, row.role) for row in rows
     ]
 
 
 def palette_of_holds(holds: Sequence[Hold]) -> tuple[list[Entry], list[int]]:
-    """The colours that holds were given, most frequent first, and how many holds have each.
+    """Return the colours of holds, most frequent first, and the number of holds of each.
 
-    The reference colour is the median of the holds' own; the role is that of the holds if
-    they agree (volumes do not count, they may share a colour with holds).
+    The reference colour is the median of the holds' own colours. The role is the holds' role if
+    they agree; volumes are ignored, because they may share a colour with holds.
     """
     groups: dict[str, list[Hold]] = {}
     for hold in holds:
@@ -180,7 +179,7 @@ def write_palette(path: Path, entries: Sequence[Entry], counts: Sequence[int]) -
 
     Parameters
     ----------
-    counts : holds of each colour, written as a comment.
+    counts : number of holds of each colour, written as a comment.
     """
     lines = [
         "# Colours of this gym. Rename them as you like; two entries may share a name (for",

@@ -1,4 +1,4 @@
-"""Hold types by relief: a height map of the hold, and the network that names it."""
+"""Hold types by relief: a height map of the hold, and the network that classifies it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from walltopo.core.files import shipped_file
 from walltopo.describe.classify.geometry import Shape, plane_axes, triangles_of
 from walltopo.geometry.zbuffer import render_ids
 from walltopo.images.networks import Network, open_network
-from walltopo.scans.attributes import UNKNOWN
+from walltopo.scans.holds import UNKNOWN
 
 Floats = NDArray[np.float64]
 
@@ -25,25 +25,25 @@ Ints = NDArray[np.int64]
 
 SIDE = 32  # pixels of a relief
 
-FINE = 96  # pixels across the window that is drawn before it is framed
+FINE = 96  # pixels across the window that is rendered before framing
 
-MARGIN = 1.12  # of the frame over the hold's longer extent
+MARGIN = 1.12  # side of the frame over the hold's longer extent
 
 EDGE = 1.0  # percent of the hold's pixels at each end that may lie outside the frame
 
-TALLEST = 3.0  # heights are cut here, in half sides of the frame
+TALLEST = 3.0  # heights are clipped here, in half sides of the frame
 
-FAR = 400.0  # window sides from which it is drawn: as good as parallel
+FAR = 400.0  # camera distance in window sides: practically a parallel projection
 
 
 @dataclass(frozen=True, eq=False)
 class Relief:
-    """What a hold looks like without its colour.
+    """The shape of a hold as a height map.
 
     Parameters
     ----------
     picture : (2, SIDE, SIDE) float32, row 0 on top: mean height over the wall in half sides of
-        the frame (0 where the hold is not), and the share of the pixel that the hold covers.
+        the frame (0 beside the hold), and the share of the pixel that the hold covers.
     side_m : side of the frame, metres.
     """
 
@@ -52,7 +52,7 @@ class Relief:
 
     @property
     def scalars(self) -> NDArray[np.float32]:
-        """(2,) float32: the frame's size and the height of the hold's higher parts, logarithms."""
+        """Return (2,) float32: logarithms of the frame's side and of the hold's height."""
         heights, cover = self.picture
         inside = heights[cover > 0.5]
         top = float(np.percentile(inside, 95)) if len(inside) else 0.0
@@ -60,20 +60,20 @@ class Relief:
         return np.array([np.log(self.side_m / 0.15), np.log(tall / 0.05)], dtype=np.float32)
 
 
-def seen_head_on(
+def render_heights(
     vertices: Floats, faces: NDArray[np.integer[Any]], window: float, pixels: int
 ) -> tuple[Floats, NDArray[np.bool_]]:
-    """Draw a hold in parallel projection.
+    """Render a hold in parallel projection.
 
     Parameters
     ----------
     vertices : (V, 3) metres: right, down, into the wall; the wall's surface is z = 0.
     faces : (F, 3).
-    window, pixels : side of the square around the origin that is drawn, in metres and pixels.
+    window, pixels : side of the rendered square around the origin, in metres and pixels.
 
     Returns
     -------
-    (pixels, pixels) heights over the wall in metres, 0 beside the hold; and where the hold is.
+    (pixels, pixels) heights over the wall in metres, 0 beside the hold; and the hold's mask.
     """
     camera = Camera("PINHOLE", pixels, pixels, (FAR * pixels, FAR * pixels, pixels / 2, pixels / 2))
     pose = np.eye(3, 4)
@@ -83,12 +83,12 @@ def seen_head_on(
     return np.where(mask, (FAR - np.where(mask, depth, 0)) * window, 0.0), mask
 
 
-def framed(heights: Floats, mask: NDArray[np.bool_], pixel: float) -> Relief | None:
-    """The relief of a drawn hold; None where nothing is drawn.
+def frame_relief(heights: Floats, mask: NDArray[np.bool_], pixel: float) -> Relief | None:
+    """Return the relief of a rendered hold, or None if no pixel is set.
 
     Parameters
     ----------
-    heights : (h, w) over the wall, metres; mask : (h, w) bool, where the hold is.
+    heights : (h, w) over the wall, metres; mask : (h, w) bool, the pixels of the hold.
     pixel : side of a pixel, metres.
     """
     rows, columns = np.nonzero(mask)
@@ -116,12 +116,12 @@ def framed(heights: Floats, mask: NDArray[np.bool_], pixel: float) -> Relief | N
 def reliefs(
     mesh: Mesh, face_instance: NDArray[np.int32], shapes: Mapping[int, Shape], unit: float
 ) -> dict[int, Relief]:
-    """The relief of each instance that has a shape; those too small to draw are left out.
+    """Return the relief of each instance with a shape, without those too small to render.
 
     Parameters
     ----------
-    mesh, face_instance : as for `measure_shapes`, which gave the shapes.
-    unit : scan units a metre.
+    mesh, face_instance : the inputs of `measure_shapes`, which returned the shapes.
+    unit : scan units per metre.
     """
     found = {}
     for number, rows in triangles_of(face_instance, shapes):
@@ -132,7 +132,7 @@ def reliefs(
 
 
 def _relief(mesh: Mesh, rows: Ints, shape: Shape, unit: float) -> Relief | None:
-    """The relief of the instance of these triangles."""
+    """Return the relief of the instance with these triangles."""
     axes = plane_axes(shape.normal)
     to_wall = np.stack([axes[0], -axes[1], -shape.normal])
     used, faces = np.unique(mesh.faces[rows], return_inverse=True)
@@ -143,21 +143,21 @@ def _relief(mesh: Mesh, rows: Ints, shape: Shape, unit: float) -> Relief | None:
     if window <= 0:
         return None
     local[:, :2] -= (low + high) / 2
-    heights, mask = seen_head_on(local / unit, faces.reshape(-1, 3), window / unit, FINE)
-    return framed(heights, mask, window / unit / FINE)
+    heights, mask = render_heights(local / unit, faces.reshape(-1, 3), window / unit, FINE)
+    return frame_relief(heights, mask, window / unit / FINE)
 
 
-NONE_OF_THESE = "none of these"  # the network's class of what is no hold of any one type
+NONE_OF_THESE = "none of these"  # the network's class of instances that have no single type
 
 BATCH = 128
 
-# A hold is seen several times, turned by degrees and scaled: which triangles are at its rim, and
-# how the wall under it leans, should not decide.
-LOOKS = ((0.0, 1.0), (-10.0, 1.0), (10.0, 1.0), (0.0, 0.93), (0.0, 1.07))
+# Test-time augmentation in (degrees, scale): the choice of rim triangles and the tilt of the wall
+# should not decide the type.
+AUGMENTATIONS = ((0.0, 1.0), (-10.0, 1.0), (10.0, 1.0), (0.0, 0.93), (0.0, 1.07))
 
 
-def _seen_anew(reliefs: Sequence[Relief], degrees: float, scale: float) -> NDArray[np.float32]:
-    """(n, 2, SIDE, SIDE) pictures of reliefs, turned and scaled about their middle."""
+def _augmented(reliefs: Sequence[Relief], degrees: float, scale: float) -> NDArray[np.float32]:
+    """Return (n, 2, SIDE, SIDE) pictures of reliefs, rotated and scaled about their centre."""
     middle = (SIDE - 1) / 2
     matrix = cv2.getRotationMatrix2D((middle, middle), degrees, scale)
     turned = [
@@ -169,14 +169,14 @@ def _seen_anew(reliefs: Sequence[Relief], degrees: float, scale: float) -> NDArr
 
 @dataclass(frozen=True, eq=False)
 class TypeModel:
-    """A loaded network.
+    """A loaded network of hold types.
 
     Parameters
     ----------
-    network : as loaded.
-    names : its classes, `NONE_OF_THESE` among them.
-    certain : probability from which a type is named.
-    sides : least and largest side of a relief's frame that it knows, metres.
+    network : the loaded file.
+    names : its classes, including `NONE_OF_THESE`.
+    certain : minimum probability of a named type.
+    sides : minimum and maximum side of a relief's frame in the training data, metres.
     """
 
     network: Network
@@ -185,47 +185,47 @@ class TypeModel:
     sides: tuple[float, float]
 
     def probabilities(self, reliefs: Sequence[Relief]) -> NDArray[np.float32]:
-        """(n, classes) float32 in [0, 1], rows sum to 1: the mean over `LOOKS`."""
+        """Return (n, classes) float32, rows sum to 1: the mean over `AUGMENTATIONS`."""
         rows = [np.zeros((0, len(self.names)), dtype=np.float32)]
         for first in range(0, len(reliefs), BATCH):
             block = reliefs[first : first + BATCH]
             scalars = np.stack([relief.scalars for relief in block])
             answers = [
                 self.network.session.run(None, {"reliefs": pictures, "scalars": scalars})[0]
-                for pictures in (_seen_anew(block, *look) for look in LOOKS)
+                for pictures in (_augmented(block, *change) for change in AUGMENTATIONS)
             ]
             rows.append(np.mean(answers, axis=0))
         return np.vstack(rows)
 
     def names_of(self, reliefs: Sequence[Relief]) -> list[tuple[str, float]]:
-        """The type of each hold, or "unknown", and its probability."""
+        """Return the type of each hold, or "unknown", and its probability."""
         found = []
         for relief, row in zip(reliefs, self.probabilities(reliefs), strict=True):
             best = int(row.argmax())
-            sure, name = float(row[best]), self.names[best]
+            confidence, name = float(row[best]), self.names[best]
             known = self.sides[0] <= relief.side_m <= self.sides[1]
-            if name == NONE_OF_THESE or sure < self.certain or not known:
+            if name == NONE_OF_THESE or confidence < self.certain or not known:
                 name = UNKNOWN
-            found.append((name, sure))
+            found.append((name, confidence))
         return found
 
 
 @cache
 def shipped_model() -> TypeModel:
-    """The network in `models/hold_types.onnx`."""
+    """Return the network in `models/hold_types.onnx`."""
     return open_model(shipped_file("hold_types.onnx"))
 
 
 def open_model(path: Path) -> TypeModel:
-    """A network as `walltopo train hold-types` writes it.
+    """Return a network that `walltopo train hold-types` wrote.
 
     Raises
     ------
-    InputError : no such file, or another kind of network.
+    InputError : the file does not exist, or is another kind of network.
     """
-    network = open_network(path, threads=1)  # so small that threads cost more than they bring
+    network = open_network(path, threads=1)  # the network is too small to gain from threads
     missing = sorted({"names", "certain", "sides"} - set(network.metadata))
     if missing:
-        raise InputError(f"{path}: no network of hold types: its metadata lack {missing}")
+        raise InputError(f"{path}: not a network of hold types: its metadata lack {missing}")
     low, high = network.numbers("sides", [0.0, np.inf])
     return TypeModel(network, network.names, network.number("certain", 1.0), (low, high))

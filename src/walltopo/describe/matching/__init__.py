@@ -1,1 +1,1 @@
-"""Hold identity over resets: which hold of one scan is which of another."""
+"""Match the holds and routes of two scans of one wall."""

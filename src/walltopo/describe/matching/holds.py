@@ -1,10 +1,10 @@
-"""Which hold of one scan is which of another scan of the same wall: by position and shape.
+"""Match the holds of two scans of the same wall by position and shape.
 
-First how the second scan lies against the first, then, pair by pair, what is more likely: that it
-is the same hold, or another one that was screwed to about the same place. Sockets are few and holds
-come in sizes, so chance pairs are not rare; how many holds stayed, and how many volumes, is found
-from all pairs together (expectation maximisation of the mixture's weight; A. Dempster et al., 1977,
-section 4.3).
+First the second scan is aligned with the first. Then each pair is tested: is it more likely one
+hold, or two different holds at about the same place? Sockets are few and holds come in standard
+sizes, so chance pairs are not rare. The share of holds (and of volumes) that stayed is estimated
+from all pairs together, by expectation maximisation of the mixture's weight (A. Dempster et al.,
+1977, section 4.3).
 """
 
 from __future__ import annotations
@@ -15,44 +15,43 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.scans.attributes import Hold
+from walltopo.geometry.similarity import nearest_rotation
+from walltopo.scans.holds import Hold
 
 Floats = NDArray[np.float64]
 
-# Radius of the search in metres, round by round, for how the second scan lies against the first (a
-# drift of the measure, a bent corner).
+# Search radius in metres, round by round, for the alignment of the second scan with the first (for
+# a drift of the scale, or a bent corner).
 RADII: Final = (0.30, 0.15, 0.10)
-SIZE_RATIO: Final = 2.0  # the same hold measures within this factor in both scans
-TURN_LIMIT_DEG: Final = 35.0  # and the wall under it has turned by no more than this
-MIN_FIT: Final = (
-    6  # pairs needed to believe in a shift of the whole scan, which six numbers describe
-)
+SIZE_RATIO: Final = 2.0  # maximum ratio of the sizes of one hold in both scans
+TURN_LIMIT_DEG: Final = 35.0  # maximum angle between the normals of one hold in both scans
+MIN_FIT: Final = 6  # minimum number of pairs for a rigid transform, which has six parameters
 
-# What two scans of one hold differ by, seen on a generated gym of which half was reset: most pairs
-# are close, some are not (a hold half hidden in one scan). Each a share and two spreads, the
-# distance in metres (of each of two directions), the size as logarithm of the ratio.
+# Differences between two scans of one hold, on a generated gym of which half was reset. Most pairs
+# are close, some are not (a hold that is half hidden in one scan): a share and two spreads each, of
+# the distance in metres (per direction) and of the size (logarithm of the ratio).
 _SAME_SHARE: Final = 0.9
 _SAME_NEAR: Final = 0.004
 _SAME_FAR: Final = 0.02
 _SAME_SIZE: Final = 0.04
 _SAME_SIZE_FAR: Final = 0.25
-# And two holds of which one replaced the other: that share in the same socket, the rest anywhere.
+# Differences between a hold and its replacement: a share in the same socket, the rest anywhere.
 _SOCKET_SHARE: Final = 0.1
 _SOCKET: Final = 0.012
 _OTHER_SIZE: Final = 0.6
-_AROUND: Final = 1.0  # metres around a hold in which others are counted
+_AROUND: Final = 1.0  # metres: radius in which other holds are counted
 _ROUNDS: Final = 30
 
 
-def _possible(old: Sequence[Hold], new: Sequence[Hold]) -> tuple[NDArray[np.bool_], Floats]:
-    """(n, m) whether a pair can be one hold by kind, size and facing; change of size, logarithm."""
+def _plausible(old: Sequence[Hold], new: Sequence[Hold]) -> tuple[NDArray[np.bool_], Floats]:
+    """Return (n, m) whether kind, size and normal allow a pair, and the log ratio of the sizes."""
     sizes = [np.log(np.maximum([hold.size for hold in side], 1e-6)) for side in (old, new)]
     change = np.abs(sizes[0][:, None] - sizes[1][None])
     normals = [np.array([hold.normal for hold in side]).reshape(-1, 3) for side in (old, new)]
     facing = normals[0] @ normals[1].T
     kinds = np.array([[a.kind == b.kind for b in new] for a in old]).reshape(change.shape)
-    possible = kinds & (change < np.log(SIZE_RATIO))
-    return possible & (facing > np.cos(np.radians(TURN_LIMIT_DEG))), change
+    plausible = kinds & (change < np.log(SIZE_RATIO))
+    return plausible & (facing > np.cos(np.radians(TURN_LIMIT_DEG))), change
 
 
 def _distances(base: Floats, points: Floats) -> Floats:
@@ -60,38 +59,36 @@ def _distances(base: Floats, points: Floats) -> Floats:
 
 
 def _assign(cost: Floats) -> list[tuple[int, int]]:
-    """One-to-one pairs of least total cost; impossible pairs are never made."""
+    """Return one-to-one pairs of minimum total cost, without pairs of infinite cost."""
     from scipy.optimize import linear_sum_assignment
 
     if not np.isfinite(cost).any():
         return []
-    # Dearer than all possible pairs together, also where all of them cost nothing.
-    dear = (float(cost[np.isfinite(cost)].max()) + 1.0) * (sum(cost.shape) + 1)
-    rows, columns = linear_sum_assignment(np.where(np.isfinite(cost), cost, dear))
+    # This cost exceeds that of all finite pairs together, even if they all cost nothing.
+    prohibitive = (float(cost[np.isfinite(cost)].max()) + 1.0) * (sum(cost.shape) + 1)
+    rows, columns = linear_sum_assignment(np.where(np.isfinite(cost), cost, prohibitive))
     pairs = zip(rows.tolist(), columns.tolist(), strict=True)
     return [(a, b) for a, b in pairs if np.isfinite(cost[a, b])]
 
 
 def _rigid(source: Floats, target: Floats) -> tuple[Floats, Floats]:
-    """Rotation and shift that bring `source` onto `target` with least squares (Kabsch)."""
+    """Return rotation and translation from `source` to `target` by least squares (Kabsch)."""
     middle_s, middle_t = source.mean(axis=0), target.mean(axis=0)
-    u, _, vt = np.linalg.svd((source - middle_s).T @ (target - middle_t))
-    sign = np.sign(np.linalg.det(u @ vt))
-    rotation = (u @ np.diag([1.0, 1.0, sign]) @ vt).T
+    rotation = nearest_rotation((target - middle_t).T @ (source - middle_s))
     return rotation, middle_t - rotation @ middle_s
 
 
-def _in_frame(base: Floats, points: Floats, possible: NDArray[np.bool_], change: Floats,
-              unit: float) -> Floats:  # fmt: skip
-    """The second scan's places, moved onto the first where that brings holds to their places.
+def _align(base: Floats, points: Floats, plausible: NDArray[np.bool_], change: Floats,
+           unit: float) -> Floats:  # fmt: skip
+    """Return the positions of the second scan, aligned with the first if that improves the match.
 
-    What is fitted to chance pairs brings some of them together, too: a move is believed where more
-    pairs are close after it than before by as many as it has numbers.
+    A fit to chance pairs also brings some of them together. The transform is therefore accepted
+    only if the number of close pairs grows by at least its number of parameters.
     """
     moved = points
     for radius in RADII:
         distance = _distances(base, moved)
-        near = possible & (distance < radius * unit)
+        near = plausible & (distance < radius * unit)
         pairs = _assign(np.where(near, distance + 0.2 * radius * unit * change, np.inf))
         if len(pairs) >= MIN_FIT:
             rows, columns = (list(side) for side in zip(*pairs, strict=True))
@@ -99,19 +96,19 @@ def _in_frame(base: Floats, points: Floats, possible: NDArray[np.bool_], change:
             moved = moved @ rotation.T + shift
     close = _SAME_FAR * unit
     before, after = (
-        len(_assign(np.where(possible & (distance < close), distance, np.inf)))
+        len(_assign(np.where(plausible & (distance < close), distance, np.inf)))
         for distance in (_distances(base, points), _distances(base, moved))
     )
     return moved if after >= before + MIN_FIT else points
 
 
 def _evidence(distance: Floats, change: Floats, density: Floats) -> Floats:
-    """Logarithm of how much likelier each pair is of one hold than of two.
+    """Return the log likelihood ratio of each pair: one hold against two different holds.
 
     Parameters
     ----------
     distance : (n, m) metres; change : (n, m) logarithm of the ratio of sizes.
-    density : (n, 1) other holds a square metre around each.
+    density : (n, 1) number of other holds per square metre around each.
     """
     same = _SAME_SHARE * _rayleigh(distance, _SAME_NEAR)
     same += (1.0 - _SAME_SHARE) * _rayleigh(distance, _SAME_FAR)
@@ -124,40 +121,40 @@ def _evidence(distance: Floats, change: Floats, density: Floats) -> Floats:
 
 
 def _rayleigh(distance: Floats, spread: float) -> Floats:
-    """Density of the length of a vector in the plane whose two parts are normal."""
+    """Return the density of the length of a 2D vector with normally distributed components."""
     return distance / spread**2 * np.exp(-0.5 * (distance / spread) ** 2)
 
 
 def _normal(value: Floats, spread: float) -> Floats:
-    """Density of a normal value's amount, but for a factor that all have."""
+    """Return the density of a normally distributed absolute value, up to a common factor."""
     return np.exp(-0.5 * (value / spread) ** 2) / spread
 
 
-def _likely(evidence: Floats, most: int) -> NDArray[np.bool_]:
-    """Which pairs are more likely one hold than two, given how many seem to have stayed.
+def _more_likely_same(evidence: Floats, max_pairs: int) -> NDArray[np.bool_]:
+    """Return which pairs are more likely one hold than two, given the share that stayed.
 
     Parameters
     ----------
-    evidence : of each pair; most : pairs that there could be.
+    evidence : log likelihood ratio of each pair; max_pairs : maximum number of pairs.
     """
     share = 0.5
-    belief = np.zeros_like(evidence)
+    posterior = np.zeros_like(evidence)
     for _ in range(_ROUNDS):
         odds = evidence + np.log(share / (1.0 - share))
-        belief = 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
-        # One hold more that stayed, and one that did not, so that no share is quite none or all.
-        share = (float(belief.sum()) + 1.0) / (most + 2.0)
-    return belief > 0.5
+        posterior = 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
+        # Laplace smoothing keeps the share away from 0 and 1.
+        share = (float(posterior.sum()) + 1.0) / (max_pairs + 2.0)
+    return posterior > 0.5
 
 
 def match_holds(old: Sequence[Hold], new: Sequence[Hold], unit: float = 1.0) -> dict[int, int]:
-    """Match the holds of two scans that share a frame (up to a drift of some 20 cm).
+    """Return the matched holds of two scans that share a frame (up to a drift of some 20 cm).
 
-    Colour is not looked at: paint fades, palettes are renamed.
+    Colour is ignored, because paint fades and palettes are renamed.
 
     Parameters
     ----------
-    old, new : holds; unit : scan units a metre (1 for scaled scans).
+    old, new : holds; unit : scan units per metre (1 for scaled scans).
 
     Returns
     -------
@@ -165,27 +162,27 @@ def match_holds(old: Sequence[Hold], new: Sequence[Hold], unit: float = 1.0) -> 
     """
     if not old or not new:
         return {}
-    possible, change = _possible(old, new)
+    plausible, change = _plausible(old, new)
     base = np.array([hold.position for hold in old])
     points = np.array([hold.position for hold in new])
-    points = _in_frame(base, points, possible, change, unit)
+    points = _align(base, points, plausible, change, unit)
     distance = _distances(base, points) / unit
     density = (distance < _AROUND).sum(axis=1, keepdims=True) / (np.pi * _AROUND**2)
-    # The same place to the last digit says no more than a tenth of a millimetre does.
+    # Distances below a tenth of a millimetre carry no more evidence.
     evidence = _evidence(np.maximum(distance, 1e-4), change, np.maximum(density, 1e-3))
-    near = possible & (distance < RADII[-1])
-    # The assignment wants costs: evidence against, from none on.
-    against = np.where(near, -evidence, np.inf)
+    near = plausible & (distance < RADII[-1])
+    # The assignment needs costs >= 0.
+    cost = np.where(near, -evidence, np.inf)
     if not near.any():
         return {}
-    pairs = _assign(against - against[near].min())
+    pairs = _assign(cost - cost[near].min())
     same: dict[int, int] = {}
-    # Volumes stay through more resets than holds do: each kind has its own share.
+    # Volumes stay through more resets than holds do, so each kind has its own share.
     for kind in {hold.kind for hold in old}:
         mine = [(a, b) for a, b in pairs if old[a].kind == kind]
-        most = min(sum(hold.kind == kind for hold in side) for side in (old, new))
-        likely = _likely(np.array([evidence[pair] for pair in mine]), most)
+        max_pairs = min(sum(hold.kind == kind for hold in side) for side in (old, new))
+        accepted = _more_likely_same(np.array([evidence[pair] for pair in mine]), max_pairs)
         same |= {
-            old[a].id: new[b].id for (a, b), is_one in zip(mine, likely, strict=True) if is_one
+            old[a].id: new[b].id for (a, b), is_one in zip(mine, accepted, strict=True) if is_one
         }
     return same

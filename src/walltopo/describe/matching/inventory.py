@@ -1,4 +1,4 @@
-"""What hangs on a wall, and what came and went since another scan of it."""
+"""Count the holds on a wall, and list the changes since another scan of it."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ import numpy as np
 
 from walltopo.core import InputError
 from walltopo.describe.matching.holds import match_holds
-from walltopo.scans.attributes import Attributes, Hold
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import Hold, Holds
 from walltopo.scans.scale import Scale
 
 # Upper limits of the size classes in metres, by the longest extent of the hold.
@@ -23,7 +23,7 @@ SIZES = (("XS", 0.06), ("S", 0.10), ("M", 0.16), ("L", 0.26), ("XL", 0.45), ("XX
 
 
 def size_class(size: float) -> str:
-    """XS up to 6 cm, S 10, M 16, L 26, XL 45, XXL beyond; `size` in metres."""
+    """Return the size class: XS up to 6 cm, S 10, M 16, L 26, XL 45, XXL beyond; `size` in m."""
     return next(name for name, limit in SIZES if size <= limit)
 
 
@@ -31,7 +31,7 @@ def size_class(size: float) -> str:
 class Row:
     """One line of the inventory: holds that share role, colour, type and size class.
 
-    `area` : of all their triangles, square metres.
+    `area` : total area of their triangles, square metres.
     """
 
     role: str
@@ -53,11 +53,11 @@ class Row:
 
 
 def count_holds(holds: Sequence[Hold], unit: float = 1.0) -> list[Row]:
-    """The inventory, sorted by role, colour, type and size.
+    """Return the inventory, sorted by role, colour, type and size.
 
     Parameters
     ----------
-    unit : scan units a metre (1 for scaled scans).
+    unit : scan units per metre (1 for scaled scans).
     """
     groups: dict[tuple[str, str, str, str], list[Hold]] = defaultdict(list)
     for hold in holds:
@@ -73,12 +73,12 @@ def count_holds(holds: Sequence[Hold], unit: float = 1.0) -> list[Row]:
 
 @dataclass(frozen=True)
 class Change:
-    """What happened to a hold between two scans.
+    """The change of a hold between two scans.
 
     Parameters
     ----------
     what : "came", "went", "recoloured" or "stayed".
-    old, new : the hold in either scan; None where it is not there.
+    old, new : the hold in either scan; None if the scan does not have it.
     size : its size class.
     """
 
@@ -104,13 +104,13 @@ class Change:
 
 
 def changes(old: Sequence[Hold], new: Sequence[Hold], unit: float = 1.0) -> list[Change]:
-    """Compare two scans of one wall: went and stayed by old id, then what came by new id.
+    """Return the changes between two scans of one wall: by old id, then new holds by new id.
 
-    A hold replaced at its place by one of another size is one that went and one that came;
-    one of equal size and another colour counts as "recoloured".
+    A hold replaced at its place by one of another size counts as one that went and one that came.
+    A hold of equal size and another colour counts as "recoloured".
     """
     pairs = match_holds(old, new, unit)
-    fresh = {hold.id: hold for hold in new}
+    by_id = {hold.id: hold for hold in new}
 
     def change(what: str, was: Hold | None, now: Hold | None) -> Change:
         hold = now or was
@@ -119,7 +119,7 @@ def changes(old: Sequence[Hold], new: Sequence[Hold], unit: float = 1.0) -> list
 
     result: list[Change] = []
     for hold in sorted(old, key=lambda hold: hold.id):
-        now = fresh.get(pairs.get(hold.id, -1))
+        now = by_id.get(pairs.get(hold.id, -1))
         if now is None:
             result.append(change("went", hold, None))
         else:
@@ -131,7 +131,7 @@ def changes(old: Sequence[Hold], new: Sequence[Hold], unit: float = 1.0) -> list
 
 
 def to_csv(rows: Sequence[dict[str, Any]]) -> str:
-    """CSV text of equal dictionaries; lists become three columns x, y, z."""
+    """Return CSV text of dictionaries with equal keys; lists become three columns x, y, z."""
     if not rows:
         return ""
     flat = []
@@ -151,21 +151,21 @@ def to_csv(rows: Sequence[dict[str, Any]]) -> str:
 
 
 def wall_area(scan: ScanFolder) -> float:
-    """Area of the scanned mesh in square metres (holds included); 0 if it is not there."""
+    """Return the area of the scanned mesh in square metres (holds included); 0 without a mesh."""
     if not scan.mesh.is_file():
         return 0.0
-    from walltopo.geometry.ply import read_mesh
+    from walltopo.geometry.mesh_files import read_mesh
 
     return float(read_mesh(scan.mesh).without_guesses().areas.sum())
 
 
 class ScanHolds(NamedTuple):
-    """The holds of a scan.
+    """The holds of a scan and its unit.
 
     Parameters
     ----------
     metric : whether lengths are metres.
-    unit : scan units in a metre.
+    unit : scan units per metre.
     """
 
     folder: ScanFolder
@@ -179,14 +179,15 @@ def load_scan(root: Path) -> ScanHolds:
 
     Raises
     ------
-    InputError : there is no such folder, or the scan has not been classified.
+    InputError : the folder does not exist, or the scan has not been classified.
     """
     scan = ScanFolder(root)
     if not scan.root.is_dir():
-        raise InputError(f"{scan.root}: no such scan folder")
-    if not scan.attributes.is_file():
+        raise InputError(f"{scan.root}: the scan folder does not exist")
+    if not scan.holds.is_file():
         raise InputError(
-            f"{scan.attributes}: no such file", "Run `walltopo scan` up to `classify` first."
+            f"{scan.holds}: the file does not exist",
+            "Run `walltopo scan` up to `classify` first.",
         )
-    found = Attributes.load(scan.attributes)
-    return ScanHolds(scan, found.instances, Scale.load(scan.scale).metric, found.unit)
+    found = Holds.load(scan.holds)
+    return ScanHolds(scan, found.holds, Scale.load(scan.scale).metric, found.unit)

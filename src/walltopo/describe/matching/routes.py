@@ -1,10 +1,9 @@
-"""Which route of a new scan is which route that hangs already: by its holds.
+"""Match the routes of a new scan to the current routes, by their holds.
 
-The holds of both scans are matched in the wall's frame
-(`walltopo.describe.matching.holds`: position,
-normal, size and kind, one-to-one of least cost). Two routes are the same if they share most of
-their holds, in the same colour; who goes with whom is the assignment of greatest agreement
-(H. W. Kuhn, "The Hungarian method for the assignment problem", 1955).
+The holds of both scans are matched in the wall's frame (`walltopo.describe.matching.holds`). Two
+routes are the same if they share most of their holds, in the same colour. Routes are paired by the
+assignment of greatest total agreement (H. W. Kuhn, "The Hungarian method for the assignment
+problem", 1955).
 """
 
 from __future__ import annotations
@@ -18,20 +17,20 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from walltopo.describe.matching.holds import match_holds
-from walltopo.scans.attributes import UNKNOWN, Hold
+from walltopo.scans.holds import UNKNOWN, Hold
 
 Key = TypeVar("Key")
 
-# Of all holds that either has, so many at least are in both.
-_LEAST_AGREEMENT: Final = 0.5
-# A hold that turned up so far from where it was has been moved, in metres.
-_MOVED: Final = 0.05
-# Colours (sRGB, 0 to 255) that are less apart are one paint, whatever their names.
-_SHADE: Final = 40.0
+# Minimum share of common holds among all holds that either route has.
+_MIN_AGREEMENT: Final = 0.5
+# A hold at a larger distance (metres) from its old position counts as moved.
+_MIN_SHIFT: Final = 0.05
+# Colours (sRGB, 0 to 255) at a smaller distance are one paint, whatever their names.
+_SAME_PAINT: Final = 40.0
 
 
-class Fate(StrEnum):
-    """What became of a route."""
+class RouteStatus(StrEnum):
+    """What happened to a route between two scans."""
 
     KEPT = "kept"
     CHANGED = "changed"
@@ -40,22 +39,22 @@ class Fate(StrEnum):
 
 
 @dataclass(frozen=True)
-class Line(Generic[Key]):
-    """One line of the table that a setter confirms.
+class RouteMatch(Generic[Key]):
+    """One row of the table that a setter confirms.
 
     Parameters
     ----------
-    route : the route that hangs already; None for a new one.
-    number : of the route in the new scan; None for one that is stripped.
-    came, went : holds of the new and of the old scan that are on one side only.
-    moved : holds of the new scan that are not quite where they were.
+    route : the current route, or None for a new one.
+    number : number of the route in the new scan, or None for a stripped one.
+    added, removed : holds that only the new or only the old scan has.
+    moved : holds of the new scan that changed position.
     """
 
-    fate: Fate
+    status: RouteStatus
     route: Key | None
     number: int | None
-    came: tuple[int, ...] = ()
-    went: tuple[int, ...] = ()
+    added: tuple[int, ...] = ()
+    removed: tuple[int, ...] = ()
     moved: tuple[int, ...] = ()
 
 
@@ -65,12 +64,12 @@ def compare(
     new_routes: Mapping[int, Sequence[int]],
     new_holds: Sequence[Hold],
     unit: float = 1.0,
-) -> list[Line[Key]]:
-    """Every route of both scans in one line: those of the new scan in its order, then the rest.
+) -> list[RouteMatch[Key]]:
+    """Return a row for every route of both scans: those of the new scan in order, then the rest.
 
     Parameters
     ----------
-    old_routes, new_routes : the holds of each; unit : scan units a metre.
+    old_routes, new_routes : the holds of each route; unit : scan units per metre.
     """
     before = {hold.id: hold for hold in old_holds}
     after = {hold.id: hold for hold in new_holds}
@@ -83,41 +82,43 @@ def compare(
     agreement = np.array(
         [[_agreement(old_routes[k], new_routes[n], same) for n in numbers] for k in keys]
     ).reshape(len(keys), len(numbers))
-    agreement[agreement < _LEAST_AGREEMENT] = 0.0
+    agreement[agreement < _MIN_AGREEMENT] = 0.0
     pairs = zip(*linear_sum_assignment(-agreement), strict=True)
     mine = {numbers[b]: keys[a] for a, b in pairs if agreement[a, b] > 0.0}
-    lines: list[Line[Key]] = []
+    matches: list[RouteMatch[Key]] = []
     for number in numbers:
         if number not in mine:
-            lines.append(Line(Fate.NEW, None, number))
+            matches.append(RouteMatch(RouteStatus.NEW, None, number))
             continue
         key = mine[number]
-        lines.append(_line(key, number, old_routes[key], new_routes[number], same, before, after,
-                           _MOVED * unit))  # fmt: skip
+        matches.append(_match(key, number, old_routes[key], new_routes[number], same, before, after,
+                              _MIN_SHIFT * unit))  # fmt: skip
     kept = set(mine.values())
-    return lines + [Line(Fate.STRIPPED, key, None) for key in keys if key not in kept]
+    return matches + [
+        RouteMatch(RouteStatus.STRIPPED, key, None) for key in keys if key not in kept
+    ]
 
 
 def same_paint(old: Hold, new: Hold) -> bool:
-    """Not of another colour, as far as it was seen; a shade between two names may bear either."""
+    """Return whether two holds may have the same paint: equal or similar, or one is unknown."""
     if old.colour == new.colour or UNKNOWN in (old.colour, new.colour):
         return True
-    return float(np.linalg.norm(np.subtract(old.colour_rgb, new.colour_rgb))) < _SHADE
+    return float(np.linalg.norm(np.subtract(old.colour_rgb, new.colour_rgb))) < _SAME_PAINT
 
 
 def _agreement(old: Sequence[int], new: Sequence[int], same: Mapping[int, int]) -> float:
-    """Shared holds as a share of all that either has."""
+    """Return the shared holds as a share of all holds that either route has."""
     shared = len({same[hold] for hold in old if hold in same} & set(new))
     return shared / max(1, len(set(old)) + len(set(new)) - shared)
 
 
-def _line(
+def _match(
     key: Key, number: int, old: Sequence[int], new: Sequence[int], same: Mapping[int, int],
     before: Mapping[int, Hold], after: Mapping[int, Hold], moved_beyond: float,
-) -> Line[Key]:  # fmt: skip
+) -> RouteMatch[Key]:  # fmt: skip
     shared = {hold: same[hold] for hold in old if same.get(hold) in set(new)}
-    went = tuple(sorted(set(old) - set(shared)))
-    came = tuple(sorted(set(new) - set(shared.values())))
+    removed = tuple(sorted(set(old) - set(shared)))
+    added = tuple(sorted(set(new) - set(shared.values())))
     moved = tuple(
         sorted(
             b
@@ -125,5 +126,5 @@ def _line(
             if np.linalg.norm(np.subtract(before[a].position, after[b].position)) > moved_beyond
         )
     )
-    fate = Fate.CHANGED if went or came or moved else Fate.KEPT
-    return Line(fate, key, number, came, went, moved)
+    status = RouteStatus.CHANGED if removed or added or moved else RouteStatus.KEPT
+    return RouteMatch(status, key, number, added, removed, moved)

@@ -1,1 +1,1 @@
-"""Which holds make a route: by colour and by the way along the wall."""
+"""Group holds into routes by colour and by distance along the wall."""

@@ -4,10 +4,10 @@ Source: N. Sharp, K. Crane, "You Can Find Geodesic Paths in Triangle Meshes by J
 Edges", 2020 (FlipOut), in `potpourri3d`. FlipOut straightens the shortest edge path; the
 result is an exact geodesic of the proxy mesh.
 
-Paths between loose parts of the wall: where two parts come within `bridge_gap` of each other,
-edges bridge them; the path is solved on each part and crosses the gap in a straight line.
-Parts farther apart are not connected: the length is infinite, and no edge of the graph of
-holds ever spans them.
+Where two connected components of the wall come within `bridge_gap` of each other, edges bridge
+them. The path is solved on each component and crosses the gap in a straight line. Components
+farther apart are not connected: the length is infinite, and no edge of the graph of holds spans
+them.
 """
 
 from __future__ import annotations
@@ -24,23 +24,23 @@ from walltopo.describe.routes.proxy import Proxy
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-CHUNK = 256  # pairs a solver instance; fixed, so that results do not depend on the threads
+CHUNK = 256  # pairs per solver instance; fixed, so that results do not depend on the threads
 
 
 def flat_length(path: Floats, ratio: float) -> float:
-    """Length of a polyline (n, 3) whose z part is multiplied by `ratio`."""
+    """Return the length of a polyline (n, 3) whose z component is multiplied by `ratio`."""
     steps = np.diff(path, axis=0) * np.array([1.0, 1.0, ratio])
     return float(np.linalg.norm(steps, axis=1).sum())
 
 
 @dataclass(eq=False)
 class Geodesics:
-    """Paths between vertices of one proxy; not shared between threads.
+    """A solver of paths between vertices of one proxy; not shared between threads.
 
     Parameters
     ----------
     proxy : the wall.
-    bridge_gap : parts that come this near are joined, in the proxy's unit.
+    bridge_gap : components this near are connected, in the proxy's unit.
     """
 
     proxy: Proxy
@@ -52,7 +52,7 @@ class Geodesics:
         self._solver = potpourri3d.EdgeFlipGeodesicSolver(self.proxy.vertices, self.proxy.faces)
 
     def path(self, start: int, end: int) -> Floats | None:
-        """The (n, 3) polyline between two vertices, or None where they are not connected."""
+        """Return the (n, 3) polyline between two vertices, or None if they are not connected."""
         if start == end:
             return self.proxy.vertices[[start, start]]
         if self.proxy.part[start] == self.proxy.part[end]:
@@ -60,7 +60,7 @@ class Geodesics:
         return self._across(start, end)
 
     def _across(self, start: int, end: int) -> Floats | None:
-        """A path that crosses gaps: shortest edge path first, then each leg straightened."""
+        """Return a path that crosses gaps: the shortest edge path with straightened legs."""
         from scipy.sparse.csgraph import dijkstra
 
         distance, before = dijkstra(
@@ -75,16 +75,16 @@ class Geodesics:
         legs: list[Floats] = []
         first = 0
         for k in range(1, len(nodes) + 1):
-            # A leg ends where the next node lies on another part.
+            # A leg ends where the next node lies on another component.
             if k == len(nodes) or self.proxy.part[nodes[k]] != self.proxy.part[nodes[k - 1]]:
                 leg = self.path(nodes[first], nodes[k - 1])
-                assert leg is not None  # both ends are on one part
+                assert leg is not None  # both ends are on one component
                 legs.append(leg)
                 first = k
         return np.vstack(legs)
 
     def _graph(self) -> object:
-        """Edges of the mesh and bridges between parts, weighted by length."""
+        """Return the edges of the mesh and the bridges, weighted by length."""
         from scipy.sparse import coo_matrix
 
         if not hasattr(self, "_edge_graph"):
@@ -98,7 +98,7 @@ class Geodesics:
         return self._edge_graph
 
     def _bridge_pairs(self) -> Ints:
-        """(n, 2) pairs: each vertex with the nearest vertex of each other part, within the gap."""
+        """Return (n, 2) pairs of each vertex with the nearest one of each other component."""
         from scipy.spatial import cKDTree
 
         points, part = self.proxy.vertices, self.proxy.part
@@ -123,18 +123,18 @@ def pair_lengths(
     bridge_gap: float = 0.0,
     threads: int = 1,
 ) -> Floats:
-    """Flattened path length of each pair of anchors.
+    """Return the flattened path length of each pair of anchors.
 
     Parameters
     ----------
-    pairs : (P, 2) int, numbers of anchors.
+    pairs : (P, 2) int, anchor numbers.
     ratio : factor on the vertical part of a path.
     threads : workers; the result is the same for any number, because the pairs are cut into
-        fixed chunks and each chunk has a solver of its own.
+        fixed chunks and each chunk has its own solver.
 
     Returns
     -------
-    (P,) float64, inf where there is no path.
+    (P,) float64, inf if no path exists.
     """
     pairs = np.asarray(pairs, dtype=np.int64).reshape(-1, 2)
 

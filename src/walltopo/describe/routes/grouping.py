@@ -1,4 +1,4 @@
-"""Holds to routes: a graph by path length and paint, then Louvain."""
+"""Group holds into routes: a graph by path length and paint, then Louvain."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Lengths = Callable[[Ints], Floats]
 
 @dataclass(frozen=True, eq=False)
 class Grouping:
-    """Groups of holds and how sure they are.
+    """Groups of holds and the similarity of their members.
 
     Parameters
     ----------
@@ -35,14 +35,14 @@ class Grouping:
 
 
 def similarity(length: Floats, near: float, far: float) -> Floats:
-    """1 up to `near`, linear down to 0 at `far` (a step where both are equal)."""
+    """Return 1 up to `near`, falling linearly to 0 at `far` (a step if both are equal)."""
     if far - near < 1e-9:
         return (length <= near).astype(np.float64)
     return np.clip((far - length) / (far - near), 0.0, 1.0)
 
 
 def candidate_pairs(points: Floats, labels: Sequence[str], ratio: float, far: float) -> Ints:
-    """Pairs of equal label whose straight, flattened distance is below `far`.
+    """Return pairs with equal label whose straight, flattened distance is below `far`.
 
     A path is never shorter than the straight line, so no other pair can be similar.
 
@@ -66,16 +66,16 @@ def candidate_pairs(points: Floats, labels: Sequence[str], ratio: float, far: fl
 
 
 def best_louvain(weights: Floats, resolution: float, seed: int) -> Ints:
-    """Groups of one weighted graph: of `RESTARTS` runs of Louvain the one of highest modularity.
+    """Return the groups of a weighted graph: the best of `RESTARTS` Louvain runs by modularity.
 
     Parameters
     ----------
     weights : (n, n) float64, symmetric, >= 0, zero diagonal.
-    resolution : factor on the expected weight in modularity; 0 joins all that is connected.
+    resolution : factor on the expected weight in modularity; 0 gives connected components.
 
     Returns
     -------
-    (n,) int64, numbered from 0 in the order of first members; isolated nodes are alone.
+    (n,) int64, numbered from 0 in the order of first members; an isolated node is a group.
     """
     n = len(weights)
     one, two = np.nonzero(np.triu(weights, 1))
@@ -92,7 +92,7 @@ def best_louvain(weights: Floats, resolution: float, seed: int) -> Ints:
 
 
 def modularity(weights: Floats, groups: Ints, resolution: float) -> float:
-    """Newman's modularity of a grouping at a resolution, in [-1, 1] for resolution 1."""
+    """Return Newman's modularity of a grouping at a resolution, in [-1, 1] for resolution 1."""
     total = weights.sum()
     degree = weights.sum(axis=1)
     same = groups[:, None] == groups[None, :]
@@ -117,15 +117,15 @@ def group_by_paint(
 ) -> Grouping:
     """Group holds into routes without naming their colours first.
 
-    One graph of all holds, linked by `paint.likeness`. For scans whose light is too uneven
-    to name colours.
+    One graph of all holds, linked by `likeness`, for scans whose light is too uneven to name
+    colours.
 
     Parameters
     ----------
-    points : (n, 3) positions; paint : (n, 3) of `paint.balanced_paint`.
-    lengths : as in `group_holds`, with `paint.FLATTEN` as the ratio.
-    unit : scan units a metre.
-    resolution : of Louvain, for all colours together.
+    points : (n, 3) positions; paint : (n, 3), see `balanced_paint`.
+    lengths : as in `group_holds`, with `FLATTEN` as the ratio.
+    unit : scan units per metre.
+    resolution : Louvain resolution, for all colours together.
     """
     pairs = candidate_pairs(points, [""] * len(points), FLATTEN, REACH * unit)
     pairs = pairs[may_be_linked(points / unit, paint, pairs)]
@@ -147,22 +147,22 @@ def group_holds(
     resolution: float,
     seed: int = 0,
 ) -> Grouping:
-    """Group holds into routes, each colour by itself.
+    """Group holds into routes, each colour separately.
 
     Parameters
     ----------
     points : (n, 3) float64, positions of the holds, metres.
     labels : colour of each hold; holds of different colours never share a route.
     lengths : called once with (P, 2) pairs of hold numbers, returns (P,) flattened path
-        lengths (inf where there is no path).
-    near, far, ratio, resolution : see `params.RoutesSettings`.
+        lengths (inf if no path exists).
+    near, far, ratio, resolution : see `RoutesSettings`.
     """
     pairs = candidate_pairs(points, labels, ratio, far)
     weights = similarity(lengths(pairs), near, far) if len(pairs) else np.zeros(0)
     links = _links(len(points), pairs, weights)
     group = np.full(len(points), -1, dtype=np.int64)
     count = 0
-    # Colours in the order of their first hold: names do not matter.
+    # Group colours in the order of their first hold, so that names have no influence.
     for label in dict.fromkeys(labels):
         rows = np.array([k for k, other in enumerate(labels) if other == label])
         own = best_louvain(links[np.ix_(rows, rows)], resolution, seed)
@@ -171,15 +171,15 @@ def group_holds(
     return Grouping(group, links)
 
 
-REACH = 2.2  # metres: flattened paths from which on two holds are never linked
+REACH = 2.2  # metres: maximum flattened path between linked holds
 
-FLATTEN = 0.2  # factor on the vertical part of a path; the fit knows no other
+FLATTEN = 0.2  # factor on the vertical part of a path, as in the fit of `WEIGHTS`
 
-SHARPEN = 3  # power of the probability: Louvain wants few, sure links
+SHARPEN = 3  # power of the probability: Louvain works best with few, confident links
 
 RESOLUTION = 2.0  # of Louvain, over all colours
 
-FAINT = 0.01  # links below are left out
+MIN_LINK = 0.01  # weaker links are dropped
 
 WEIGHTS = (1.396, -3.006, -18.504, -2.768, 0.324, -1.729, 0.201, -10.911)
 
@@ -187,13 +187,13 @@ BIAS = 3.026
 
 
 def balanced_paint(linear: Floats, tint: Floats) -> Floats:
-    """(n, 3) paint of holds under one light: chroma (2) and lightness, see `oklab.features`.
+    """Return (n, 3) paint of holds under one light: chroma (2) and lightness, see `features`.
 
     Parameters
     ----------
     linear : (n, 3) linear RGB of the holds, under one exposure.
-    tint : (n, 3) > 0, relative colour of the light at each hold (`light.SceneLight.tint_at`).
-        Only how it differs between holds counts: the wall's own paint is no light.
+    tint : (n, 3) > 0, relative colour of the light at each hold (`SceneLight.tint_at`). Only its
+        variation between holds counts, because the mean is the wall's own paint.
     """
     logs = np.log(tint)
     logs = logs - logs.mean(axis=1, keepdims=True)
@@ -203,11 +203,11 @@ def balanced_paint(linear: Floats, tint: Floats) -> Floats:
 
 
 def cues_of(points: Floats, paint: Floats, pairs: Ints, lengths: Floats) -> Floats:
-    """(P, 8) the four cues of each pair and their squares.
+    """Return (P, 8) the four cues of each pair and their squares.
 
     Parameters
     ----------
-    points : (n, 3) positions, metres; paint : (n, 3) of `balanced_paint`.
+    points : (n, 3) positions, metres; paint : (n, 3), see `balanced_paint`.
     pairs : (P, 2) hold numbers; lengths : (P,) flattened path lengths, metres.
     """
     one, two = pairs[:, 0], pairs[:, 1]
@@ -219,10 +219,10 @@ def cues_of(points: Floats, paint: Floats, pairs: Ints, lengths: Floats) -> Floa
 
 
 def may_be_linked(points: Floats, paint: Floats, pairs: Ints) -> NDArray[np.bool_]:
-    """(P,) whether a pair could have a link whatever the path between it turns out to be.
+    """Return (P,) whether a pair may be linked, whatever the length of its path.
 
-    The odds are convex in the length of the path, which lies between the straight, flattened line
-    and `REACH`: no length in between gives more than the better of the two.
+    The odds are convex in the path length, which lies between the straight, flattened line and
+    `REACH`. Their maximum is therefore at one of the two ends.
     """
     flat = points * np.array([1.0, 1.0, FLATTEN])
     straight = np.linalg.norm(flat[pairs[:, 0]] - flat[pairs[:, 1]], axis=1)
@@ -232,8 +232,8 @@ def may_be_linked(points: Floats, paint: Floats, pairs: Ints) -> NDArray[np.bool
 
 
 def likeness(cues: Floats) -> Floats:
-    """(P,) weight in [0, 1] of the link of each pair: its probability, sharpened."""
+    """Return (P,) the link weight of each pair in [0, 1]: its probability, sharpened."""
     near = cues[:, 0] < REACH
     odds = np.where(near[:, None], cues, 0.0) @ np.array(WEIGHTS) + BIAS
     weight = np.where(near, 1 / (1 + np.exp(-odds)), 0.0) ** SHARPEN
-    return np.where(weight < FAINT, 0.0, weight)
+    return np.where(weight < MIN_LINK, 0.0, weight)

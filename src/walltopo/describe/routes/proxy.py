@@ -1,19 +1,19 @@
-"""A manifold stand-in of the wall, on which geodesic paths are solved.
+"""A manifold proxy of the wall, on which geodesic paths are solved.
 
-Real meshes have edges with three triangles, flipped triangles, holes and loose parts; the
-geodesic solver wants an oriented manifold. The repair, in this order:
+Real meshes have edges with three triangles, flipped triangles, holes and floaters; the geodesic
+solver needs an oriented manifold. The repair, in this order:
 
-1. weld vertices that coincide (STL-like meshes share none),
+1. weld coincident vertices (STL-like meshes share none),
 2. simplify by quadric edge collapse to `target` triangles (a hold-to-hold path does not
    need more; the length error is measured in docs/routes.md),
-3. drop triangles without area and duplicates,
+3. drop degenerate and duplicate triangles,
 4. glue triangles only along edges where exactly two meet in opposite directions; where more
-   meet, one such pair is glued; everything else is cut open by doubling the vertices,
-5. drop loose crumbs (`FLOATER`), so that no hold is hung on one,
+   meet, one such pair is glued; all other edges are cut open by duplicating the vertices,
+5. drop floaters (`MIN_PART_SHARE`), so that no hold is anchored on one,
 6. fill small holes (loops of up to `MAX_LOOP` edges) with a fan,
-7. insert one vertex per hold, so that a path ends where the hold is.
+7. insert one vertex per hold, so that a path ends at the hold.
 
-Loose parts stay loose; `geodesic.py` says how paths cross from one to another.
+Other connected components stay separate; `geodesic.py` explains how paths cross between them.
 """
 
 from __future__ import annotations
@@ -24,25 +24,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, StageError
-from walltopo.describe.routes.simplify_worker import simplified, simplified_apart
-from walltopo.geometry.borders import boundary_loops, close_loops
+from walltopo.describe.routes.simplify_worker import simplified, simplified_in_subprocess
+from walltopo.geometry.graphs import duplicate_faces
 from walltopo.geometry.topology import (
+    boundary_loops,
+    close_loops,
     compact,
-    doubled,
     glued_fans,
-    opposed_pairs,
+    opposite_half_edges,
     split_fans,
-    vertex_parts,
+    vertex_components,
 )
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-PROXY_FACES = 20_000  # triangles of the stand-in that a scan uses
-APART = 250_000  # triangles from which a process of its own simplifies: its memory is given back
+PROXY_FACES = 20_000  # triangles of a scan's proxy
+SUBPROCESS_FACES = 250_000  # larger meshes are simplified in a subprocess, which frees its memory
 MAX_LOOP = 60  # edges of the longest boundary loop that is filled
-FLOATER = 2e-3  # share of the wall's area below which a loose part is a crumb
-MARGIN = 2e-3  # anchors keep this barycentric distance from edges, so that no triangle is empty
+MIN_PART_SHARE = 2e-3  # share of the wall's area below which a component is a floater
+MARGIN = 2e-3  # minimum barycentric distance of anchors from edges, against degenerate triangles
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +55,7 @@ class Proxy:
     vertices : (V, 3) float64, world frame.
     faces : (F, 3) int64.
     anchors : (A,) int64, the vertex of each anchor.
-    part : (V,) int64, number of the connected part each vertex lies in.
+    part : (V,) int64, number of the connected component of each vertex.
     """
 
     vertices: Floats
@@ -64,22 +65,22 @@ class Proxy:
 
 
 def weld(vertices: Floats, faces: NDArray[np.integer]) -> tuple[Floats, Ints]:
-    """Merge vertices that lie within a millionth of the mesh's size of each other."""
+    """Return the mesh with vertices within a millionth of the mesh's size of each other merged."""
     step = max(float(np.ptp(vertices, axis=0).max()), 1e-12) * 1e-6
     cells = np.round((vertices - vertices.min(axis=0)) / step).astype(np.int64)
-    # One integer a cell: 21 bits an axis hold the million cells.
+    # One integer per cell: 21 bits per axis suffice for a million cells.
     key = (cells[:, 0] << 42) | (cells[:, 1] << 21) | cells[:, 2]
     _, first, inverse = np.unique(key, return_index=True, return_inverse=True)
     return vertices[first], inverse[faces].astype(np.int64)
 
 
 def simplify(vertices: Floats, faces: NDArray[np.integer], target: int) -> tuple[Floats, Ints]:
-    """Quadric simplification to about `target` triangles (unchanged if there are fewer)."""
+    """Return the mesh simplified to about `target` triangles (unchanged if it has fewer)."""
     if len(faces) <= target:
         return vertices.astype(np.float64), faces.astype(np.int64)
-    # Centred first: the simplifier works in float32.
+    # Centre the mesh, because the simplifier works in float32.
     centre = vertices.mean(axis=0)
-    work = simplified_apart if len(faces) > APART else simplified
+    work = simplified_in_subprocess if len(faces) > SUBPROCESS_FACES else simplified
     points, triangles = work(
         np.ascontiguousarray(vertices - centre, dtype=np.float32),
         np.ascontiguousarray(faces, dtype=np.int32),
@@ -88,24 +89,24 @@ def simplify(vertices: Floats, faces: NDArray[np.integer], target: int) -> tuple
     return np.asarray(points, np.float64) + centre, np.asarray(triangles, np.int64)
 
 
-def _drop_bad(vertices: Floats, faces: Ints) -> Ints:
-    """Faces without those that repeat a vertex, have no area, or repeat another face."""
+def _drop_degenerate(vertices: Floats, faces: Ints) -> Ints:
+    """Return the faces without degenerate and duplicate ones."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     scale = np.ptp(vertices, axis=0).max() if len(vertices) else 1.0
     faces = faces[area > 1e-14 * scale * scale]
-    return faces[~doubled(faces)]
+    return faces[~duplicate_faces(faces)]
 
 
 def _cut_open(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
-    """Give each fan of glued triangles around a vertex a vertex of its own."""
-    fan = glued_fans(faces, *opposed_pairs(faces))
+    """Give each fan of glued triangles around a vertex its own vertex."""
+    fan = glued_fans(faces, *opposite_half_edges(faces))
     cut = split_fans(Mesh(vertices, faces.astype(np.int32)), fan)
     return cut.vertices, cut.faces.astype(np.int64)
 
 
 def _surplus(faces: Ints) -> Ints:
-    """Faces that still share an edge with two others: cutting could not part them."""
+    """Return the faces that still share an edge with two others after cutting."""
     start, end = faces.ravel(), faces[:, [1, 2, 0]].ravel()
     n = int(faces.max()) + 1
     key = start * n + end
@@ -116,17 +117,17 @@ def _surplus(faces: Ints) -> Ints:
 
 
 def manifold(vertices: Floats, faces: NDArray[np.integer]) -> tuple[Floats, Ints]:
-    """Cut a triangle soup open until it is an oriented manifold.
+    """Return a triangle soup cut open until it is an oriented manifold.
 
-    A vertex is doubled for each fan of glued triangles around it. A triangle is dropped only
-    where its fan hangs together elsewhere with the triangles it should be cut from.
+    A vertex is duplicated for each fan of glued triangles around it. A triangle is dropped only
+    if its fan is connected elsewhere to the triangles from which it must be cut.
 
     Returns
     -------
     (V', 3) float64 vertices and (F', 3) int64 faces, every vertex used.
     """
     points = np.asarray(vertices, np.float64)
-    kept = _drop_bad(points, faces.astype(np.int64))
+    kept = _drop_degenerate(points, faces.astype(np.int64))
     while len(kept):
         points, kept = _cut_open(points, kept)
         surplus = _surplus(kept)
@@ -142,9 +143,9 @@ def manifold(vertices: Floats, faces: NDArray[np.integer]) -> tuple[Floats, Ints
 def fill_small_holes(
     vertices: Floats, faces: Ints, max_loop: int = MAX_LOOP
 ) -> tuple[Floats, Ints]:
-    """Close boundary loops of at most `max_loop` edges.
+    """Return the mesh with boundary loops of at most `max_loop` edges closed.
 
-    The longest loop of all is kept: it is the outline of the wall.
+    The longest loop stays open, because it is the outline of the wall.
     """
     loops = sorted(boundary_loops(faces), key=len)[:-1]
     points, closed = close_loops(vertices, faces, [n for n in loops if len(n) <= max_loop])
@@ -152,7 +153,7 @@ def fill_small_holes(
 
 
 def _nearest_on_triangles(point: Floats, corners: Floats) -> tuple[int, Floats]:
-    """The triangle nearest to a point and the barycentric coordinates of the foot point."""
+    """Return the triangle nearest to a point, and barycentric coordinates of the foot point."""
     from trimesh.triangles import closest_point, points_to_barycentric
 
     feet = closest_point(corners, np.broadcast_to(point, (len(corners), 3)))
@@ -192,13 +193,13 @@ def _insert_anchors(vertices: Floats, faces: Ints, anchors: Floats) -> tuple[Flo
 
 
 def _without_floaters(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
-    """Drop parts with less than `FLOATER` of the area: crumbs in front of the wall."""
+    """Drop components with less than `MIN_PART_SHARE` of the area."""
     if len(faces) == 0:
         return vertices, faces
-    part = vertex_parts(faces, len(vertices))[faces[:, 0]]
+    part = vertex_components(faces, len(vertices))[faces[:, 0]]
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     area = np.bincount(part, np.linalg.norm(np.cross(b - a, c - a), axis=1))
-    kept = faces[area[part] >= FLOATER * area.sum()]
+    kept = faces[area[part] >= MIN_PART_SHARE * area.sum()]
     points, triangles = compact(vertices, kept)
     return points, triangles.astype(np.int64)
 
@@ -206,21 +207,21 @@ def _without_floaters(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
 def build_proxy(
     vertices: Floats, faces: NDArray[np.integer], anchors: Floats, target: int
 ) -> Proxy:
-    """Simplify, repair and anchor: see the module's text.
+    """Return the simplified, repaired mesh with anchors: see the module's docstring.
 
     Parameters
     ----------
     vertices : (V, 3) float64; faces : (F, 3) int, any triangle soup.
     anchors : (A, 3) float64, points near the surface (holds), same frame.
-    target : triangles wanted in the proxy.
+    target : number of triangles of the proxy.
     """
     points, triangles = _without_floaters(*manifold(*simplify(*weld(vertices, faces), target)))
     if len(triangles) == 0:
         raise StageError(
             "the mesh has no triangle with an area, so no path can be measured on it",
-            "Look at mesh.ply; run the dense stage again.",
+            "Inspect mesh.ply and run the dense stage again.",
         )
     points, triangles = fill_small_holes(points, triangles)
     points, triangles, rows = _insert_anchors(points, triangles, np.asarray(anchors, np.float64))
-    part = vertex_parts(triangles, len(points)).astype(np.int64)
+    part = vertex_components(triangles, len(points)).astype(np.int64)
     return Proxy(points, triangles, rows, part)

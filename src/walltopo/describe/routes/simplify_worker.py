@@ -1,7 +1,7 @@
-"""The process that simplifies a large mesh: `python -m walltopo.describe.routes.simplify_worker`.
+"""Simplify a large mesh in a subprocess: `python -m walltopo.describe.routes.simplify_worker`.
 
-The library keeps what its largest mesh took, three quarters of a gigabyte for a wall, until its
-process ends. Here that is soon.
+The library keeps the memory of its largest mesh (0.75 GB for a wall) until its process ends. A
+subprocess ends soon.
 """
 
 from __future__ import annotations
@@ -22,19 +22,21 @@ Triangles = NDArray[np.int32]
 
 
 def simplified(points: Points, triangles: Triangles, target: int) -> tuple[Points, Triangles]:
-    """Quadric simplification of (V, 3) points and (F, 3) triangles to about `target` of them."""
+    """Return (V, 3) points and (F, 3) triangles, simplified to about `target` triangles."""
     import fast_simplification
 
     points, triangles = fast_simplification.simplify(points, triangles, target_count=target, agg=5)
     return points, triangles
 
 
-def simplified_apart(points: Points, triangles: Triangles, target: int) -> tuple[Points, Triangles]:
-    """As `simplified`, by a process of its own.
+def simplified_in_subprocess(
+    points: Points, triangles: Triangles, target: int
+) -> tuple[Points, Triangles]:
+    """Return the result of `simplified`, computed in a subprocess.
 
     Raises
     ------
-    StageError : that process failed.
+    StageError : the subprocess failed.
     """
     with tempfile.TemporaryDirectory(prefix="walltopo-simplify-") as name:
         folder = Path(name)
@@ -53,7 +55,7 @@ def simplified_apart(points: Points, triangles: Triangles, target: int) -> tuple
 
 
 def main() -> None:
-    """Replace the two files in the folder of the first argument."""
+    """Simplify the mesh in the folder of the first argument in place."""
     folder, target = Path(sys.argv[1]), int(sys.argv[2])
     points, triangles = np.load(folder / "points.npy"), np.load(folder / "triangles.npy")
     points, triangles = simplified(points, triangles, target)

@@ -1,9 +1,9 @@
-"""Start and top of a route: which holds, and how likely they are the right ones.
+"""Find the start and top of a route, with a confidence for each.
 
-The start is the two lowest hand holds, or the lowest alone where it has room for both hands and the
-next is far up; the top is the highest. Two logistic regressions say how likely start and top are
-right, on cues that are 0 where nothing speaks against them and never speak for them. Ends below
-`SURE` are flagged, with the cue that weighs most in words.
+The start is the two lowest hand holds. It is the lowest alone if that has room for both hands and
+the next hold is far up. The top is the highest hand hold. Two logistic regressions estimate how
+likely start and top are right. Every cue is evidence against an end, and 0 without such evidence.
+Ends below `MIN_CONFIDENCE` are flagged, with the reason of the cue that weighs most.
 
 Fitted to simulated scans of generated gyms by `python -m walltopo_lab.benchmarks.starts fit`.
 """
@@ -16,11 +16,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.scans.attributes import FLAT, UNKNOWN, Doubtful, Hold
+from walltopo.scans.holds import FLAT, UNKNOWN, Hold
 
 Floats = NDArray[np.float64]
 
-# Why an end may be wrong, by cue.
+# The reason why a start or top may be wrong, by cue.
 START_REASONS = {
     "feet": "a hold at the start may be for the feet, or for the hands",
     "height": "it starts higher than other routes: a hold may have been missed",
@@ -59,28 +59,28 @@ TOP_WEIGHTS = {
     "few": -2.783,
 }
 TOP_BIAS = 4.202
-SURE = 0.8  # ends that are less likely right are flagged
+MIN_CONFIDENCE = 0.8  # ends below this are flagged
 
-RISE = 1.6  # of a route's median rise: a second start hold higher by more is no start
-LEVEL = 0.5  # of a route's median rise: two holds at the top that differ by less may be confused
-BESIDE = 0.5  # of a route's median rise: so far beyond an end a hold may still be one
-RHYTHM = 4  # rises that a route must have for its own median to count, not the wall's
-NEAR = 2.0  # of a typical move: a stray hold this near to an end may be one
-MOST = 3.0  # where cues end: beyond it more says no more
-STRAY_SIZES = (0.3, 2.0)  # of the usual hold: what a stray must measure to be a hold
+RISE = 1.6  # of a route's median rise: a second hold higher than this is no start hold
+LEVEL = 0.5  # of a route's median rise: two top holds that differ by less may be confused
+BESIDE = 0.5  # of a route's median rise: range beyond an end in which a hold may be start or top
+RHYTHM = 4  # minimum number of rises for a route's own median to replace the wall's
+NEAR = 2.0  # of a typical move: a stray hold this near to an end may belong to it
+MAX_CUE = 3.0  # cues are clipped here
+STRAY_SIZES = (0.3, 2.0)  # of the median hold size: range in which a stray may be a hold
 
 
 @dataclass(frozen=True, eq=False)
-class Wall:
-    """What is usual on a wall, for one of its routes to be compared with.
+class WallStats:
+    """The usual figures of a wall, with which its routes are compared.
 
     Parameters
     ----------
-    usual : median size of its holds, 0 where none is known.
+    usual : median size of its holds, 0 if unknown.
     rise, move : median difference in height, and median distance, from hand hold to hand hold.
     bottom, top : median heights of the routes' lowest and highest hand holds.
     hands : median number of a route's hand holds.
-    strays : what may be a hold and is in no route.
+    strays : possible holds that are in no route.
     """
 
     usual: float
@@ -91,29 +91,30 @@ class Wall:
     hands: float = 0.0
     strays: tuple[Hold, ...] = ()
 
-    def beside(self, free: Iterable[Hold], left_out: Iterable[Doubtful]) -> Wall:
-        """The same wall with its holds of no route, and with what was left out.
+    def with_strays(self, free: Iterable[Hold], left_out: Iterable[Hold]) -> WallStats:
+        """Return the wall with its holds of no route and its low-confidence instances.
 
-        What lies flat on the wall, or is far smaller or larger than holds are, is no hold.
+        Instances flat on the wall, or far smaller or larger than holds, are excluded.
         """
         low, high = (share * self.usual for share in STRAY_SIZES)
-        spare = (row.hold for row in left_out if row.reason != FLAT)
+        spare = (hold for hold in left_out if hold.left_out != FLAT)
         kept = (hold for hold in spare if low < hold.size < high)
         return replace(self, strays=(*(hold for hold in free if hold.role == "hold"), *kept))
 
 
 @dataclass(frozen=True)
-class Doubt:
-    """What speaks against an end of a route.
+class EndConfidence:
+    """The confidence in the start or top of a route.
 
     Parameters
     ----------
-    cues : name to how strong it is, 0 where it says nothing.
-    sure : how likely the end is right; reason : why it may be another, empty where that is enough.
+    cues : name to strength, 0 if the cue does not speak against the end.
+    confidence : probability that the end is right.
+    reason : why it may be another hold, empty if the confidence suffices.
     """
 
     cues: Mapping[str, float]
-    sure: float
+    confidence: float
     reason: str
 
     @classmethod
@@ -123,38 +124,38 @@ class Doubt:
         weights: Mapping[str, float],
         bias: float,
         reasons: Mapping[str, str],
-    ) -> Doubt:
-        """By a regression."""
+    ) -> EndConfidence:
+        """Compute the confidence by a logistic regression."""
         against = {name: weights[name] * cue for name, cue in cues.items()}
-        sure = float(1 / (1 + np.exp(-sum(against.values()) - bias)))
+        confidence = float(1 / (1 + np.exp(-sum(against.values()) - bias)))
         worst = min(against, key=lambda name: against[name])
-        return cls(cues, sure, reasons[worst] if sure < SURE else "")
+        return cls(cues, confidence, reasons[worst] if confidence < MIN_CONFIDENCE else "")
 
 
 @dataclass(frozen=True, eq=False)
-class Ends:
-    """Start, top and footholds of a route, and what speaks against its ends.
+class StartAndTop:
+    """Start, top and footholds of a route, with the confidence in start and top.
 
     Parameters
     ----------
-    start : one or two of its hand holds; feet : its holds that are not for hands.
+    start : one or two hand holds; feet : the footholds.
     """
 
     start: tuple[Hold, ...]
     top: Hold
     feet: tuple[Hold, ...]
-    start_doubt: Doubt
-    top_doubt: Doubt
+    start_confidence: EndConfidence
+    top_confidence: EndConfidence
 
 
-def wall_of(routes: Sequence[Sequence[Hold]], holds: Sequence[Hold]) -> Wall:
-    """What is usual on a wall, by the holds of each route and by all of the scan."""
+def wall_stats(routes: Sequence[Sequence[Hold]], holds: Sequence[Hold]) -> WallStats:
+    """Return the usual figures of a wall, from the holds of each route and of the whole scan."""
     sizes = [hold.size for hold in holds if hold.role == "hold" and hold.size > 0]
     usual = float(np.median(sizes)) if sizes else 0.0
     hands = [split_hands(bottom_to_top(route), usual)[0] for route in routes]
     if not hands:
-        return Wall(usual)
-    return Wall(
+        return WallStats(usual)
+    return WallStats(
         usual=usual,
         rise=_median(np.concatenate([rises_of(one) for one in hands])),
         move=_median(np.concatenate([_moves(one) for one in hands])),
@@ -173,10 +174,13 @@ def _moves(hands: Sequence[Hold]) -> Floats:
     return np.asarray(np.linalg.norm(np.diff(points, axis=0), axis=1))
 
 
-def find_ends(
-    holds: Sequence[Hold], wall: Wall, ambiguous: Mapping[int, Mapping[int, float]], number: int
-) -> Ends:
-    """Start, top and footholds of the holds of one route, not empty.
+def find_start_and_top(
+    holds: Sequence[Hold],
+    wall: WallStats,
+    ambiguous: Mapping[int, Mapping[int, float]],
+    number: int,
+) -> StartAndTop:
+    """Return start, top and footholds of the holds of one route, which must not be empty.
 
     Parameters
     ----------
@@ -199,65 +203,65 @@ def find_ends(
     first, last = (rises[0], rises[-1]) if len(rises) else (rise, rise)
     few = max(0.0, 1 - len(hands) / max(wall.hands, 1.0))
     start_cues = {
-        "feet": _mistaken([hold for hold in ordered if hold.position[2] <= low], wall),
+        "feet": _expected_mistakes([hold for hold in ordered if hold.position[2] <= low], wall),
         "height": _share(hands[0].position[2] - wall.bottom, wall.rise),
         "low": _share(wall.bottom - hands[0].position[2], wall.rise),
         "gap": _share(first - rise, rise),
-        "pair": _one_or_two(hands, wall, first, rise),
+        "pair": _near_start_limit(hands, wall, first, rise),
         "stray": _stray([stray for stray in strays if stray.position[2] <= low], start, wall),
         "rival": max(rivals, default=0.0),
         "few": few,
     }
     top_cues = {
-        "feet": _mistaken([hold for hold in ordered if hold.position[2] >= high], wall),
+        "feet": _expected_mistakes([hold for hold in ordered if hold.position[2] >= high], wall),
         "height": _share(wall.top - hands[-1].position[2], wall.rise),
         "gap": _share(last - rise, rise),
         "pair": 1 - min(1.0, _share(last, LEVEL * rise)) if len(rises) else 0.0,
         "stray": _stray([stray for stray in strays if stray.position[2] >= high], hands[-1:], wall),
         "few": few,
     }
-    return Ends(
+    return StartAndTop(
         start,
         hands[-1],
         tuple(feet),
-        Doubt.of(start_cues, START_WEIGHTS, START_BIAS, START_REASONS),
-        Doubt.of(top_cues, TOP_WEIGHTS, TOP_BIAS, TOP_REASONS),
+        EndConfidence.of(start_cues, START_WEIGHTS, START_BIAS, START_REASONS),
+        EndConfidence.of(top_cues, TOP_WEIGHTS, TOP_BIAS, TOP_REASONS),
     )
 
 
-def _roomy(hold: Hold, wall: Wall) -> bool:
-    """Whether both hands find room on a hold, or its size is not known."""
+def _fits_both_hands(hold: Hold, wall: WallStats) -> bool:
+    """Return whether both hands fit on a hold, or its size is unknown."""
     return hold.size == 0 or hold.size >= wall.usual
 
 
-def _start(hands: Sequence[Hold], wall: Wall, rise: float) -> tuple[Hold, ...]:
-    """The start among the hand holds, from bottom to top; one must be left for the top."""
+def _start(hands: Sequence[Hold], wall: WallStats, rise: float) -> tuple[Hold, ...]:
+    """Return the start among the hand holds, from bottom to top; leave one hold for the top."""
     if len(hands) < 3:
         return tuple(hands[:1])
-    alone = _roomy(hands[0], wall) and rises_of(hands[:2])[0] > RISE * rise
+    alone = _fits_both_hands(hands[0], wall) and rises_of(hands[:2])[0] > RISE * rise
     return (hands[0],) if alone else (hands[0], hands[1])
 
 
-def _one_or_two(hands: Sequence[Hold], wall: Wall, first: float, rise: float) -> float:
-    """How near the first rise is to where a second start hold becomes none: 1 there, 0 far off."""
-    if len(hands) < 3 or rise <= 0 or not _roomy(hands[0], wall):
+def _near_start_limit(hands: Sequence[Hold], wall: WallStats, first: float, rise: float) -> float:
+    """Return how near the first rise is to the limit of a second start hold: 1 at it, 0 far off."""
+    if len(hands) < 3 or rise <= 0 or not _fits_both_hands(hands[0], wall):
         return 0.0
     return max(0.0, 1 - abs(first / rise - RISE))
 
 
-def _mistaken(holds: Sequence[Hold], wall: Wall) -> float:
-    """How many of the holds are expected to be for feet where hands were taken, or the reverse."""
+def _expected_mistakes(holds: Sequence[Hold], wall: WallStats) -> float:
+    """Return the expected number of holds misclassified as hand hold or foothold."""
     likely = hand_probability(holds, wall.usual)
     return float(np.minimum(likely, 1 - likely).sum())
 
 
 def _share(length: float, unit: float) -> float:
-    """A length in units, from 0 to `MOST`; 0 without a unit."""
-    return float(np.clip(length / unit, 0.0, MOST)) if unit > 0 else 0.0
+    """Return a length in units, clipped to 0..`MAX_CUE`; 0 without a unit."""
+    return float(np.clip(length / unit, 0.0, MAX_CUE)) if unit > 0 else 0.0
 
 
-def _stray(strays: Sequence[Hold], end: Sequence[Hold], wall: Wall) -> float:
-    """How near the nearest stray hold is to an end: 1 at it, 0 from `NEAR` on."""
+def _stray(strays: Sequence[Hold], end: Sequence[Hold], wall: WallStats) -> float:
+    """Return how near the nearest stray hold is to an end: 1 at it, 0 from `NEAR` on."""
     if not strays or wall.move <= 0:
         return 0.0
     there, here = (np.array([hold.position for hold in some]) for some in (strays, end))
@@ -265,38 +269,36 @@ def _stray(strays: Sequence[Hold], end: Sequence[Hold], wall: Wall) -> float:
     return float(np.clip(1 - nearest / (NEAR * wall.move), 0.0, 1.0))
 
 
-# For hands rather than feet: how sure a hold is a foothold by its type, how sure it is of another
-# type, and the logarithm of its size against the wall's usual hold.
+# Regression of hand hold against foothold: type confidence of a foothold, type confidence of
+# another type, and logarithm of the size over the wall's median size.
 HAND_WEIGHTS = (-3.977, 1.626, 6.6)
-
 
 HAND_BIAS = 4.893
 
-
-SHARES = (0.2, 5.0)  # of the usual hold: beyond them a size says no more
+SIZE_RANGE = (0.2, 5.0)  # of the wall's median size; sizes are clipped to this range
 
 
 def hand_cues(holds: Sequence[Hold], usual: float) -> Floats:
-    """(n, 3) what tells hand holds from footholds; see `HAND_WEIGHTS`.
+    """Return the (n, 3) features that separate hand holds from footholds; see `HAND_WEIGHTS`.
 
     Parameters
     ----------
-    usual : median size of the wall's holds; where it or a size is 0, size says nothing.
+    usual : median size of the wall's holds; if it or a size is 0, the size cue is 0.
     """
-    sure = np.array([hold.type_confidence if hold.type != UNKNOWN else 0.0 for hold in holds])
+    known = np.array([hold.type_confidence if hold.type != UNKNOWN else 0.0 for hold in holds])
     foot = np.array([hold.type == "foothold" for hold in holds])
     share = [hold.size / usual if usual > 0 and hold.size > 0 else 1.0 for hold in holds]
-    return np.column_stack([sure * foot, sure * ~foot, np.log(np.clip(share, *SHARES))])
+    return np.column_stack([known * foot, known * ~foot, np.log(np.clip(share, *SIZE_RANGE))])
 
 
 def hand_probability(holds: Sequence[Hold], usual: float) -> Floats:
-    """(n,) how likely each hold is for hands."""
+    """Return (n,) the probability that each hold is a hand hold."""
     odds = hand_cues(holds, usual) @ np.array(HAND_WEIGHTS) + HAND_BIAS
     return np.asarray(1 / (1 + np.exp(-odds)))
 
 
 def split_hands(ordered: Sequence[Hold], usual: float) -> tuple[list[Hold], list[Hold]]:
-    """Hand holds and footholds, in the order given; where nothing is for hands, all is."""
+    """Return hand holds and footholds, in the order given; if all are footholds, all are hands."""
     likely = hand_probability(ordered, usual) >= 0.5
     hands = [hold for hold, hand in zip(ordered, likely, strict=True) if hand]
     feet = [hold for hold, hand in zip(ordered, likely, strict=True) if not hand]
@@ -304,10 +306,10 @@ def split_hands(ordered: Sequence[Hold], usual: float) -> tuple[list[Hold], list
 
 
 def bottom_to_top(holds: Sequence[Hold]) -> list[Hold]:
-    """Holds by height, ties by id."""
+    """Return the holds by height, then by id."""
     return sorted(holds, key=lambda hold: (hold.position[2], hold.id))
 
 
 def rises_of(ordered: Sequence[Hold]) -> Floats:
-    """(n - 1,) differences in height from hold to hold."""
+    """Return (n - 1,) differences in height from hold to hold."""
     return np.diff(np.array([hold.position[2] for hold in ordered], dtype=np.float64))

@@ -1,1 +1,1 @@
-"""Many scans from one list: by processes of this machine, or by a Ray cluster."""
+"""Run many scans from one list, by processes of this machine or on a Ray cluster."""

@@ -1,28 +1,31 @@
-"""One scan of a batch: what is asked for, and how it ended."""
+"""Run one scan of a batch in a child process."""
 
 from __future__ import annotations
 
 import json
+import time
 from pathlib import Path
 from typing import Literal
 
 import msgspec
 
+from walltopo.core import InputError
+from walltopo.core.children import child_process, ending, python_module
 from walltopo.pipeline.settings import Settings, load_settings
 
 State = Literal["done", "up to date", "failed", "lost"]
 
 
-class Job(msgspec.Struct, frozen=True, kw_only=True):
-    """A scan that is asked for.
+class ScanJob(msgspec.Struct, frozen=True, kw_only=True):
+    """A request for one scan.
 
     Parameters
     ----------
-    photos : folders, photos or videos, or one URL of a store of objects; absolute.
-    out : the scan folder, or its URL.
-    reference : the scan that it is aligned into; empty for none.
-    config : a file of settings; empty for none.
-    settings : `section.key=value`, after the file's.
+    photos : absolute paths of folders, photos or videos, or one URL of an object store.
+    out : scan folder, or its URL.
+    reference : scan to align to, or "".
+    config : settings file, or "".
+    settings : `section.key=value` texts that override the file.
     """
 
     photos: tuple[str, ...]
@@ -33,17 +36,17 @@ class Job(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Outcome(msgspec.Struct, frozen=True, kw_only=True):
-    """How a scan ended.
+    """The result of a scan.
 
     Parameters
     ----------
-    out : as in its `Job`.
-    state : "up to date" where no stage had to run; "failed" where walltopo says why; "lost" where
-        its process ended without a word, as often as it was tried.
-    tries : how often it was begun.
-    ran : the stages that were computed.
-    photos, holds, routes : how many there are.
-    error : what happened; hint : what to do.
+    state : "up to date" if no stage had to run; "failed" if walltopo raised an error; "lost" if the
+        process crashed at every try.
+    tries : number of starts.
+    ran : stages that were computed.
+    photos, holds, routes : numbers of each.
+    error : what happened.
+    hint : what to do.
     """
 
     out: str
@@ -58,20 +61,69 @@ class Outcome(msgspec.Struct, frozen=True, kw_only=True):
     hint: str = ""
 
     @property
-    def well(self) -> bool:
-        """Whether the scan is finished."""
+    def is_finished(self) -> bool:
+        """Return whether the scan is finished."""
         return self.state in ("done", "up to date")
 
 
-def settings_of_job(job: Job) -> Settings:
-    """The settings that a job asks for.
+def settings_of_job(job: ScanJob) -> Settings:
+    """Return the settings of a job.
 
     Raises
     ------
-    SettingsError : one is unknown or impossible. InputError : their file cannot be read.
+    SettingsError : a setting is unknown or invalid.
+    InputError : the settings file cannot be read.
     """
     given = list(job.settings)
     if job.reference:
-        # JSON's strings are TOML's too.
+        # A JSON string is a valid TOML string.
         given.insert(0, f"sparse.reference={json.dumps(job.reference, ensure_ascii=False)}")
     return load_settings(Path(job.config) if job.config else None, given)
+
+
+TRIES = 3
+# Run by name, because this package must not import the command line that formats the log.
+_MODULE = "walltopo.cli.batch_scan"
+
+
+def run_job(job: ScanJob, threads: int = 0, tries: int = TRIES) -> Outcome:
+    """Run one scan in a child process; retry if the process crashes.
+
+    Parameters
+    ----------
+    job : job with local paths, no URLs.
+    threads : threads of numerical libraries; 0: their default.
+    tries : maximum number of starts.
+    """
+    started = time.monotonic()
+    code, reply = 0, b""
+    for number in range(1, tries + 1):
+        code, reply = _run_once(job, threads)
+        if code == 0:
+            try:
+                outcome = msgspec.json.decode(reply, type=Outcome)
+            except msgspec.DecodeError as error:
+                raise InputError(
+                    f"{job.out}: its process sent an invalid reply: {error}"
+                ) from error
+            seconds = round(time.monotonic() - started, 2)
+            return msgspec.structs.replace(outcome, tries=number, seconds=seconds)
+    return Outcome(
+        out=job.out,
+        state="lost",
+        tries=tries,
+        seconds=round(time.monotonic() - started, 2),
+        error=f"its process ended with {ending(code)}, {tries} times",
+        hint=f"See {Path(job.out) / 'scan.log'}. Running fewer scans at a time needs less memory.",
+    )
+
+
+def _run_once(job: ScanJob, threads: int) -> tuple[int, bytes]:
+    """Run the process once; return its exit code and its reply."""
+    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS") if threads else ()
+    environment = dict.fromkeys(names, str(threads))
+    message = msgspec.json.encode(job) + b"\n"
+    # The child process opens its log itself; stderr is discarded until then.
+    with child_process(python_module(_MODULE), message, environment=environment) as child:
+        reply = child.output.read()
+        return child.wait(), reply

@@ -1,6 +1,6 @@
-"""The stages of a scan, in order; each module has what one stage reads, writes and runs.
+"""List the stages of a scan in order; each module defines one stage.
 
-Importing a stage is quick: heavy libraries are imported when it runs.
+Heavy libraries are imported when a stage runs, so importing this package is fast.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ def stage_names() -> tuple[str, ...]:
 
 
 def stage_index(name: str) -> int:
-    """Return the place of a stage.
+    """Return the position of a stage.
 
     Raises
     ------
-    InputError : there is no such stage; lists the stages.
+    InputError : unknown stage; the message lists the stages.
     """
     if name not in stage_names():
         raise InputError(f"unknown stage {name!r}; the stages are {', '.join(stage_names())}")
@@ -54,5 +54,5 @@ def stage_index(name: str) -> int:
 
 
 def stage_named(name: str) -> Stage:
-    """Return a stage; InputError as `stage_index`."""
+    """Return the stage of a name; raise InputError as `stage_index`."""
     return STAGES[stage_index(name)]

@@ -1,28 +1,26 @@
-"""The stage `classify`: colour, type, shape and cutouts of each instance."""
+"""Run the stage `classify`: colour, type, shape and cutouts of each instance."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from walltopo.core import Mesh
-from walltopo.describe.classify.settings import ClassifySettings
-from walltopo.pipeline.stage import Stage
-from walltopo.scans.artifacts import figures, of
-from walltopo.scans.attributes import RawAttributes
+from walltopo.describe.settings import ClassifySettings
+from walltopo.pipeline.stage import Cost, Stage
+from walltopo.scans.artifacts import Context, figures, of
 from walltopo.scans.colmap_model import SparseModel
-from walltopo.scans.context import Context
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import Holds
 from walltopo.scans.instances import InstanceRecords, InstanceTable
-from walltopo.scans.light import SceneLight
 from walltopo.scans.manifest import Metrics
 from walltopo.scans.photos import PhotoSet
-from walltopo.scans.pictures import Cutouts
+from walltopo.scans.pictures import Cutouts, SceneLight
 from walltopo.scans.scale import Scale
 
 
 @dataclass(frozen=True)
 class Reads:
-    """What the stage is given."""
+    """The artifacts that the stage reads."""
 
     photos: PhotoSet = of(ScanFolder.photos)
     sparse: SparseModel = of(ScanFolder.sparse)
@@ -34,24 +32,24 @@ class Reads:
 
 @dataclass(frozen=True)
 class Writes:
-    """What the stage makes."""
+    """The artifacts and metrics that the stage writes."""
 
-    attributes_raw: RawAttributes = of(ScanFolder.attributes_raw)
+    holds_raw: Holds = of(ScanFolder.holds_raw)
     light: SceneLight = of(ScanFolder.light)
     cutouts: Cutouts = of(ScanFolder.cutouts)
     metrics: Metrics = figures()
 
 
 def check(settings: ClassifySettings) -> None:
-    """Open the classifier that the settings name, so that a bad model is found at once."""
+    """Open the classifier that the settings name, so that a bad model fails early."""
     if settings.model:
-        from walltopo.describe.classify.plug_in import classifier_of
+        from walltopo.describe.classify.attributes import classifier_of
 
         classifier_of(settings)
 
 
 def run(reads: Reads, settings: ClassifySettings, context: Context) -> Writes:
-    """Colour, type, shape and cutouts of each instance."""
+    """Describe the colour, type, shape and cutouts of each instance."""
     from walltopo.describe.classify.attributes import Inputs, describe_instances
 
     inputs = Inputs(
@@ -67,4 +65,7 @@ def run(reads: Reads, settings: ClassifySettings, context: Context) -> Writes:
     )
 
 
-CLASSIFY = Stage("classify", Reads, Writes, run, check, version=9)
+MODELS = ("hold_types.onnx",)
+CLASSIFY = Stage(
+    "classify", Reads, Writes, run, check, version=10, models=MODELS, cost=Cost(0.6, 0.98)
+)

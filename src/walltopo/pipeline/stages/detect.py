@@ -1,22 +1,21 @@
-"""The stage `detect`: photos to 2D masks of holds and volumes: `detections.json`."""
+"""Run the stage `detect`: photos to 2D masks of holds and volumes in `detections.json`."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from walltopo.pipeline.stage import Stage
-from walltopo.scans.artifacts import figures, of
-from walltopo.scans.context import Context
+from walltopo.pipeline.stage import Cost, Stage
+from walltopo.scans.artifacts import Context, figures, of
 from walltopo.scans.detections import Detections
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.manifest import Metrics
 from walltopo.scans.photos import PhotoList, PhotoSet
-from walltopo.segment.detect.settings import DetectSettings
+from walltopo.segment.settings import DetectSettings
 
 
 @dataclass(frozen=True)
 class Reads:
-    """What the stage is given."""
+    """The artifacts that the stage reads."""
 
     photos: PhotoSet = of(ScanFolder.photos)
     photo_list: PhotoList = of(ScanFolder.photo_list)
@@ -24,14 +23,14 @@ class Reads:
 
 @dataclass(frozen=True)
 class Writes:
-    """What the stage makes."""
+    """The artifacts and metrics that the stage writes."""
 
     detections: Detections = of(ScanFolder.detections)
     metrics: Metrics = figures()
 
 
 def check(settings: DetectSettings) -> None:
-    """Open a detector that is not the shipped one, so that a bad model is found at once."""
+    """Open a detector other than the shipped one, so that a bad model fails early."""
     if settings.model != DetectSettings().model:
         from walltopo.segment.detect.detector import open_detector
 
@@ -39,12 +38,14 @@ def check(settings: DetectSettings) -> None:
 
 
 def run(reads: Reads, settings: DetectSettings, context: Context) -> Writes:
-    """Photos to 2D masks of holds and volumes: `detections.json`."""
+    """Detect 2D masks of holds and volumes in the photos."""
     from walltopo.segment.detect.detector import open_detector
     from walltopo.segment.detect.photos import detect_photos
 
     photos = sorted(reads.photos.path(photo.name) for photo in reads.photo_list.photos)
-    return Writes(*detect_photos(photos, open_detector(settings), context.progress))
+    hidden = reads.photos.people_mask
+    return Writes(*detect_photos(photos, open_detector(settings), context.progress, hidden=hidden))
 
 
-DETECT = Stage("detect", Reads, Writes, run, check, version=2)
+MODELS = ("holds.onnx",)
+DETECT = Stage("detect", Reads, Writes, run, check, version=3, models=MODELS, cost=Cost(2, 0.46))

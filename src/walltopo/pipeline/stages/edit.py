@@ -1,4 +1,4 @@
-"""The stage `edit`: replay a setter's corrections on what `classify` and `routes` found."""
+"""Run the stage `edit`: replay a setter's edits on the output of `classify` and `routes`."""
 
 from __future__ import annotations
 
@@ -6,10 +6,8 @@ from dataclasses import dataclass
 
 from walltopo.editing.settings import EditSettings
 from walltopo.editing.snapshot import SnapshotFiles
-from walltopo.pipeline.stage import Stage
-from walltopo.scans.artifacts import figures, of
-from walltopo.scans.attributes import Attributes
-from walltopo.scans.context import Context
+from walltopo.pipeline.stage import Cost, Stage
+from walltopo.scans.artifacts import Context, figures, of
 from walltopo.scans.edits import EditLog
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.holds import Holds
@@ -20,9 +18,8 @@ from walltopo.scans.routes import Routes
 
 @dataclass(frozen=True)
 class Writes:
-    """What the stage makes."""
+    """The artifacts and metrics that the stage writes."""
 
-    attributes: Attributes = of(ScanFolder.attributes)
     routes: Routes = of(ScanFolder.routes)
     holds: Holds = of(ScanFolder.holds)
     relabelled: Relabelled | None = of(ScanFolder.relabelled)
@@ -30,37 +27,35 @@ class Writes:
 
 
 def run(reads: SnapshotFiles, settings: EditSettings, context: Context) -> Writes:
-    """Replay the log on what `classify` and `routes` found.
+    """Replay the edit log on the output of `classify` and `routes`.
 
-    Metrics: entries of the log, those that found nothing; holds, volumes, instances left out;
-    routes, holds in a route, holds without one, ambiguous holds, routes with a doubtful start or
-    top.
+    Metrics: edits, edits without a target; holds, volumes, instances left out; routes, holds in a
+    route, holds without a route, ambiguous holds, routes with a low-confidence start or top.
 
     Raises
     ------
-    InputError : files of earlier stages do not fit each other.
+    InputError : files of earlier stages are inconsistent.
     """
     from walltopo.editing.replay import replay
     from walltopo.editing.snapshot import ScanSnapshot
 
     log = reads.edits or EditLog()
-    scanned = ScanSnapshot.of(reads, settings)
-    outcome = replay(scanned, log.edits)
+    snapshot = ScanSnapshot.of(reads, settings)
+    outcome = replay(snapshot, log.edits)
     for note in outcome.notes:
         context.progress.note(note.text)
-    holds, routes = outcome.attributes.instances, outcome.routes.routes
+    holds, routes = outcome.holds.holds, outcome.routes.routes
     volumes = sum(hold.kind == "volume" for hold in holds)
     return Writes(
-        attributes=outcome.attributes,
         routes=outcome.routes,
         holds=outcome.holds,
-        relabelled=Relabelled.between(scanned.labels, outcome.labels),
+        relabelled=Relabelled.between(snapshot.labels, outcome.labels),
         metrics={
             "edits": len(log.edits),
             "lost": len(outcome.notes),
             "holds": len(holds) - volumes,
             "volumes": volumes,
-            "left_out": len(outcome.left_out),
+            "left_out": len(outcome.holds.left_out),
             "routes": len(routes),
             "holds_in_routes": sum(len(route.holds) for route in routes),
             "unrouted": len(outcome.routes.unrouted),
@@ -70,4 +65,4 @@ def run(reads: SnapshotFiles, settings: EditSettings, context: Context) -> Write
     )
 
 
-EDIT = Stage("edit", SnapshotFiles, Writes, run, version=2)
+EDIT = Stage("edit", SnapshotFiles, Writes, run, version=3, cost=Cost(0.4, 0.01))

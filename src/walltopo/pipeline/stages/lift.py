@@ -1,14 +1,13 @@
-"""The stage `lift`: 2D masks and the mesh to 3D instances."""
+"""Run the stage `lift`: 2D masks and the mesh to 3D instances."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
 from walltopo.core import Mesh
-from walltopo.pipeline.stage import Stage
-from walltopo.scans.artifacts import figures, of
+from walltopo.pipeline.stage import Cost, Stage
+from walltopo.scans.artifacts import Context, figures, of
 from walltopo.scans.colmap_model import SparseModel
-from walltopo.scans.context import Context
 from walltopo.scans.detections import Detections
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.instances import InstanceRecords, InstanceTable
@@ -19,7 +18,7 @@ from walltopo.segment.lift.settings import LiftParams
 
 @dataclass(frozen=True)
 class Reads:
-    """What the stage is given."""
+    """The artifacts that the stage reads."""
 
     sparse: SparseModel = of(ScanFolder.sparse)
     scale: Scale = of(ScanFolder.scale)
@@ -29,7 +28,7 @@ class Reads:
 
 @dataclass(frozen=True)
 class Writes:
-    """What the stage makes."""
+    """The artifacts and metrics that the stage writes."""
 
     lifted: InstanceTable = of(ScanFolder.lifted)
     lifted_records: InstanceRecords = of(ScanFolder.lifted_records)
@@ -39,8 +38,7 @@ class Writes:
 def run(reads: Reads, settings: LiftParams, context: Context) -> Writes:
     """Lift the scan's detections onto its mesh.
 
-    A scan without a scale is lifted with normalised lengths, whatever the settings say: its unit
-    means nothing.
+    A scan without a scale is always lifted with normalised lengths, because its unit is arbitrary.
     """
     import numpy as np
 
@@ -50,7 +48,7 @@ def run(reads: Reads, settings: LiftParams, context: Context) -> Writes:
     found = reads.detections
     views = [view.with_masks(found.masks.get(view.name, ())) for view in reads.sparse.views]
     if not reads.scale.metric and not settings.normalised:
-        context.progress.note("the scan has no scale: lengths are taken in their normalised form")
+        context.progress.note("the scan has no scale, so the lift uses normalised lengths")
         settings = replace(settings, normalised=True)
     instances = lift(reads.mesh, views, settings, context.progress)
     return Writes(
@@ -65,4 +63,4 @@ def run(reads: Reads, settings: LiftParams, context: Context) -> Writes:
     )
 
 
-LIFT = Stage("lift", Reads, Writes, run)
+LIFT = Stage("lift", Reads, Writes, run, cost=Cost(18, 0.0))

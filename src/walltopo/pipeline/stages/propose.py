@@ -1,26 +1,25 @@
-"""The stage `propose`: what the mesh itself shows beside the masks."""
+"""Run the stage `propose`: further instances from the relief and colour of the mesh."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from walltopo.core import Mesh
-from walltopo.pipeline.stage import Stage
-from walltopo.scans.artifacts import figures, of
+from walltopo.pipeline.stage import Cost, Stage
+from walltopo.scans.artifacts import Context, figures, of
 from walltopo.scans.colmap_model import SparseModel
-from walltopo.scans.context import Context
 from walltopo.scans.detections import Detections
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.instances import InstanceRecords, InstanceTable
 from walltopo.scans.manifest import Metrics
 from walltopo.scans.photos import PhotoSet
 from walltopo.scans.scale import Scale
-from walltopo.segment.propose.settings import ProposeSettings
+from walltopo.segment.settings import ProposeSettings
 
 
 @dataclass(frozen=True)
 class Reads:
-    """What the stage is given."""
+    """The artifacts that the stage reads."""
 
     photos: PhotoSet = of(ScanFolder.photos)
     sparse: SparseModel = of(ScanFolder.sparse)
@@ -33,7 +32,7 @@ class Reads:
 
 @dataclass(frozen=True)
 class Writes:
-    """What the stage makes."""
+    """The artifacts and metrics that the stage writes."""
 
     instances: InstanceTable = of(ScanFolder.instances)
     instance_records: InstanceRecords = of(ScanFolder.instance_records)
@@ -41,7 +40,7 @@ class Writes:
 
 
 def run(reads: Reads, settings: ProposeSettings, context: Context) -> Writes:
-    """What the mesh itself shows beside the masks."""
+    """Add instances that the mesh shows but the masks lack."""
     from walltopo.segment.propose.proposals import propose
 
     return Writes(
@@ -59,4 +58,4 @@ def run(reads: Reads, settings: ProposeSettings, context: Context) -> Writes:
     )
 
 
-PROPOSE = Stage("propose", Reads, Writes, run)
+PROPOSE = Stage("propose", Reads, Writes, run, models=("evidence.json",), cost=Cost(0.3, 0.0))

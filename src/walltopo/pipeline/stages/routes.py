@@ -1,47 +1,46 @@
-"""The stage `routes`: holds to routes."""
+"""Run the stage `routes`: group holds into routes."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from walltopo.core import Mesh
-from walltopo.describe.routes.settings import RoutesSettings
-from walltopo.pipeline.stage import Stage
-from walltopo.scans.artifacts import figures, of
-from walltopo.scans.attributes import RawAttributes
-from walltopo.scans.context import Context
+from walltopo.describe.settings import RoutesSettings
+from walltopo.pipeline.stage import Cost, Stage
+from walltopo.scans.artifacts import Context, figures, of
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import Holds
 from walltopo.scans.manifest import Metrics
 from walltopo.scans.routes import Routes
 
 
 @dataclass(frozen=True)
 class Reads:
-    """What the stage is given."""
+    """The artifacts that the stage reads."""
 
     mesh: Mesh = of(ScanFolder.mesh)
-    attributes_raw: RawAttributes = of(ScanFolder.attributes_raw)
+    holds_raw: Holds = of(ScanFolder.holds_raw)
 
 
 @dataclass(frozen=True)
 class Writes:
-    """What the stage makes."""
+    """The artifacts and metrics that the stage writes."""
 
     routes_raw: Routes = of(ScanFolder.routes_raw)
     metrics: Metrics = figures()
 
 
 def run(reads: Reads, settings: RoutesSettings, context: Context) -> Writes:
-    """Holds to routes."""
+    """Group holds into routes."""
     from walltopo.describe.routes.find import find_routes
 
-    holds = reads.attributes_raw.instances
+    holds = reads.holds_raw.holds
     routes, unrouted = find_routes(
         reads.mesh,
         holds,
         settings,
-        unit=reads.attributes_raw.unit,
-        left_out=reads.attributes_raw.left_out,
+        unit=reads.holds_raw.unit,
+        left_out=reads.holds_raw.left_out,
         progress=context.progress,
     )
     volumes = sorted(hold.id for hold in holds if hold.role == "volume")
@@ -57,4 +56,4 @@ def run(reads: Reads, settings: RoutesSettings, context: Context) -> Writes:
     )
 
 
-ROUTES = Stage("routes", Reads, Writes, run, version=6)
+ROUTES = Stage("routes", Reads, Writes, run, version=7, cost=Cost(0.2, 0.126))

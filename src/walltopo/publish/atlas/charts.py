@@ -1,4 +1,4 @@
-"""Cutting a mesh into charts: connected patches that one direction sees well."""
+"""Cut a mesh into charts: connected components that one direction sees well."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.geometry.neighbours import patches
+from walltopo.geometry.topology import patches
 from walltopo.publish.atlas.visible_faces import Axes, axes_towards, render_parallel
 
 Floats = NDArray[np.float64]
-MOST_DIRECTIONS = 10
-WIDE = np.cos(np.radians(40.0))  # a triangle is served well by a direction within this
-SMOOTH = 0.3  # what a neighbour in another chart costs against a cosine
+MAX_DIRECTIONS = 10
+MIN_COSINE = np.cos(np.radians(40.0))  # a direction within this angle sees a triangle well
+SMOOTH = 0.3  # cost of a neighbour in another chart, in cosines
 SWEEPS = 12
-ROUNDS = 3  # of smoothing normals, and of absorbing crumbs
-CRUMB = 40  # triangles below which a chart is not worth its seams
-LOOK = 1200  # pixels of the pictures that decide what a direction sees
+ROUNDS = 3  # of smoothing normals, and of absorbing small charts
+MIN_CHART = 40  # a smaller chart (in triangles) is not worth its seams
+VIEW_PX = 1200  # longer side of the pictures that decide which faces a direction sees
 UP = np.array([0.0, 0.0, 1.0])
 
 
 def choose_directions(normals: Floats, areas: Floats) -> list[Axes]:
-    """A few directions that face most of the surface: spherical k-means, farthest first.
+    """Return a few directions that face most of the surface: spherical k-means, farthest first.
 
     Parameters
     ----------
@@ -31,12 +31,12 @@ def choose_directions(normals: Floats, areas: Floats) -> list[Axes]:
     areas : (T,).
     """
     centres = [_mean(normals, areas)]
-    while len(centres) < MOST_DIRECTIONS:
+    while len(centres) < MAX_DIRECTIONS:
         best = (normals @ np.array(centres).T).max(axis=1)
-        poor = best < WIDE
+        poor = best < MIN_COSINE
         if (areas * poor).sum() < 0.02 * areas.sum():
             break
-        # The worst-served direction, as the mean of what lies near the least served triangle.
+        # The next direction is the mean normal of the faces near the worst-seen triangle.
         seed = normals[np.argmin(np.where(poor, best - 0.01 * areas / areas.max(), np.inf))]
         centres.append(_mean(normals, areas * poor * (normals @ seed > 0.5)))
     for _ in range(4):
@@ -55,20 +55,20 @@ def _mean(normals: Floats, weights: Floats) -> Floats:
 
 
 def _cost(mesh: Mesh, normals: Floats, axes: Sequence[Axes]) -> NDArray[np.float32]:
-    """(F, K) what it costs to see a face along a direction: slant, and being hidden."""
+    """Return the (F, K) cost of viewing each face along each direction: slant and occlusion."""
     centres = mesh.centroids
     cost = np.empty((len(mesh.faces), len(axes)), dtype=np.float32)
-    for k, way in enumerate(axes):
-        flat = way.flat(mesh.vertices)
+    for k, view in enumerate(axes):
+        flat = view.flat(mesh.vertices)
         low, extent = flat.min(axis=0), np.ptp(flat, axis=0)
-        scale = LOOK / max(float(extent.max()), 1e-9)
+        scale = VIEW_PX / max(float(extent.max()), 1e-9)
         width, height = (int(v) + 1 for v in np.ceil(extent * scale))
-        face = render_parallel(mesh.vertices, mesh.faces, way, low, scale, (width, height))
-        depth = np.append((mesh.vertices @ way.towards)[mesh.faces].mean(axis=1), np.inf)
-        column, row = ((way.flat(centres) - low) * scale).astype(int).T
+        face = render_parallel(mesh.vertices, mesh.faces, view, low, scale, (width, height))
+        depth = np.append((mesh.vertices @ view.towards)[mesh.faces].mean(axis=1), np.inf)
+        column, row = ((view.flat(centres) - low) * scale).astype(int).T
         front = depth[face[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)]]
-        hidden = centres @ way.towards > front + 4.0 / scale
-        cosine = -(normals @ way.towards)
+        hidden = centres @ view.towards > front + 4.0 / scale
+        cosine = -(normals @ view.towards)
         cost[:, k] = np.where(cosine > 0.05, 1 - cosine, 3.0) + 2.0 * hidden
     return cost
 
@@ -76,10 +76,10 @@ def _cost(mesh: Mesh, normals: Floats, axes: Sequence[Axes]) -> NDArray[np.float
 def label_triangles(
     mesh: Mesh, axes: Sequence[Axes], neighbours: NDArray[np.int32]
 ) -> NDArray[np.int64]:
-    """(F,) the direction each face is drawn along; neighbours agree where that costs little.
+    """Return the (F,) direction of each face; neighbours agree if that costs little.
 
-    Iterated conditional modes on a Potts model: half of the triangles at a time, so that two
-    neighbours do not swap for ever.
+    The method is iterated conditional modes on a Potts model. Each sweep updates half of the
+    triangles, so that two neighbours do not swap endlessly.
     """
     both = np.argwhere(neighbours >= 0)
     both[:, 1] = neighbours[both[:, 0], both[:, 1]]
@@ -90,7 +90,7 @@ def label_triangles(
     still = 0
     for sweep in range(SWEEPS):
         turn = halves[sweep % 2]
-        better = _agreeing(cost, label, neighbours, turn)
+        better = _best_directions(cost, label, neighbours, turn)
         still = still + 1 if (better == label[turn]).all() else 0
         label[turn] = better
         if still == len(halves):
@@ -100,13 +100,13 @@ def label_triangles(
     return label
 
 
-def _agreeing(
+def _best_directions(
     cost: NDArray[np.float32],
     label: NDArray[np.int64],
     neighbours: NDArray[np.int32],
     turn: NDArray[np.int64],
 ) -> NDArray[np.int64]:
-    """(n,) the best direction of some faces, the others' as they are."""
+    """Return the (n,) best direction of some faces, with all other faces unchanged."""
     agree = np.zeros((len(turn), cost.shape[1]), dtype=np.float32)
     for corner in range(3):
         beside = neighbours[turn, corner]
@@ -116,7 +116,7 @@ def _agreeing(
 
 
 def _smooth(normals: Floats, both: NDArray[np.int64]) -> Floats:
-    """Normals averaged over neighbours: a chart follows the surface, not its noise."""
+    """Return normals averaged over neighbours, so that charts follow the surface, not noise."""
     for _ in range(ROUNDS):
         total = normals.copy()
         for axis in range(3):
@@ -131,11 +131,11 @@ def _smooth(normals: Floats, both: NDArray[np.int64]) -> Floats:
 def _absorb(
     label: NDArray[np.int64], neighbours: NDArray[np.int32], both: NDArray[np.int64]
 ) -> NDArray[np.int64]:
-    """Give crumbs of charts the direction of the neighbour that they share most edges with."""
+    """Give small charts the direction of the neighbour with which they share most edges."""
     chart, _ = patches(neighbours, label)
-    small = np.bincount(chart)[chart] < CRUMB
+    small = np.bincount(chart)[chart] < MIN_CHART
     border = both[small[both[:, 0]] & (label[both[:, 0]] != label[both[:, 1]])]
-    votes = np.zeros((int(chart.max()) + 1, MOST_DIRECTIONS), dtype=np.int32)
+    votes = np.zeros((int(chart.max()) + 1, MAX_DIRECTIONS), dtype=np.int32)
     np.add.at(votes, (chart[border[:, 0]], label[border[:, 1]]), 1)
-    most = votes.argmax(axis=1)[chart]
-    return np.where(small & (votes.max(axis=1)[chart] > 0), most, label)
+    winner = votes.argmax(axis=1)[chart]
+    return np.where(small & (votes.max(axis=1)[chart] > 0), winner, label)

@@ -1,4 +1,4 @@
-"""New charts for a simplified surface, filled from the detailed mesh."""
+"""Make new charts for a simplified surface, and fill them from the detailed mesh."""
 
 from __future__ import annotations
 
@@ -9,28 +9,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.geometry.corners import shared_corners
 from walltopo.geometry.kernels import in_ranges, kernel
-from walltopo.geometry.neighbours import face_neighbours, patches
+from walltopo.geometry.topology import face_neighbours, patches, shared_corners
 from walltopo.images.packing import fit_scale
 from walltopo.publish.atlas.charts import choose_directions, label_triangles
-from walltopo.publish.atlas.visible_faces import Axes, Sight
-from walltopo.publish.surface import Look, Surface
+from walltopo.publish.atlas.visible_faces import Axes, FaceRenderer
+from walltopo.publish.surface import Surface, TexturedSurface
 
 Floats = NDArray[np.float64]
-PAD = 2  # pixels of surroundings around each chart, for filtering
-MOST_PICTURE = 60_000_000  # pixels of one drawing
+PAD = 2  # pixels of surroundings around each chart, for texture filtering
+MAX_PICTURE = 60_000_000  # pixels of one rendering
 
 
 def _drawing(
-    detailed: Look,
+    detailed: TexturedSurface,
     face: NDArray[np.int32],
     axes: Axes,
     low: Floats,
     scale: float,
     wanted: NDArray[np.bool_],
 ) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
-    """(H, W, 3) picture of the faces at (H, W) pixels where `wanted`, and which were drawn."""
+    """Return the (H, W, 3) picture of `face` at the `wanted` pixels, and the rendered pixels."""
     import cv2
 
     surface = detailed.surface
@@ -54,7 +53,7 @@ def _look_up(
     begin: Any, end: Any, drawn: Any, face: Any, faces: Any, flat: Any, uv: Any, wide: Any,
     tall: Any, where: Any,
 ) -> None:  # fmt: skip
-    """Column and row of the picture that each drawn pixel's centre shows, kept in its face."""
+    """Find the texture column and row of each pixel's centre, clamped to its face."""
     for row in range(begin, end):
         for column in range(drawn.shape[1]):
             if not drawn[row, column]:
@@ -77,7 +76,7 @@ def _look_up(
 
 
 def _filled(patch: NDArray[np.uint8], drawn: NDArray[np.bool_]) -> NDArray[np.uint8]:
-    """The patch with the nearest drawn colour where nothing was drawn."""
+    """Return the patch with the nearest rendered colour at pixels without one."""
     from scipy.ndimage import distance_transform_edt
 
     if drawn.all():
@@ -89,10 +88,10 @@ def _filled(patch: NDArray[np.uint8], drawn: NDArray[np.bool_]) -> NDArray[np.ui
 
 
 def _charts(surface: Surface) -> tuple[NDArray[np.int64], NDArray[np.int64], list[Axes]]:
-    """Direction and chart of each triangle, and the directions."""
+    """Return direction and chart of each triangle, and the directions."""
     mesh = surface.mesh
     axes = choose_directions(mesh.normals, mesh.areas)
-    # Hold borders split vertices; charts go across them.
+    # Hold borders split vertices; charts extend across them.
     places = _same_places(surface.positions)
     neighbours = face_neighbours(places[mesh.faces])
     label = label_triangles(mesh, axes, neighbours)
@@ -100,8 +99,8 @@ def _charts(surface: Surface) -> tuple[NDArray[np.int64], NDArray[np.int64], lis
 
 
 def _same_places(positions: NDArray[np.float32]) -> NDArray[np.int64]:
-    """(V,) number of each vertex's place: those at one place have the same."""
-    # Zero has two signs; by bits they would differ.
+    """Return the (V,) number of each vertex's position; equal positions have equal numbers."""
+    # Adding zero turns -0.0 into 0.0, whose bits differ.
     bits = (positions + np.float32(0.0)).view(np.uint32).astype(np.uint64)
     _, number = np.unique((bits[:, 0] << np.uint64(32)) | bits[:, 1], return_inverse=True)
     key = (number.astype(np.uint64) << np.uint64(32)) | bits[:, 2]
@@ -110,15 +109,15 @@ def _same_places(positions: NDArray[np.float32]) -> NDArray[np.int64]:
 
 @dataclass(frozen=True, eq=False)
 class _Layout:
-    """Where each of n charts lies on the plane of its direction, and in the atlas.
+    """The position of each of n charts on the plane of its direction, and in the atlas.
 
     Parameters
     ----------
     direction : (n,) index of the direction.
-    low : (n, 2) its rectangle's top-left corner on the plane, world units.
+    low : (n, 2) top-left corner of its rectangle on the plane, world units.
     scale : atlas pixels per world unit.
     sizes, places : (n, 2) atlas pixels of the rectangles with their padding.
-    side : of the atlas, pixels.
+    side : side of the atlas, pixels.
     """
 
     direction: NDArray[np.int64]
@@ -129,15 +128,17 @@ class _Layout:
     places: NDArray[np.int64]
 
 
-def retexture(surface: Surface, detailed: Look, side: int, oversample: int = 1) -> Look:
-    """Give a surface its own atlas.
+def retexture(
+    surface: Surface, detailed: TexturedSurface, side: int, oversample: int = 1
+) -> TexturedSurface:
+    """Return a surface with its own atlas.
 
     Parameters
     ----------
-    surface : simplified; its own `uv` is ignored.
+    surface : the simplified surface; its own `uv` is ignored.
     detailed : the textured surface before simplification.
-    side : of the new, square picture, pixels.
-    oversample : draw that many times finer and average, for small pictures of fine textures.
+    side : side of the new, square picture, pixels.
+    oversample : factor by which to render finer and average, for small pictures of fine textures.
 
     Returns
     -------
@@ -148,34 +149,34 @@ def retexture(surface: Surface, detailed: Look, side: int, oversample: int = 1) 
     label, chart, axes = _charts(surface)
     flat = np.empty((len(label), 3, 2))
     corner = surface.mesh.vertices[surface.mesh.faces]
-    for k, way in enumerate(axes):
-        flat[label == k] = way.flat(corner[label == k])
+    for k, view in enumerate(axes):
+        flat[label == k] = view.flat(corner[label == k])
     count = int(chart.max()) + 1
     low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
     np.minimum.at(low, chart, flat.min(axis=1))
     np.maximum.at(high, chart, flat.max(axis=1))
     direction = np.zeros(count, dtype=np.int64)
     direction[chart] = label
-    most = side / max(float((high - low).max()), 1e-9)
-    scale, sizes, places = fit_scale(high - low, side, PAD, most)
+    max_scale = side / max(float((high - low).max()), 1e-9)
+    scale, sizes, places = fit_scale(high - low, side, PAD, max_scale)
     layout = _Layout(direction, low, side, scale, sizes, places)
-    sight = Sight(detailed.surface.mesh, surface.mesh)
-    picture = _filled_atlas(detailed, sight, label, axes, layout, oversample)
+    renderer = FaceRenderer(detailed.surface.mesh, surface.mesh)
+    picture = _filled_atlas(detailed, renderer, label, axes, layout, oversample)
     if oversample > 1:
         picture = np.asarray(cv2.resize(picture, (side, side), interpolation=cv2.INTER_AREA))
     uv = ((flat - low[chart][:, None]) * scale + PAD + places[chart][:, None]) / side
-    return Look(_split(surface, chart, uv.astype(np.float32)), picture.astype(np.uint8))
+    return TexturedSurface(_split(surface, chart, uv.astype(np.float32)), picture.astype(np.uint8))
 
 
 def _filled_atlas(
-    detailed: Look,
-    sight: Sight,
+    detailed: TexturedSurface,
+    renderer: FaceRenderer,
     label: NDArray[np.int64],
     axes: Sequence[Axes],
     layout: _Layout,
     oversample: int,
 ) -> NDArray[np.uint8]:
-    """The atlas: of one drawing a direction, the rectangle of each chart."""
+    """Return the atlas: the rectangle of each chart, cut from one rendering per direction."""
     fine, pad = layout.scale * oversample, PAD / layout.scale
     atlas = np.full((layout.side * oversample,) * 2 + (3,), 128, dtype=np.uint8)
     for k in np.unique(layout.direction).tolist():
@@ -183,16 +184,16 @@ def _filled_atlas(
         low, sizes = layout.low[charts], layout.sizes[charts]
         start = low.min(axis=0) - pad
         end = (low + sizes / layout.scale).max(axis=0)
-        # Chart corners fall between the drawing's pixels: each is drawn to half a pixel.
+        # Chart corners fall between pixels, so charts are accurate to half a pixel.
         width, height = (int(v) + 2 for v in np.ceil((end - start) * fine))
-        if width * height > MOST_PICTURE:
-            raise ValueError(f"a drawing of {width}x{height} pixels is too large")
+        if width * height > MAX_PICTURE:
+            raise ValueError(f"a rendering of {width}x{height} pixels is too large")
         corner = np.rint((low - pad - start) * fine).astype(int).clip(0)
         rectangles = np.hstack([corner, sizes * oversample]).tolist()
         wanted = np.zeros((height, width), dtype=bool)
         for x, y, w, h in rectangles:
             wanted[y : y + h, x : x + w] = True
-        face = sight.faces_on(label == k, axes[k], start, fine, wanted)
+        face = renderer.faces_on(label == k, axes[k], start, fine, wanted)
         drawing, drawn = _drawing(detailed, face, axes[k], start, fine, wanted)
         for (x, y, w, h), place in zip(rectangles, layout.places[charts], strict=True):
             left, top = (place * oversample).tolist()
@@ -203,7 +204,7 @@ def _filled_atlas(
 
 
 def _split(surface: Surface, chart: NDArray[np.int64], uv: NDArray[np.float32]) -> Surface:
-    """One vertex a (vertex, chart)."""
+    """Return the surface with one vertex per (vertex, chart)."""
     of_corner = np.broadcast_to(chart[:, None], surface.triangles.shape)
     first, triangles = shared_corners(surface.triangles, of_corner, len(surface.positions))
     source = surface.triangles.ravel()[first]

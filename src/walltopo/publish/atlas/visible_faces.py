@@ -1,4 +1,4 @@
-"""Which face of the detailed mesh each pixel of a parallel projection shows."""
+"""Find the face of the detailed mesh at each pixel of a parallel projection."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from walltopo.geometry.zbuffer import draw_screen
 
 Floats = NDArray[np.float64]
 
-SLACK = 8.0  # mean edges of the detailed mesh that the simplified surface may lie behind it
+SLACK = 8.0  # tolerance in depth, in mean edges of the detailed mesh, between the two surfaces
 
-PASSES = 2  # of leaving out what hides the surface
+PASSES = 2  # of removing occluders of the surface
 
 TILE = 16  # pixels
 
@@ -25,7 +25,7 @@ TILE = 16  # pixels
 def _in_reach(
     begin: Any, end: Any, faces: Any, screen: Any, slope: Any, tiles: Any, found: Any
 ) -> None:
-    """Set `found` for faces that look at the eye and whose surroundings hold a wanted tile."""
+    """Set `found` for faces that face the viewer and whose bounds contain a wanted tile."""
     rows, columns = tiles.shape
     for f in range(begin, end):
         if not slope[f] < 0.0:
@@ -42,14 +42,14 @@ def _in_reach(
 
 
 def _tiles(wanted: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Squares of `TILE` pixels in which some pixel is wanted."""
+    """Return the squares of `TILE` pixels that contain a wanted pixel."""
     across = np.logical_or.reduceat(wanted, np.arange(0, wanted.shape[1], TILE), axis=1)
     return np.logical_or.reduceat(across, np.arange(0, len(wanted), TILE), axis=0)
 
 
 @kernel
 def _count_before(surface: Any, face: Any, near: Any, slack: Any, count: Any) -> Any:
-    """(2, count) pixels at which each face is drawn over the surface, and those far before it."""
+    """Return (2, count) pixels of each face over the surface, and those far in front of it."""
     counts = np.zeros((2, count), dtype=np.int32)
     for row in range(face.shape[0]):
         for column in range(face.shape[1]):
@@ -64,7 +64,7 @@ def _count_before(surface: Any, face: Any, near: Any, slack: Any, count: Any) ->
 def _number(
     begin: Any, end: Any, surface: Any, face: Any, near: Any, slack: Any, numbers: Any
 ) -> None:
-    """Give the faces of a drawing their numbers in the mesh; -1 far before the surface."""
+    """Convert the faces of a rendering to mesh numbers; -1 far in front of the surface."""
     for row in range(begin, end):
         for column in range(face.shape[1]):
             if face[row, column] >= 0:
@@ -73,16 +73,16 @@ def _number(
                 face[row, column] = -1 if hides else numbers[face[row, column]]
 
 
-class Sight:
-    """Looks at a detailed mesh from any direction, past what hides the surface that is asked for.
+class FaceRenderer:
+    """Renders a detailed mesh from any direction, without surface in front of the wanted one.
 
-    What stands before that surface is not on it: from below, where an overhang is drawn from, the
-    mat would hide the foot of the wall. So only faces that look at the eye are drawn, and those
-    that mostly stand before the surface are left out.
+    An occluder is not part of the wanted surface: from below, the direction of an overhang, the mat
+    would hide the foot of the wall. Only faces towards the viewer are therefore rendered, without
+    those that lie mostly in front of the surface.
 
     Parameters
     ----------
-    detailed, coarse : the mesh that is looked at, and its simplified surface.
+    detailed, coarse : the mesh to render, and its simplified surface.
     """
 
     def __init__(self, detailed: Mesh, coarse: Mesh) -> None:
@@ -98,13 +98,13 @@ class Sight:
         scale: float,
         wanted: NDArray[np.bool_],
     ) -> NDArray[np.int32]:
-        """The detailed mesh's face that lies on the simplified surface at each pixel.
+        """Return the detailed mesh's face on the simplified surface at each pixel.
 
         Parameters
         ----------
-        part : which faces of the simplified surface are drawn from this direction.
+        part : (F,) the faces of the simplified surface that belong to this direction.
         low, scale : see `on_screen`.
-        wanted : (H, W) pixels that matter.
+        wanted : (H, W) the pixels to fill.
 
         Returns
         -------
@@ -113,7 +113,7 @@ class Sight:
 
         height, width = wanted.shape
         coarse, detailed, slack = self._coarse, self._detailed, self._slack * scale
-        # The simplified surface has vertices of the detailed one.
+        # The simplified surface has a subset of the detailed one's vertices.
         far = float((detailed.vertices @ axes.towards).max()) + 1.0
         screen = on_screen(coarse.vertices, axes, low, scale, far)
         _, surface = draw_screen(screen, coarse.faces[part], width, height)
@@ -138,12 +138,12 @@ class Sight:
 
 @dataclass(frozen=True, eq=False)
 class Axes:
-    """World directions of a drawing plane, unit and at right angles.
+    """The world directions of a drawing plane, unit and orthogonal.
 
     Parameters
     ----------
     right, down : (3,) the picture's axes.
-    towards : (3,) the direction one looks; right x down.
+    towards : (3,) the viewing direction; right x down.
     """
 
     right: Floats
@@ -151,12 +151,12 @@ class Axes:
     towards: Floats
 
     def flat(self, points: Floats) -> Floats:
-        """(..., 2) plane coordinates, world units, of (..., 3) points."""
+        """Return (..., 2) plane coordinates, world units, of (..., 3) points."""
         return np.stack([points @ self.right, points @ self.down], axis=-1)
 
 
 def front_direction(mesh: Mesh) -> Floats:
-    """(3,) horizontal unit vector that the steep parts of the wall face on average."""
+    """Return the (3,) horizontal unit vector that the steep parts of the wall face on average."""
     steep = mesh.normals[:, 2] < 0.8
     total = (mesh.normals * mesh.areas[:, None])[steep, :2].sum(axis=0)
     length = float(np.hypot(*total))
@@ -166,12 +166,12 @@ def front_direction(mesh: Mesh) -> Floats:
 
 
 def axes_towards(towards: Floats, up: Floats) -> Axes:
-    """Axes of a picture looking `towards` with `up` as far up as that allows."""
+    """Return the axes of a picture looking `towards`, with `up` as far up as possible."""
     towards = towards / np.linalg.norm(towards)
     right = np.cross(towards, up)
     length = np.linalg.norm(right)
     if length < 1e-6:
-        # Looking straight along `up`: any right angle will do.
+        # The view is parallel to `up`: any orthogonal axis works.
         right = np.cross(towards, np.roll(up, 1) + np.array([0.3, 0.1, 0.0]))
         length = np.linalg.norm(right)
     right = right / length
@@ -179,14 +179,14 @@ def axes_towards(towards: Floats, up: Floats) -> Axes:
 
 
 def on_screen(positions: Floats, axes: Axes, origin: Floats, scale: float, far: float) -> Floats:
-    """(V, 3) points as `draw_screen` wants them: column, row, and pixels before a plane.
+    """Return (V, 3) points for `draw_screen`: column, row, and pixels in front of a far plane.
 
     Parameters
     ----------
     positions : (V, 3).
     origin : (2,) plane coordinates of the picture's top-left corner.
     scale : pixels per world unit.
-    far : depth of that plane along `axes.towards`, world units, behind all points.
+    far : depth of the far plane along `axes.towards`, world units, behind all points.
     """
     screen = positions @ (np.stack([axes.right, axes.down, -axes.towards]) * scale).T
     screen += scale * np.append(-origin, far)
@@ -201,7 +201,7 @@ def render_parallel(
     scale: float,
     size: tuple[int, int],
 ) -> NDArray[np.int32]:
-    """The nearest face at each pixel's centre.
+    """Return the nearest face at each pixel's centre.
 
     Parameters
     ----------

@@ -1,1 +1,1 @@
-"""Other file formats that a wall can be written as."""
+"""Writers of other file formats for a wall."""

@@ -1,4 +1,4 @@
-"""Hold outlines in every photo as LabelMe files: 3D results as 2D training labels."""
+"""Write hold outlines in every photo as LabelMe files: 3D results as 2D training labels."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Progress, View
 from walltopo.core.files import join_inside, write_json
-from walltopo.publish.wall_data import Wall
+from walltopo.publish.wall_data import WallModel
 from walltopo.scans.folder import ScanFolder
 
-SMALLEST = 30  # pixels of a hold that are worth an outline
+MIN_PIXELS = 30  # a smaller hold gets no outline
 
 
 def outlines(
     labels: NDArray[np.int32], tolerance: float = 1.0
 ) -> list[tuple[int, list[list[float]]]]:
-    """Outer outlines of each id in an (H, W) label picture, simplified to `tolerance` pixels."""
+    """Return outlines of each id in an (H, W) label picture, simplified to `tolerance` pixels."""
     import cv2
 
     found: list[tuple[int, list[list[float]]]] = []
@@ -27,16 +27,16 @@ def outlines(
         mask = np.ascontiguousarray(labels == id_).view(np.uint8)
         contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
         for contour in contours:
-            if cv2.contourArea(contour) < SMALLEST:
+            if cv2.contourArea(contour) < MIN_PIXELS:
                 continue
             line = cv2.approxPolyDP(contour, tolerance, True).reshape(-1, 2)
             if len(line) >= 3:
-                # OpenCV counts pixel centres, LabelMe pixel corners.
+                # OpenCV's coordinates are pixel centres, LabelMe's are pixel corners.
                 found.append((int(id_), (line + 0.5).astype(float).tolist()))
     return found
 
 
-def _document(view: View, wall: Wall, image: str) -> dict[str, Any]:
+def _document(view: View, wall: WallModel, image: str) -> dict[str, Any]:
     from walltopo.geometry.zbuffer import render_ids
 
     face, _ = render_ids(wall.mesh.vertices, wall.mesh.faces, view.camera, view.cam_from_world)
@@ -66,21 +66,21 @@ def _document(view: View, wall: Wall, image: str) -> dict[str, Any]:
     }
 
 
-def write_labelme(folder: Path, scan: ScanFolder, wall: Wall, progress: Progress) -> int:
-    """One `<photo>.json` a registered photo, beside a copy of the photo; gives their number.
+def write_labelme(folder: Path, scan: ScanFolder, wall: WallModel, progress: Progress) -> int:
+    """Write one `<photo>.json` per registered photo, beside a copy of it; return their number.
 
-    Other files of the folder stay.
+    Other files in the folder stay.
 
     Raises
     ------
-    InputError : the scan has no camera positions, or a photo is missing.
+    InputError : the scan has no camera poses, or a photo is missing.
     """
     import shutil
 
     from walltopo.scans.colmap_model import read_views
 
     views = read_views(scan.sparse)
-    progress.step("hold outlines", len(views))
+    progress.step("write hold outlines", len(views))
     folder.mkdir(parents=True, exist_ok=True)
     for view in views:
         photo = join_inside(scan.photos, view.name)

@@ -1,4 +1,4 @@
-"""Holds and routes as tables: CSV and GeoJSON."""
+"""Write holds and routes as CSV tables."""
 
 from __future__ import annotations
 
@@ -8,27 +8,25 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-import numpy as np
 
-from walltopo.core.files import atomic_path, write_json
-from walltopo.publish.atlas.visible_faces import front_direction
-from walltopo.publish.wall_data import Wall
+from walltopo.core.files import atomic_path
+from walltopo.publish.wall_data import WallModel
 from walltopo.scans.routes import Route, route_name
 
 COLUMNS = ("id", "class", "type", "colour", "route", "score", "size_m", "area_m2", "steepness_deg")
 ROUTE_FIGURES = ("length_m", "largest_move_m", "steepness_deg")
 ROUTE_HOLDS = ("start", "top", "zone", "footholds", "holds")
-ROUTE_SAID = ("grade", "setter", "date", "description")
+ROUTE_FACTS = ("grade", "setter", "date", "description")
 ROUTE_DOUBTS = ("doubtful_start", "doubtful_top")
 
 
 def routes_beside(path: Path) -> Path:
-    """Where `write_csv` puts the routes: `wall.routes.csv` beside `wall.csv`."""
+    """Return the path of the route table of `write_csv`: `wall.routes.csv` beside `wall.csv`."""
     return path.with_name(f"{path.stem}.routes{path.suffix}")
 
 
-def write_csv(path: Path, wall: Wall) -> None:
-    """One line a hold, position as x, y, z in metres; and beside it one line a route."""
+def write_csv(path: Path, wall: WallModel) -> None:
+    """Write one line per hold, position as x, y, z in metres; and beside it one line per route."""
     names = {route.id: route_name(route) for route in wall.routes}
     parts = _parts(wall.routes)
     rows = []
@@ -44,7 +42,7 @@ def write_csv(path: Path, wall: Wall) -> None:
 
 
 def _parts(routes: Sequence[Route]) -> dict[int, str]:
-    """What holds are in their routes: start, top, zone, foot; of several with spaces between."""
+    """Return the roles of holds in their routes (start, top, zone, foot), separated by spaces."""
     found: dict[int, list[str]] = {}
     for route in routes:
         lists = {"start": route.start, "top": route.top, "zone": route.zone}
@@ -55,17 +53,17 @@ def _parts(routes: Sequence[Route]) -> dict[int, str]:
     return {hold: " ".join(parts) for hold, parts in found.items()}
 
 
-def _route_table(wall: Wall) -> tuple[list[str], list[list[Any]]]:
-    """Head and lines; lists of holds are their ids, from bottom to top, with spaces between."""
+def _route_table(wall: WallModel) -> tuple[list[str], list[list[Any]]]:
+    """Return head and lines; a list of holds is its ids from bottom to top, separated by spaces."""
     rows = []
     for route in wall.routes:
         plain = msgspec.to_builtins(route)
         lists = [" ".join(map(str, plain[key])) for key in ROUTE_HOLDS]
         figures = [plain[key] for key in ROUTE_FIGURES]
-        said, doubts = ([plain[key] for key in keys] for keys in (ROUTE_SAID, ROUTE_DOUBTS))
-        known = [route.id, route_name(route), route.colour, *said, len(route.holds)]
+        by_setter, doubts = ([plain[key] for key in keys] for keys in (ROUTE_FACTS, ROUTE_DOUBTS))
+        known = [route.id, route_name(route), route.colour, *by_setter, len(route.holds)]
         rows.append([*known, *figures, *lists, *doubts])
-    head = ["id", "name", "colour", *ROUTE_SAID, "hold_count", *ROUTE_FIGURES]
+    head = ["id", "name", "colour", *ROUTE_FACTS, "hold_count", *ROUTE_FIGURES]
     return [*head, *ROUTE_HOLDS, *ROUTE_DOUBTS], rows
 
 
@@ -77,49 +75,7 @@ def _write_rows(path: Path, head: list[str], rows: list[list[Any]]) -> None:
 
 
 def _cell(value: Any) -> Any:
-    """A cell that no spreadsheet takes for a formula."""
+    """Return a cell that no spreadsheet interprets as a formula."""
     if isinstance(value, str) and value[:1] in ("=", "+", "-", "@"):
         return "'" + value
     return "" if value is None else value
-
-
-def write_geojson(path: Path, wall: Wall) -> None:
-    """Holds as points and routes as lines in the wall's own flat map.
-
-    The coordinates are metres along the wall (as seen from the front) and height, not degrees:
-    the collection says so in `walltopo`. The place in space is each feature's `position`.
-    """
-    front = front_direction(wall.mesh)
-    right = np.cross(-front, np.array([0.0, 0.0, 1.0]))
-
-    def flat(position: Sequence[float]) -> list[float]:
-        along = float(np.dot(position, right))
-        return [round(along, 4), round(float(position[2]), 4)]
-
-    keys = (*COLUMNS, "position", "normal")
-    features: list[dict[str, Any]] = [
-        {
-            "type": "Feature",
-            "id": f"hold-{hold.id}",
-            "geometry": {"type": "Point", "coordinates": flat(hold.position)},
-            "properties": {key: msgspec.to_builtins(hold)[key] for key in keys},
-        }
-        for hold in wall.holds
-    ]
-    places = {hold.id: hold.position for hold in wall.holds}
-    for route in wall.routes:
-        line = [flat(places[hold]) for hold in route.holds if hold in places]
-        kind = "LineString" if len(line) > 1 else "MultiPoint"
-        properties = msgspec.to_builtins(route)
-        del properties["ambiguous"]
-        features.append(
-            {
-                "type": "Feature",
-                "id": f"route-{route.id}",
-                "geometry": {"type": kind, "coordinates": line},
-                "properties": properties,
-            }
-        )
-    unit = "metres" if wall.metric else "arbitrary units"
-    note = {"coordinates": f"{unit}: along the wall, height", "along": right.tolist()}
-    write_json(path, {"type": "FeatureCollection", "walltopo": note, "features": features})

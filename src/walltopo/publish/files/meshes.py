@@ -1,4 +1,4 @@
-"""OBJ with texture, PLY with hold ids, and PLY painted in one colour a hold."""
+"""Write OBJ with texture, PLY with hold ids, and PLY with one colour per hold."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core.files import atomic_path, write_json
-from walltopo.geometry.ply import write_ply
+from walltopo.geometry.mesh_files import write_ply
 from walltopo.images.files import read_rgb
 from walltopo.publish.surface import Surface, split_at_borders
 from walltopo.publish.texture_image import encode_picture, texels
-from walltopo.publish.wall_data import Wall
+from walltopo.publish.wall_data import WallModel
 
 WALL_GREY = (160, 160, 160)
 
 
 def instance_colours(ids: list[int]) -> dict[int, tuple[int, int, int]]:
-    """A colour of its own for each id; the wall (0) is grey, which no hold gets."""
+    """Return a distinct colour for each id; the wall (0) is grey, which no hold gets."""
     colours: dict[int, tuple[int, int, int]] = {0: WALL_GREY}
     used = {WALL_GREY}
     for id_ in sorted(set(ids) - {0}):
@@ -40,8 +40,8 @@ def instance_colours(ids: list[int]) -> dict[int, tuple[int, int, int]]:
     return colours
 
 
-def write_painted_ply(path: Path, wall: Wall) -> None:
-    """Paint each hold in a colour of its own; `<name>.colours.json` says which is which."""
+def write_painted_ply(path: Path, wall: WallModel) -> None:
+    """Paint each hold in its own colour; `<name>.colours.json` maps the colours to holds."""
     surface = split_at_borders(wall.mesh, wall.face_instance)
     ids = np.unique(surface.feature).tolist()
     colours = instance_colours(ids)
@@ -52,8 +52,8 @@ def write_painted_ply(path: Path, wall: Wall) -> None:
     write_json(path.with_suffix(".colours.json"), {"version": 1, "wall": 0, "colours": listing})
 
 
-def _colours(wall: Wall) -> NDArray[np.uint8] | None:
-    """(V, 3) colours of the vertices, from the texture where there is one."""
+def _colours(wall: WallModel) -> NDArray[np.uint8] | None:
+    """Return the (V, 3) colours of the vertices, from the texture if the wall has one."""
     if wall.texture is None or wall.uv is None:
         return wall.mesh.vertex_colours
     result = np.full(wall.mesh.vertices.shape, 128, dtype=np.uint8)
@@ -61,8 +61,8 @@ def _colours(wall: Wall) -> NDArray[np.uint8] | None:
     return result
 
 
-def write_labelled_ply(path: Path, wall: Wall) -> None:
-    """Binary PLY: vertex colours, and per face its hold id as the property `instance`."""
+def write_labelled_ply(path: Path, wall: WallModel) -> None:
+    """Write binary PLY: vertex colours, and per face its hold id as the property `instance`."""
     write_ply(path, replace(wall.mesh, vertex_colours=_colours(wall)), wall.face_instance)
 
 
@@ -73,8 +73,8 @@ def _obj_faces(surface: Surface, rows: NDArray[np.int64]) -> str:
     return "".join(f"f {a}/{a} {b}/{b} {c}/{c}\n" for a, b, c in one.tolist())
 
 
-def write_obj(path: Path, wall: Wall, quality: int = 90) -> None:
-    """OBJ with one group a hold (`hold_12`, the rest `wall`), MTL and JPEG texture beside it.
+def write_obj(path: Path, wall: WallModel, quality: int = 90) -> None:
+    """Write OBJ with one group per hold (`hold_12`, else `wall`), with MTL and JPEG texture.
 
     Coordinates stay metres with z up.
     """
@@ -96,7 +96,7 @@ def write_obj(path: Path, wall: Wall, quality: int = 90) -> None:
         tail = "" if rgb is None else " {:.4f} {:.4f} {:.4f}".format(*rgb)
         lines.append(f"v {x:.5f} {y:.5f} {z:.5f}{tail}\n")
     if surface.uv is not None:
-        # OBJ counts v from the bottom.
+        # OBJ has v = 0 at the bottom.
         lines += [f"vt {u:.6f} {1 - v:.6f}\n" for u, v in surface.uv.tolist()]
     for id_ in np.unique(label).tolist():
         lines.append(f"g hold_{id_}\n" if id_ else "g wall\n")

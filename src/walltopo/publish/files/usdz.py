@@ -1,8 +1,8 @@
-"""USDZ for AR on Apple's devices: metres, y up, one mesh, one material, the texture packed.
+"""Write USDZ for AR on Apple devices: metres, y up, one mesh, one material, embedded texture.
 
-The stage is written as USD's text form, which readers of USDZ take as well as the binary one, so
-that no USD library is needed. The archive is a zip whose files are stored, not compressed, and
-begin at multiples of 64 bytes.
+The stage is written in USD's text form, which readers of USDZ accept like the binary one, so that
+no USD library is needed. The archive is a zip whose files are stored uncompressed and begin at
+multiples of 64 bytes.
 Source: Pixar, "Usdz File Format Specification", version 1.3.
 """
 
@@ -23,7 +23,7 @@ from walltopo.publish.surface import Surface
 
 STAGE, PICTURE = "wall.usda", "textures/wall.jpg"
 ALIGNMENT = 64
-PADDING_FIELD = 0x1986  # id of the extra field that the reference implementation pads with
+PADDING_FIELD = 0x1986  # id of the extra field that the reference implementation uses for padding
 
 HEADER = """#usda 1.0
 (
@@ -89,7 +89,7 @@ COLOURS = """
 
 
 def _tuples(values: NDArray[Any], digits: int) -> str:
-    """(n, k) numbers as USD writes an array of tuples."""
+    """Return (n, k) numbers as a USD array of tuples."""
     row = "(" + ", ".join([f"%.{digits}g"] * values.shape[1]) + ")"
     return "[" + ", ".join([row % tuple(line) for line in values.tolist()]) + "]"
 
@@ -103,7 +103,7 @@ def _y_up(vectors: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _subsets(surface: Surface) -> Iterator[str]:
-    """A named group of faces a hold."""
+    """Yield a named group of faces per hold."""
     label = surface.feature[surface.triangles[:, 0]]
     order = np.argsort(label, kind="stable")
     ids, first = np.unique(label[order], return_index=True)
@@ -134,24 +134,23 @@ def _stage(surface: Surface, textured: bool) -> str:
         f"{pad}point3f[] points = {_tuples(points, 6)}\n",
         f"{pad}normal3f[] normals = {_tuples(_y_up(surface.normals), 3)} {vertex}",
     ]
-    look = ("color3f inputs:diffuseColor = (0.62, 0.62, 0.62)", "")
+    shading = ("color3f inputs:diffuseColor = (0.62, 0.62, 0.62)", "")
     if surface.uv is not None and textured:
         flipped = np.stack([surface.uv[:, 0], 1 - surface.uv[:, 1]], axis=1)
         parts.append(f"{pad}texCoord2f[] primvars:st = {_tuples(flipped, 5)} {vertex}")
-        look = ("color3f inputs:diffuseColor.connect = </Wall/Look/Picture.outputs:rgb>", TEXTURE)
+        diffuse = "color3f inputs:diffuseColor.connect = </Wall/Look/Picture.outputs:rgb>"
+        shading = (diffuse, TEXTURE)
     elif surface.colours is not None:
         shades = _tuples(linear_from_srgb8(surface.colours), 3)
         parts.append(f"{pad}color3f[] primvars:displayColor = {shades} {vertex}")
-        look = (
-            "color3f inputs:diffuseColor.connect = </Wall/Look/Colours.outputs:result>",
-            COLOURS,
-        )
-    return "".join([*parts, *_subsets(surface), "    }\n\n", MATERIAL % look, "}\n"])
+        diffuse = "color3f inputs:diffuseColor.connect = </Wall/Look/Colours.outputs:result>"
+        shading = (diffuse, COLOURS)
+    return "".join([*parts, *_subsets(surface), "    }\n\n", MATERIAL % shading, "}\n"])
 
 
 def _add(archive: zipfile.ZipFile, name: str, data: bytes) -> None:
-    """One stored file whose bytes begin at a multiple of `ALIGNMENT`."""
-    entry = zipfile.ZipInfo(name)  # of 1980: the same wall gives the same bytes
+    """Add one stored file whose bytes begin at a multiple of `ALIGNMENT`."""
+    entry = zipfile.ZipInfo(name)  # dated 1980, so that the same wall gives the same bytes
     assert archive.fp is not None
     begin = archive.fp.tell() + 30 + len(name.encode()) + 4
     padding = -begin % ALIGNMENT
@@ -165,7 +164,7 @@ def write_usdz(path: Path, surface: Surface, picture: bytes | None) -> None:
     Parameters
     ----------
     surface : world frame, z up; metres, or the units of a scan without a scale.
-    picture : the JPEG that `surface.uv` refers to; None without a texture.
+    picture : the JPEG to which `surface.uv` refers, or None without a texture.
     """
     with atomic_path(path) as temporary, zipfile.ZipFile(temporary, "w") as archive:
         _add(archive, STAGE, _stage(surface, picture is not None).encode("ascii"))

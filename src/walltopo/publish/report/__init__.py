@@ -1,4 +1,4 @@
-"""`report.html`: what went well and what did not, one self-contained file."""
+"""Write `report.html`, a quality report in one self-contained file."""
 
 from walltopo.publish.report.page import Facts, report_html
 

@@ -1,4 +1,4 @@
-"""The report's drawings of the wall: camera path, coverage, front and plan views."""
+"""Draw the report's maps of the wall: camera path, coverage, front and plan views."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from walltopo.publish.atlas.visible_faces import (
     front_direction,
     render_parallel,
 )
-from walltopo.publish.report.coverage import THIN, counted_views, thin_spots
-from walltopo.publish.surface import Look
+from walltopo.publish.coverage import MIN_PHOTOS, low_coverage_spots
+from walltopo.publish.surface import TexturedSurface
 from walltopo.publish.texture_image import texels
-from walltopo.scans.holds import HoldRow
+from walltopo.scans.holds import Hold
 
 Floats = NDArray[np.float64]
 
@@ -31,11 +31,11 @@ UP = np.array([0.0, 0.0, 1.0])
 
 WIDTH = 1000
 
-# Photos that see a spot, and its colour: dark is little, in steps that greyscale keeps apart.
+# Number of photos that see a spot, and its colour: dark for few, in steps distinct in greyscale.
 STEPS: tuple[tuple[int, str, tuple[int, int, int]], ...] = (
     (0, "none", (68, 1, 84)),
     (1, "1–2", (59, 82, 139)),
-    (THIN, "3–5", (33, 145, 140)),
+    (MIN_PHOTOS, "3–5", (33, 145, 140)),
     (6, "6–11", (94, 201, 98)),
     (12, "12 and more", (253, 231, 37)),
 )
@@ -43,7 +43,7 @@ STEPS: tuple[tuple[int, str, tuple[int, int, int]], ...] = (
 
 @dataclass(frozen=True)
 class CameraMark:
-    """A photo on a drawing: where it was taken, and a place ahead of it; pixels."""
+    """A photo on a drawing: its position, and a point ahead of it; pixels."""
 
     name: str
     x: float
@@ -54,13 +54,13 @@ class CameraMark:
 
 @dataclass(frozen=True)
 class SpotMark:
-    """A place that too few photos see, on a drawing and on the wall.
+    """A spot that too few photos see, on a drawing and on the wall.
 
     Parameters
     ----------
     x, y : pixels.
     along, height : from the wall's left end and its lowest point, world units.
-    area : square world units that fewer than `THIN` photos see.
+    area : square world units that fewer than `MIN_PHOTOS` photos see.
     views : mean number of photos over that area.
     """
 
@@ -74,7 +74,7 @@ class SpotMark:
 
 @dataclass(frozen=True)
 class Drawing:
-    """A picture of the wall (a `data:` address, its pixels) and what is marked on it."""
+    """A picture of the wall (a `data:` URL, its size in pixels) and its marks."""
 
     picture: str
     width: int
@@ -84,13 +84,13 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Maps:
-    """All drawings, and what they tell.
+    """All drawings of the report.
 
     Parameters
     ----------
     above, front : the camera path.
-    coverage : how many photos see each spot; its marks are where more photos would help.
-    covered : share of the climbing surface that at least `THIN` photos see.
+    coverage : number of photos that see each spot; the marks show where more photos would help.
+    covered : share of the climbing surface that at least `MIN_PHOTOS` photos see.
     """
 
     above: Drawing
@@ -113,10 +113,10 @@ def _drawing(
 def _camera_path(
     mesh: Mesh, colours: NDArray[np.uint8], views: Sequence[View], towards: Floats, up: Floats
 ) -> Drawing:
-    """The wall, faded, and over it each photo with its viewing direction."""
+    """Return the faded wall, with each photo and its viewing direction."""
     centres = np.array([view.centre for view in views])
     reach = 0.05 * float(np.ptp(mesh.vertices, axis=0).max())
-    # The picture must have room for the cameras too.
+    # The picture must have room for the cameras.
     space = np.vstack([mesh.vertices, centres])
     canvas = paper_view(space, mesh.faces, towards, up, WIDTH)
     ahead = centres + reach * np.array([view.direction for view in views])
@@ -125,8 +125,8 @@ def _camera_path(
     return _drawing(canvas, (colours.astype(np.uint16) // 2 + 122).astype(np.uint8), marks)
 
 
-def _climbing(mesh: Mesh, holds: Sequence[HoldRow]) -> NDArray[np.bool_]:
-    """(F,) which faces are climbing surface: not mat, and near the holds where there are any."""
+def _climbing(mesh: Mesh, holds: Sequence[Hold]) -> NDArray[np.bool_]:
+    """Return (F,) which faces are climbing surface: no mat, and near the holds if there are any."""
     surface = mesh.normals[:, 2] < 0.8
     if len(holds) < 4:
         return surface
@@ -138,22 +138,24 @@ def _climbing(mesh: Mesh, holds: Sequence[HoldRow]) -> NDArray[np.bool_]:
 
 
 def draw_maps(
-    first: Look, views: Sequence[View], holds: Sequence[HoldRow], metric: bool, cache: Path
+    first: TexturedSurface,
+    counts: NDArray[np.int32],
+    views: Sequence[View],
+    holds: Sequence[Hold],
+    metric: bool,
 ) -> Maps:
-    """All drawings that need the wall and the cameras.
+    """Return all drawings that need the wall and the cameras.
 
     Parameters
     ----------
-    first : the wall's first tier.
+    first : the wall's first tier; counts : the number of photos that see each of its triangles.
     views : registered photos, at least one.
-    holds : rows of `holds.json`; they say where the climbing surface is.
-    cache : a folder that may be deleted at any time.
+    holds : rows of `holds.json`; their extent defines the climbing surface.
     """
     mesh = first.surface.mesh
     front = front_direction(mesh)
     colours = base_colours(first)
 
-    counts = counted_views(mesh, views, cache / "coverage.npz")
     canvas = paper_view(mesh.vertices, mesh.faces, -front, UP, WIDTH)
     climbing = _climbing(mesh, holds)
     areas, seen = mesh.areas[climbing], counts[climbing]
@@ -161,7 +163,7 @@ def draw_maps(
     cell = 0.7 if metric else float(np.ptp(mesh.vertices, axis=0).max()) / 16
     left, bottom = float((mesh.vertices @ right).min()), float(mesh.vertices[:, 2].min())
     marks = []
-    for spot in thin_spots(mesh.centroids[climbing], areas, seen, right, cell):
+    for spot in low_coverage_spots(mesh.centroids[climbing], areas, seen, right, cell):
         x, y = canvas.place(spot.centre).round(1).tolist()
         along, height = float(spot.centre @ right) - left, float(spot.centre[2]) - bottom
         marks.append(SpotMark(x, y, along, height, spot.area, spot.views))
@@ -171,7 +173,7 @@ def draw_maps(
         above=_camera_path(mesh, colours, views, -UP, -front),
         front=_camera_path(mesh, colours, views, -front, UP),
         coverage=_drawing(canvas, palette[step], marks),
-        covered=float((areas * (seen >= THIN)).sum() / max(areas.sum(), 1e-12)),
+        covered=float((areas * (seen >= MIN_PHOTOS)).sum() / max(areas.sum(), 1e-12)),
     )
 
 
@@ -180,7 +182,7 @@ PAPER = (245, 246, 248)
 
 @dataclass(frozen=True, eq=False)
 class Canvas:
-    """A drawing plane: where world points land, and which face each pixel shows.
+    """A drawing plane: the projection of world points, and the face at each pixel.
 
     Parameters
     ----------
@@ -196,11 +198,11 @@ class Canvas:
     face: NDArray[np.int32]
 
     def place(self, points: Floats) -> Floats:
-        """(..., 2) pixels of (..., 3) world points."""
+        """Return (..., 2) pixels of (..., 3) world points."""
         return (self.axes.flat(points) - self.origin) * self.scale
 
     def picture(self, face_colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """(H, W, 3) picture with the given (F, 3) colours."""
+        """Return the (H, W, 3) picture with the given (F, 3) colours."""
         table = np.vstack([face_colours, np.array([PAPER], dtype=np.uint8)])
         return table[self.face]
 
@@ -208,12 +210,12 @@ class Canvas:
 def paper_view(
     positions: Floats, triangles: NDArray[np.int32], towards: Floats, up: Floats, width: int
 ) -> Canvas:
-    """Draw without perspective.
+    """Return an orthographic drawing.
 
     Parameters
     ----------
     positions : (V, 3), world frame.
-    towards : (3,) unit, the direction one looks.
+    towards : (3,) unit, the viewing direction.
     up : (3,) unit, up in the picture.
     width : pixels; the height follows, at most twice the width.
     """
@@ -229,11 +231,11 @@ def paper_view(
     return Canvas(axes, origin, scale, face)
 
 
-def base_colours(look: Look) -> NDArray[np.uint8]:
-    """(T, 3) one colour a triangle: of the texture, of the vertices, or shaded grey."""
-    surface, corners = look.surface, look.surface.mesh.faces
-    if surface.uv is not None and look.picture is not None:
-        return texels(look.picture, surface.uv[corners].mean(axis=1))
+def base_colours(textured: TexturedSurface) -> NDArray[np.uint8]:
+    """Return (T, 3) one colour per triangle: from the texture, the vertices, or shaded grey."""
+    surface, corners = textured.surface, textured.surface.mesh.faces
+    if surface.uv is not None and textured.picture is not None:
+        return texels(textured.picture, surface.uv[corners].mean(axis=1))
     if surface.colours is not None:
         return surface.colours[corners].mean(axis=1).astype(np.uint8)
     shade = 130 + 90 * np.abs(surface.normals[corners].mean(axis=1) @ np.array([0.5, 0.4, 0.76]))
@@ -241,14 +243,14 @@ def base_colours(look: Look) -> NDArray[np.uint8]:
 
 
 def data_url(picture: Any, quality: int) -> str:
-    """A Pillow image as a `data:` address."""
+    """Return a Pillow image as a `data:` URL."""
     stream = BytesIO()
     picture.save(stream, "WEBP", quality=quality)
     return "data:image/webp;base64," + base64.b64encode(stream.getvalue()).decode("ascii")
 
 
 def thumbnail(path: Path, longest: int) -> str | None:
-    """A small copy of a picture as a `data:` address; None where it cannot be read."""
+    """Return a small copy of a picture as a `data:` URL, or None if it is unreadable."""
     try:
         with open_picture(path) as opened:
             opened.thumbnail((longest, longest))

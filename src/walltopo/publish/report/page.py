@@ -1,4 +1,4 @@
-"""The report's template, the facts in it and its embedded pictures."""
+"""Render the report's template with its facts and embedded pictures."""
 
 from __future__ import annotations
 
@@ -10,38 +10,35 @@ from typing import Any
 import numpy as np
 
 from walltopo.core import View
+from walltopo.publish.coverage import nearest_counts
+from walltopo.publish.page_tiers import PageTiers
 from walltopo.publish.report.maps import draw_maps, thumbnail
-from walltopo.publish.surface import Look
-from walltopo.publish.wall_data import Wall
+from walltopo.publish.wall_data import WallModel
 from walltopo.publish.wall_files import PageFiles
 from walltopo.publish.web_page import render
-from walltopo.scans.attributes import LeftOut
-from walltopo.scans.holds import steepness_words
+from walltopo.scans.holds import Hold, steepness_words
 from walltopo.scans.manifest import StageRecord
 from walltopo.scans.photos import Photo, PhotoSet, SkippedFile
 from walltopo.scans.scale import Scale
 
-MOST_TILES = 60  # pictures of one kind
+MAX_TILES = 60  # maximum number of pictures of one kind
 
-EDGES_OF = 20_000  # triangles whose edges give the median
+EDGES_OF = 20_000  # number of triangles for the median edge
 
 
-def _median_edge(wall: Wall) -> float:
+def _median_edge(wall: WallModel) -> float:
     faces = wall.mesh.faces[:: max(1, len(wall.mesh.faces) // EDGES_OF)]
     corners = wall.mesh.vertices[faces]
     return float(np.median(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)))
 
 
-def report_html(
-    wall: Wall, facts: Facts, first: Look, glb_bytes: int, page: str, cache: Path
-) -> str:
-    """The report: one file that needs no other, and asks no other host for anything.
+def report_html(wall: WallModel, facts: Facts, tiers: PageTiers, glb_bytes: int, page: str) -> str:
+    """Return the report: one self-contained file that loads nothing from other hosts.
 
     Parameters
     ----------
-    first : the first tier, which the pictures are drawn from.
+    tiers : the tiers of the page; the maps are drawn from the first one.
     glb_bytes : size of `wall.glb`; page : file name of the wall's page.
-    cache : a folder that may be deleted at any time.
     """
 
     def photo(name: str) -> str | None:
@@ -51,20 +48,22 @@ def report_html(
         file = facts.cutouts.get(hold)
         return thumbnail(file, 128) if file else None
 
-    doubtful = [hold for hold in wall.holds if hold.review]
+    to_review = [hold for hold in wall.holds if hold.review]
+    first = tiers.first()
+    seen = nearest_counts(wall.mesh, tiers.coverage(), first.surface.mesh)
     return render(
         "report/templates",
         "report.html.jinja",
         wall=wall,
         facts=facts,
-        maps=draw_maps(first, facts.views, wall.holds, wall.metric, cache),
+        maps=draw_maps(first, seen, facts.views, wall.holds, wall.metric),
         page=page,
-        unsure=sorted(doubtful, key=lambda hold: (hold.score, hold.id)),
+        unsure=sorted(to_review, key=lambda hold: (hold.score, hold.id)),
         colours={hold.id: hold.colour_rgb for hold in wall.holds},
         edge=_median_edge(wall),
         glb_bytes=glb_bytes,
         steps={name: step for name, step in facts.stages.items() if step.seconds},
-        most=MOST_TILES,
+        most=MAX_TILES,
         steepness=steepness_words,
         photo=photo,
         cutout=cutout,
@@ -73,16 +72,16 @@ def report_html(
 
 @dataclass(frozen=True, eq=False)
 class Facts:
-    """Photos, stages and scale of one scan.
+    """The photos, stages and scale of one scan.
 
     Parameters
     ----------
-    photos, skipped : what ingest kept and left out; folder : where the photos are.
+    photos, skipped : files that ingest kept and skipped; folder : the photo set.
     views : registered photos, by name.
-    unregistered : photo name to the reason ("" where none is known).
-    stages : what the stages said in their last runs.
+    unregistered : photo name to the reason ("" if unknown).
+    stages : metrics of each stage's last run.
     cutouts : instance id to the file of its best cutout.
-    left_out : instances that were too doubtful to be holds, the surest first.
+    left_out : low-confidence instances, the highest score first.
     """
 
     photos: tuple[Photo, ...]
@@ -93,11 +92,11 @@ class Facts:
     stages: Mapping[str, StageRecord]
     scale: Scale
     cutouts: dict[int, Path]
-    left_out: tuple[LeftOut, ...]
+    left_out: tuple[Hold, ...]
 
     @classmethod
     def of(cls, reads: PageFiles, records: Mapping[str, StageRecord]) -> Facts:
-        """From what the export stage is given."""
+        """Collect the facts from the artifacts that the stage `export` reads."""
         views = reads.sparse.views
         known = {view.name for view in views}
         sparse = records.get("sparse")
@@ -115,10 +114,10 @@ class Facts:
             stages=records,
             scale=reads.scale,
             cutouts=reads.cutouts.best(),
-            left_out=reads.attributes.left_out,
+            left_out=reads.holds.left_out,
         )
 
     def metric(self, stage: str, key: str) -> Any:
-        """One figure of a stage, or None."""
+        """Return one figure of a stage, or None."""
         record = self.stages.get(stage)
         return record.metrics.get(key) if record else None

@@ -1,4 +1,4 @@
-"""The local server: a scan's page, and in edit mode the place where corrections are saved.
+"""The local server: a scan's page, and in edit mode the API that saves corrections.
 
-What it promises, and the test of each promise: `docs/security.md`.
+Its guarantees, and the test of each: `docs/security.md`.
 """

@@ -1,4 +1,4 @@
-"""The application: files of the page, and the editor's routes."""
+"""The web application: the files of the page, and the editor's routes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from walltopo.core.errors import EditsChangedError, problem_key
 from walltopo.publish.server.guard import Guard, Rules, policy, problem
 from walltopo.scans.folder import ScanFolder
 
-# Compared with the path as it was sent: nothing that is encoded, hidden or steps up can match.
+# Matched against the raw path, so that encoded, hidden and parent paths never match.
 SERVED = re.compile(
     r"(index|report)\.html|wall\.glb|(holds|routes|moves)\.json|(page|cutouts)/[A-Za-z0-9_-][A-Za-z0-9._-]{0,99}"
 )
@@ -37,22 +37,22 @@ def make_app(
     scan: ScanFolder,
     rules: Rules,
     editor: Sequence[BaseRoute] = (),
-    tell: Callable[[str], None] | None = None,
+    on_defect: Callable[[str], None] | None = None,
 ) -> ASGIApp:
-    """The guarded application.
+    """Return the guarded application.
 
     Parameters
     ----------
-    editor : routes below `/api/` for those who have the token; empty without edit mode.
-    tell : gets a line about each request that failed by a defect.
+    editor : routes below `/api/`, which need the token; empty without edit mode.
+    on_defect : called with a line about each request that failed by a defect.
     """
 
     def defect(request: Request, error: Exception) -> Response:
-        if tell is not None:
-            tell(f"a request failed: {type(error).__name__}: {error}")
-        # None of this machine's paths for the asker.
+        if on_defect is not None:
+            on_defect(f"a request failed: {type(error).__name__}: {error}")
+        # The response must not reveal paths of this machine.
         path = request.scope["path"]
-        return problem(path, HTTPStatus.INTERNAL_SERVER_ERROR, "walltopo failed here")
+        return problem(path, HTTPStatus.INTERNAL_SERVER_ERROR, "walltopo failed to answer")
 
     pages = _Pages(scan, rules)
     app = Starlette(
@@ -74,7 +74,7 @@ class _Pages:
     def __init__(self, scan: ScanFolder, rules: Rules) -> None:
         self.scan = scan
         self.rules = rules
-        # Of Starlette's: validators, ranges and what has not changed; which file: `_path`.
+        # Starlette handles validators, ranges and not-modified; `_path` selects the file.
         self.files = StaticFiles(directory=scan.root)
 
     async def file(self, request: Request) -> Response:
@@ -91,11 +91,11 @@ class _Pages:
         return answer
 
     async def _editor(self, token: str) -> Response:
-        """The page with the editor, for who has the token; kept by no cache, shown in no frame."""
+        """Return the page with the editor for a valid token; not cached, not framed."""
         if not self.rules.knows(token):
             raise HTTPException(
                 HTTPStatus.FORBIDDEN,
-                "the token is of an earlier run: open the address that `walltopo view` shows now",
+                "the token is from an earlier run: open the address that `walltopo view` shows now",
             )
         path = await run_in_threadpool(self._path, "index.html")
         if path is None:
@@ -106,7 +106,7 @@ class _Pages:
         return HTMLResponse(page, headers=headers)
 
     def _path(self, name: str) -> Path | None:
-        """The file behind a name, if the page is made of it and no link leads elsewhere."""
+        """Return the file of a name, or None if the page does not use it or it is a link."""
         if not SERVED.fullmatch(name):
             return None
         root = self.scan.root.resolve()
@@ -131,5 +131,5 @@ def _unusable(request: Request, error: Exception) -> Response:
 
 
 def _left(request: Request, error: Exception) -> Response:
-    """Nobody reads this: the connection is gone."""
+    """Return an unused response: the client has disconnected."""
     return Response(status_code=HTTPStatus.BAD_REQUEST)

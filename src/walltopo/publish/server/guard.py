@@ -1,8 +1,8 @@
-"""Who may ask for what: checked on the head of a request, before its body is read.
+"""Access rules of the local server, checked on a request's head before its body is read.
 
-A page of another origin, open in the same browser, must neither read the wall nor change it, and a
-foreign name that leads to this machine (DNS rebinding) must not reach it. Every refusal closes its
-connection, so that what is left of a refused request is never read as the next one.
+A page of another origin in the same browser must neither read nor change the wall. A foreign name
+that resolves to this machine (DNS rebinding) must not reach the wall. Every refusal closes its
+connection, so that the rest of a refused request is never parsed as the next one.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-API = "/api/"  # for those who have the token
+API = "/api/"  # needs the token
 TOKEN = "x-walltopo-token"
-MOST_BODY = 8_000_000  # bytes
-MOST_HEAD = 16_000  # bytes
+MAX_BODY = 8_000_000  # bytes
+MAX_HEAD = 16_000  # bytes
 
 HEADERS = {
     "X-Content-Type-Options": "nosniff",
@@ -32,24 +32,24 @@ HEADERS = {
 
 @dataclass(frozen=True)
 class Rules:
-    """What a server allows.
+    """The access rules of a server.
 
     Parameters
     ----------
     names : allowed values of `Host`.
-    token : what a request must know to read and save edits; None: no edit mode.
-    embed : origins whose pages may show this one in a frame.
+    token : secret that a request needs to read and save edits; None disables edit mode.
+    embed : origins whose pages may embed this one in a frame.
     """
 
     names: frozenset[str]
     token: str | None = None
     embed: tuple[str, ...] = ()
 
-    def knows(self, said: str | None) -> bool:
-        """Whether this is the run's token; takes as long for a wrong one."""
-        if self.token is None or said is None:
+    def knows(self, token_sent: str | None) -> bool:
+        """Return whether this is the run's token, in constant time."""
+        if self.token is None or token_sent is None:
             return False
-        return hmac.compare_digest(said.encode(), self.token.encode())
+        return hmac.compare_digest(token_sent.encode(), self.token.encode())
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class _Refusal:
 
 
 def policy(embed: tuple[str, ...] = ()) -> str:
-    """The Content-Security-Policy that the viewer and the report need, and no more."""
+    """Return the minimal Content-Security-Policy for the viewer and the report."""
     ancestors = " ".join(embed) or "'none'"
     return (
         "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; "
@@ -71,11 +71,11 @@ def policy(embed: tuple[str, ...] = ()) -> str:
 
 
 def problem(path: str, status: int, text: str, key: str = "") -> Response:
-    """An error as its reader wants it: JSON for the editor, a line for a person.
+    """Return an error response: JSON for the editor, a line of text for a person.
 
     Parameters
     ----------
-    key : for the editor's own words, see `walltopo.core.errors.problem_key`.
+    key : `walltopo.core.errors.problem_key`, with which the editor translates the error.
     """
     if path.startswith(API):
         return JSONResponse({"error": text, "key": key}, status)
@@ -83,7 +83,7 @@ def problem(path: str, status: int, text: str, key: str = "") -> Response:
 
 
 class Guard:
-    """ASGI middleware around everything, so that no answer goes without its headers."""
+    """ASGI middleware around the whole application, so that every response gets the headers."""
 
     def __init__(self, app: ASGIApp, rules: Rules) -> None:
         self.app = app
@@ -114,7 +114,7 @@ class Guard:
 def _head_size(request: Request, _: Rules) -> _Refusal | None:
     size = sum(len(name) + len(value) + 4 for name, value in request.scope["headers"])
     size += len(request.scope["raw_path"]) + len(request.scope["query_string"])
-    if size <= MOST_HEAD:
+    if size <= MAX_HEAD:
         return None
     return _Refusal(HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE, "the request's head is too large")
 
@@ -127,17 +127,17 @@ def _name(request: Request, rules: Rules) -> _Refusal | None:
 
 
 def _other_page(request: Request, rules: Rules) -> _Refusal | None:
-    """What browsers say about the page that asks; other programs say nothing."""
+    """Refuse requests of other pages, by the browser's fetch metadata; other programs send none."""
     headers = request.headers
     if headers.get("sec-fetch-site", "none") in ("none", "same-origin"):
         return None
     shown_as = headers.get("sec-fetch-dest")
     if headers.get("sec-fetch-mode") == "navigate" and request.method in ("GET", "HEAD"):
-        if shown_as == "document":  # a link that somebody followed
+        if shown_as == "document":  # the person followed a link
             return None
-        if shown_as == "iframe" and rules.embed:  # by whom: the policy's frame-ancestors
+        if shown_as == "iframe" and rules.embed:  # frame-ancestors of the policy limits by whom
             return None
-    return _Refusal(HTTPStatus.FORBIDDEN, "another web page asked for this")
+    return _Refusal(HTTPStatus.FORBIDDEN, "another web page sent this request")
 
 
 def _method(request: Request, _: Rules) -> _Refusal | None:
@@ -145,30 +145,30 @@ def _method(request: Request, _: Rules) -> _Refusal | None:
         return None
     if request.method == "POST" and request.scope["path"].startswith(API):
         return None
-    return _Refusal(HTTPStatus.METHOD_NOT_ALLOWED, f"{request.method} is not for this address")
+    return _Refusal(HTTPStatus.METHOD_NOT_ALLOWED, f"{request.method} is not allowed here")
 
 
 def _body(request: Request, _: Rules) -> _Refusal | None:
-    """A body of declared and bounded length where one is read, none elsewhere."""
+    """Require a declared, bounded length for the body of a POST, and no body elsewhere."""
     headers = request.headers
     if request.method != "POST":
         if "transfer-encoding" in headers or headers.get("content-length", "0") != "0":
-            return _Refusal(HTTPStatus.BAD_REQUEST, f"{request.method} comes without a body")
+            return _Refusal(HTTPStatus.BAD_REQUEST, f"{request.method} must not have a body")
         return None
     length = headers.get("content-length", "")
     if "transfer-encoding" in headers or not (length.isascii() and length.isdigit()):
-        return _Refusal(HTTPStatus.LENGTH_REQUIRED, "the length of the edits must be said first")
-    if len(length) > 12 or int(length) > MOST_BODY:
+        return _Refusal(HTTPStatus.LENGTH_REQUIRED, "the length of the edits must be declared")
+    if len(length) > 12 or int(length) > MAX_BODY:
         return _Refusal(
             HTTPStatus.REQUEST_ENTITY_TOO_LARGE,
-            f"the edits are larger than {MOST_BODY // 1_000_000} MB",
+            f"the edits are larger than {MAX_BODY // 1_000_000} MB",
             "large",
         )
     return None
 
 
 def _editor(request: Request, rules: Rules) -> _Refusal | None:
-    """Edits are for those who were given the token."""
+    """Require the token for the API."""
     if not request.scope["path"].startswith(API):
         return None
     if rules.token is None:
@@ -177,18 +177,18 @@ def _editor(request: Request, rules: Rules) -> _Refusal | None:
         return None
     return _Refusal(
         HTTPStatus.FORBIDDEN,
-        "edits are for the address that `walltopo view` shows now, with its token",
+        "edits need the address, with its token, that `walltopo view` shows now",
         "token",
     )
 
 
 def _own_page(request: Request, _: Rules) -> _Refusal | None:
-    """A write comes from a page of this very address, as JSON: no form of a browser sends that."""
+    """Require that a write comes from this page as JSON, which no HTML form can send."""
     if request.method != "POST":
         return None
     headers = request.headers
     if headers.getlist("origin") != [f"http://{headers['host'].lower()}"]:
-        return _Refusal(HTTPStatus.FORBIDDEN, "edits are taken from this page only")
+        return _Refusal(HTTPStatus.FORBIDDEN, "edits are accepted from this page only")
     if not _is_json(headers):
         return _Refusal(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "expected application/json")
     return None
@@ -198,7 +198,7 @@ def _is_json(headers: Headers) -> bool:
     return headers.get("content-type", "").split(";")[0].strip().lower() == "application/json"
 
 
-# In this order: `_own_page` relies on a Host that `_name` has accepted.
+# The order matters: `_own_page` relies on a Host that `_name` has accepted.
 _CHECKS: tuple[Callable[[Request, Rules], _Refusal | None], ...] = (
     _head_size,
     _name,

@@ -1,4 +1,4 @@
-"""The server as a whole: it listens, serves until Ctrl-C, and ends well."""
+"""The local server: listen, serve until Ctrl-C, and shut down gracefully."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ from walltopo.publish.server.guard import Rules
 from walltopo.scans.folder import ScanFolder
 
 KEEP_ALIVE_S = 5
-MAX_CONNECTIONS = 64  # a browser opens six; more are answered with 503
-END_S = 2  # for answers that are on their way at Ctrl-C
-MOST_LINE = 16_000  # bytes of a request's head that h11 gathers
+MAX_CONNECTIONS = 64  # a browser opens six; further ones get status 503
+SHUTDOWN_S = 2  # for responses in progress at Ctrl-C
+MAX_LINE = 16_000  # bytes of a request's head that h11 buffers
 
 
 class Server(uvicorn.Server):
-    """A scan's page; listens at once, serves while `run` runs.
+    """The server of a scan's page; it listens on creation and serves during `run`.
 
     Parameters
     ----------
     port : 0 takes any free one.
-    editor : the editor's routes; with them there is an edit mode, for those who have the token.
+    editor : the editor's routes; if there are any, edit mode is on and needs the token.
     close : called when the server has ended.
     host : see `listen`.
-    embed : origins whose pages may show this one in a frame.
-    tell : called with a line about each request that failed by a defect; from any thread.
+    embed : origins whose pages may embed this one in a frame.
+    on_defect : called, from any thread, with a line about each request that failed by a defect.
 
     Raises
     ------
-    SettingsError : address or origin cannot be used.
+    SettingsError : the address or an origin is unusable.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class Server(uvicorn.Server):
         port: int,
         host: str = "127.0.0.1",
         embed: Sequence[str] = (),
-        tell: Callable[[str], None] | None = None,
+        on_defect: Callable[[str], None] | None = None,
         editor: Sequence[BaseRoute] = (),
         close: Callable[[], None] = lambda: None,
     ) -> None:
@@ -56,7 +56,8 @@ class Server(uvicorn.Server):
         self.token = secrets.token_urlsafe(24) if editor else None
         self._close = close
         self.scan = ScanFolder(scan_root)
-        app = make_app(self.scan, Rules(self.address.names, self.token, origins), editor, tell)
+        rules = Rules(self.address.names, self.token, origins)
+        app = make_app(self.scan, rules, editor, on_defect)
         super().__init__(
             uvicorn.Config(
                 app,
@@ -68,28 +69,28 @@ class Server(uvicorn.Server):
                 proxy_headers=False,
                 server_header=False,
                 access_log=False,
-                # What strangers send is no news for the terminal; `tell` is for defects.
+                # Requests of strangers are not logged in the terminal; `on_defect` reports defects.
                 log_config=None,
                 log_level="critical",
                 backlog=64,
                 timeout_keep_alive=KEEP_ALIVE_S,
-                timeout_graceful_shutdown=END_S,
-                h11_max_incomplete_event_size=MOST_LINE,
+                timeout_graceful_shutdown=SHUTDOWN_S,
+                h11_max_incomplete_event_size=MAX_LINE,
             )
         )
 
     @property
     def url(self) -> str:
-        """To open; in edit mode with the token."""
+        """Return the URL to open; in edit mode with the token."""
         return self.address.url + (f"?token={self.token}" if self.token else "")
 
     def notes(self) -> Iterator[str]:
-        """Lines on who can do what at the address."""
+        """Yield lines that warn of the access that the address grants."""
         if self.token:
-            yield "Whoever has this address can save edits into the scan folder; without the"
-            yield f"token it shows the wall alone: {self.address.url}"
+            yield "Anyone with this address can save edits into the scan folder; without the"
+            yield f"token it only shows the wall: {self.address.url}"
         if not self.address.local:
-            yield "Everyone in this network can see the wall. Nothing is encrypted."
+            yield "Everyone in this network can see the wall. The connection is not encrypted."
 
     def run(self, sockets: list[socket.socket] | None = None) -> None:
         """Serve until `should_exit`, Ctrl-C or SIGTERM."""
@@ -100,10 +101,10 @@ class Server(uvicorn.Server):
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
-        """End well by a signal: uvicorn's own method raises the signal again afterwards.
+        """Shut down gracefully on a signal: uvicorn's own method raises the signal again.
 
-        The watchdog of the command line, which hears of signals by the wakeup descriptor and ends
-        the process after two seconds, is off meanwhile: open connections and a running rebuild
+        Meanwhile the watchdog of the command line is off, which learns of signals by the wakeup
+        descriptor and ends the process after two seconds: open connections and a running rebuild
         may take longer.
         """
         if threading.current_thread() is not threading.main_thread():

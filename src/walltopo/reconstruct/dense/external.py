@@ -1,39 +1,53 @@
-"""The backends `colmap` (PatchMatch on CUDA) and `openmvs`."""
+"""Choose and run the dense backend of a scan; run COLMAP's and OpenMVS's."""
 
 from __future__ import annotations
 
+import shutil
 import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import EnvironmentLacksError, Mesh, Progress, StageError
-from walltopo.geometry.ply import read_mesh
-from walltopo.geometry.subdivision import drop_wide, split_long_edges
+from walltopo.geometry.mesh_files import read_mesh
+from walltopo.geometry.subdivision import drop_long_triangles, split_long_edges
 from walltopo.geometry.topology import compact
+from walltopo.reconstruct.dense.guess import guess_holes
 from walltopo.reconstruct.dense.remesh import finish
-from walltopo.reconstruct.dense.scene import ground_sampling, read_scene, surroundings
-from walltopo.reconstruct.dense.settings import DenseSettings
+from walltopo.reconstruct.dense.scene import (
+    Scene,
+    median_pixel_size,
+    meshing_box,
+    preview_mesh,
+    read_scene,
+)
+from walltopo.reconstruct.dense.sgm import sgm_mesh
 from walltopo.reconstruct.openmvs import (
     find_programs,
     import_scene,
     run_program,
-    undistorted_workspace,
+    write_undistorted_workspace,
 )
+from walltopo.reconstruct.settings import DenseSettings
+from walltopo.scans.artifacts import Context
+from walltopo.scans.colmap_model import SparseModel
+from walltopo.scans.manifest import Metrics
+from walltopo.scans.photos import PhotoSet
 
 
 def has_cuda() -> bool:
-    """Whether pycolmap was built with CUDA and the machine has a device for it."""
+    """Return whether pycolmap was built with CUDA and the machine has a CUDA device."""
     from walltopo.geometry.colmap import pycolmap
 
     return bool(pycolmap.has_cuda) and cuda_devices() > 0
 
 
 def cuda_devices() -> int:
-    """Devices that the CUDA driver sees; 0 without a driver.
+    """Return the number of devices that the CUDA driver sees; 0 without a driver.
 
-    The driver is asked: pycolmap's own count, where it has one, fails hard without a driver.
+    The driver is queried directly because pycolmap's own count aborts without a driver.
     """
     import ctypes
 
@@ -48,8 +62,8 @@ def cuda_devices() -> int:
     return count.value
 
 
-def need_cuda() -> None:
-    """Raises EnvironmentLacksError where PatchMatch cannot run."""
+def require_cuda() -> None:
+    """Raise EnvironmentLacksError if PatchMatch cannot run."""
     if not has_cuda():
         raise EnvironmentLacksError(
             "dense.backend = colmap needs a pycolmap with CUDA and a device for it",
@@ -67,7 +81,7 @@ def colmap_mesh(
     unit: float,
     progress: Progress,
 ) -> Mesh:
-    """A clean mesh by COLMAP.
+    """Compute a clean mesh with COLMAP's PatchMatch, fusion and Poisson meshing.
 
     Parameters
     ----------
@@ -80,10 +94,10 @@ def colmap_mesh(
     EnvironmentLacksError : no CUDA in pycolmap, or no device.
     StageError : the fusion found no points.
     """
-    need_cuda()
+    require_cuda()
     from walltopo.geometry.colmap import pycolmap
 
-    undistorted_workspace(sparse, photos, work, settings.max_size, progress)
+    write_undistorted_workspace(sparse, photos, work, settings.max_size, progress)
     progress.step("PatchMatch stereo")
     pycolmap.patch_match_stereo(work, options=pycolmap.PatchMatchOptions())
     progress.step("fusing depth maps")
@@ -95,7 +109,8 @@ def colmap_mesh(
     return finish(read_mesh(work / "poisson.ply"), settings, edge, unit)
 
 
-# PatchMatch's time grows with pixels x views x rounds. On a CPU these are a third of its defaults'.
+# PatchMatch's time grows with pixels x views x rounds. These values take a third of the time of
+# OpenMVS's defaults on a CPU.
 _VIEWS = 4
 
 _ROUNDS = 2
@@ -103,39 +118,39 @@ _ROUNDS = 2
 _GEOMETRIC_ROUNDS = 0
 
 # OpenMVS guesses a region of interest, and whether the scene is a tower, from where the cameras
-# look; in front of a wall both guesses cut parts of it off. It is cropped here, as for `sgm`.
-_NO_GUESSES = ["--estimate-roi", "0", "--crop-to-roi", "0", "--tower-mode", "0"]
+# look; in front of a wall both guesses cut parts of it off. `_crop` crops the mesh instead.
+_NO_CROPPING = ["--estimate-roi", "0", "--crop-to-roi", "0", "--tower-mode", "0"]
 
-# Points closer than this share of an edge are one to the triangulation.
+# The triangulation merges points closer than this share of an edge.
 _POINT_DISTANCE = 0.7
 
-# Its own remeshing (--edge-length) crashes in 2.3.0 (openMVS issue 926), so longer edges are
-# split here: those longer than this many times the edge wanted (Botsch and Kobbelt, 2004).
+# OpenMVS's remeshing (--edge-length) crashes in 2.3.0 (openMVS issue 926), so edges longer than
+# this many target edge lengths are split here (Botsch and Kobbelt, 2004).
 _LONGEST_EDGE = 4 / 3
 
 
 def densify_arguments(scene: Path, dense: Path, max_size: int) -> list[str]:
-    """DensifyPointCloud: depth maps at the photos' size, fused.
+    """Return the arguments of DensifyPointCloud: depth maps at the photos' size, fused.
 
     Parameters
     ----------
-    scene, dense : absolute paths of the .mvs read and written; the points lie beside it, .ply.
-    max_size : longer side of the photos that stereo sees, pixels.
+    scene, dense : absolute paths of the .mvs read and written; the points go to a .ply beside it.
+    max_size : longer side of the photos used for stereo, pixels.
     """
     size = ["--resolution-level", "0", "--max-resolution", str(max_size)]
     effort = ["--number-views", str(_VIEWS), "--iters", str(_ROUNDS)]
     effort += ["--geometric-iters", str(_GEOMETRIC_ROUNDS)]
-    return ["-i", str(scene), "-o", str(dense), *size, *effort, *_NO_GUESSES]
+    return ["-i", str(scene), "-o", str(dense), *size, *effort, *_NO_CROPPING]
 
 
 def mesh_arguments(dense: Path, mesh: Path, edge: float, pixel: float) -> list[str]:
-    """ReconstructMesh: a surface through the points.
+    """Return the arguments of ReconstructMesh: a surface through the points.
 
     Parameters
     ----------
     dense, mesh : absolute paths of the .mvs read and the .ply written.
-    edge : edge length wanted, world units.
-    pixel : a pixel's size on the surface in the photos that stereo saw, world units.
+    edge : target edge length, world units.
+    pixel : size of a photo pixel on the surface at stereo resolution, world units.
     """
     points = ["-p", str(dense.with_suffix(".ply"))]
     fineness = ["--min-point-distance", f"{_POINT_DISTANCE * edge / pixel:.3f}"]
@@ -143,7 +158,8 @@ def mesh_arguments(dense: Path, mesh: Path, edge: float, pixel: float) -> list[s
 
 
 def refine_arguments(dense: Path, mesh: Path, refined: Path) -> list[str]:
-    """RefineMesh: vertices moved until the photos agree; absolute paths, the mesh's edges kept."""
+    """Return the arguments of RefineMesh, which moves vertices until the photos agree. Paths are
+    absolute; the mesh keeps its edges."""
     keep = ["--decimate", "1", "--ensure-edge-size", "0", "--max-face-area", "0"]
     return ["-i", str(dense), "-m", str(mesh), "-o", str(refined), *keep, "--close-holes", "0"]
 
@@ -157,7 +173,7 @@ def openmvs_mesh(
     unit: float,
     progress: Progress,
 ) -> Mesh:
-    """A clean mesh by OpenMVS; parameters as in `colmap.colmap_mesh`.
+    """Compute a clean mesh with OpenMVS; parameters as in `colmap_mesh`.
 
     Raises
     ------
@@ -165,15 +181,17 @@ def openmvs_mesh(
     StageError : a program failed or wrote no mesh.
     """
     programs = find_programs(settings.openmvs_bin)
-    view = read_scene(sparse)
+    views = read_scene(sparse)
     work = work.resolve()
-    undistorted_workspace(sparse.resolve(), photos.resolve(), work, settings.max_size, progress)
+    write_undistorted_workspace(
+        sparse.resolve(), photos.resolve(), work, settings.max_size, progress
+    )
     scene = import_scene(programs["InterfaceCOLMAP"], work, progress)
     dense, surface = work / "dense.mvs", work / "surface.ply"
     arguments = densify_arguments(scene, dense, settings.max_size)
     run_program(programs["DensifyPointCloud"], arguments, work, progress)
-    longest = max(max(v.camera.width, v.camera.height) for v in view.views)
-    pixel = ground_sampling(view) * max(1.0, longest / settings.max_size)
+    longest = max(max(v.camera.width, v.camera.height) for v in views.views)
+    pixel = median_pixel_size(views) * max(1.0, longest / settings.max_size)
     arguments = mesh_arguments(dense, surface, edge, pixel)
     run_program(programs["ReconstructMesh"], arguments, work, progress)
     if settings.openmvs_refine:
@@ -182,13 +200,110 @@ def openmvs_mesh(
         run_program(programs["RefineMesh"], arguments, work, progress)
     if not surface.is_file():
         raise StageError(f"OpenMVS wrote no mesh at {surface}", f"Its logs (*.log) are in {work}.")
-    mesh = _inside(read_mesh(surface), *surroundings(view))
-    # What is no hole to be closed is none to be bridged: the triangulation closes everything.
-    mesh = finish(drop_wide(mesh, settings.max_hole * unit), settings, edge, unit)
+    mesh = _crop(read_mesh(surface), *meshing_box(views))
+    # The triangulation closes every opening; reopen those wider than the limit for holes.
+    mesh = finish(drop_long_triangles(mesh, settings.max_hole * unit), settings, edge, unit)
     return split_long_edges(mesh, _LONGEST_EDGE * edge)
 
 
-def _inside(mesh: Mesh, low: NDArray[np.float64], high: NDArray[np.float64]) -> Mesh:
-    """The triangles whose middle lies within a box, (3,) corners each."""
+def _crop(mesh: Mesh, low: NDArray[np.float64], high: NDArray[np.float64]) -> Mesh:
+    """Return the triangles whose centroid lies in a box; corners (3,)."""
     keep = ((mesh.centroids >= low) & (mesh.centroids <= high)).all(axis=1)
     return Mesh(*compact(mesh.vertices, mesh.faces[keep]))
+
+
+# In an unscaled scan, lengths in the settings count a metre as this share of the scene's diagonal.
+_UNSCALED_METRE = 0.1
+
+
+def edge_and_unit(scene: Scene, settings: DenseSettings, metric: bool) -> tuple[float, float]:
+    """Return the target edge length and the length of a settings metre, both in world units.
+
+    In a metric scan the edge is `settings.edge_length`, but never finer than the photos show
+    (half of `settings.edge_pixels` pixels, because stereo resolves about a pixel). In an unscaled
+    scan the edge is `settings.edge_pixels` pixels; a metre is a tenth of the scene's diagonal.
+    """
+    pixel = median_pixel_size(scene)
+    if metric:
+        return max(settings.edge_length, 0.5 * settings.edge_pixels * pixel), 1.0
+    low, high = meshing_box(scene)
+    return settings.edge_pixels * pixel, _UNSCALED_METRE * float(np.linalg.norm(high - low))
+
+
+def pick_backend(settings: DenseSettings) -> tuple[str, str]:
+    """Return the backend for this machine and the reason of the choice.
+
+    `auto` takes COLMAP's PatchMatch if pycolmap has CUDA and a device, else the embedded
+    stereo: OpenMVS on a CPU was slower and less complete (docs/dense.md). A backend that the
+    settings name is never replaced; it raises an error if the machine lacks something.
+    """
+    if settings.backend != "auto":
+        return settings.backend, "as asked"
+    if has_cuda():
+        return "colmap", "pycolmap has CUDA and a device"
+    return "sgm", "no CUDA for pycolmap"
+
+
+def _run_backend(
+    photos: PhotoSet,
+    sparse: SparseModel,
+    scene: Scene,
+    backend: str,
+    settings: DenseSettings,
+    edge: float,
+    unit: float,
+    context: Context,
+) -> Mesh:
+    """Run one backend."""
+    if backend == "sgm":
+        load, progress, hidden = photos.read_grey, context.progress, photos.people_mask
+        return sgm_mesh(scene, load, settings, edge, unit, progress, context.cache, hidden)
+    if backend == "sparse":
+        return preview_mesh(scene, settings, edge, unit, context.progress)
+    external = colmap_mesh if backend == "colmap" else openmvs_mesh
+    work = Path(tempfile.mkdtemp(prefix=f"{backend}-", dir=context.cache))
+    mesh = external(sparse.folder, photos.folder, work, settings, edge, unit, context.progress)
+    # After an error the folder stays, because it holds the logs.
+    shutil.rmtree(work)
+    return mesh
+
+
+def make_mesh(
+    photos: PhotoSet,
+    sparse: SparseModel,
+    metric: bool,
+    settings: DenseSettings,
+    context: Context,
+) -> tuple[Mesh, Metrics]:
+    """Compute the mesh of the scan from its cameras and photos."""
+    scene = read_scene(sparse.folder)
+    edge, unit = edge_and_unit(scene, settings, metric)
+    backend, reason = pick_backend(settings)
+    context.progress.note(
+        f"dense: {backend} ({reason}), edges of about {_format_length(edge, metric)}"
+    )
+    measured = _run_backend(photos, sparse, scene, backend, settings, edge, unit, context)
+    sides = measured.vertices[measured.faces] - measured.vertices[np.roll(measured.faces, -1, 1)]
+    length = float(np.median(np.linalg.norm(sides, axis=2)))
+    largest = settings.max_guess * unit
+    guesses = guess_holes(measured, scene, largest, length, context.progress)
+    mesh = guesses.mesh
+    return (
+        mesh,
+        {
+            "backend": backend,
+            "reason": reason,
+            "vertices": len(mesh.vertices),
+            "faces": len(mesh.faces),
+            "area": round(float(mesh.areas[mesh.measured].sum()), 3),
+            "guessed_area": round(float(mesh.areas[~mesh.measured].sum()), 3),
+            "guessed_holes": guesses.spanned,
+            "seen_through": guesses.seen_through,
+            "edge_length": round(length, 6),
+            "metric": metric,
+        },
+    )
+
+
+def _format_length(value: float, metric: bool) -> str:
+    return f"{value * 1000:.1f} mm" if metric else f"{value:.4g} units"

@@ -1,4 +1,4 @@
-"""Holes that no photo measured are spanned by a guess, unless a photo looks through them."""
+"""Span the holes of a mesh with guessed faces, except holes that a photo looks through."""
 
 from __future__ import annotations
 
@@ -20,21 +20,20 @@ Floats = NDArray[np.float64]
 
 Ints = NDArray[np.int64]
 
-# Rims of more vertices are left open: the time to span one grows with their third power.
-_MOST_RIM = 1500
+# Rims with more vertices stay open: the time to span one grows with their third power.
+_MAX_RIM = 1500
 
-# Rim vertices nearer than this many edges are one place, and no edge joins them.
+# Rim vertices closer than this many edges count as coincident, and no new edge joins them.
 _SAME_PLACE = 0.05
 
-# No face of a span may be flatter: height over longest side, well above what a file's rounding
-# takes away.
-_FLATTEST = 1e-5
+# Minimum height over longest side of a new face; well above the rounding of the mesh file.
+_MIN_FLATNESS = 1e-5
 
-# A span goes where photos look through this share of it.
-_MOST_THROUGH = 0.2
+# A span is dropped if photos look through more than this share of it.
+_MAX_THROUGH = 0.2
 
-# What lies less behind a span than this many edges, and than this share of its diameter, is the
-# bottom of what it spans: a pocket is no opening.
+# A surface counts as seen through a span only if it lies farther behind the span than this many
+# edges and this share of the span's diameter. Otherwise it is the bottom of a pocket.
 _BEHIND_EDGES = 4.0
 
 _BEHIND_SHARE = 0.5
@@ -46,20 +45,19 @@ class Guesses:
 
     Parameters
     ----------
-    mesh : the measured vertices and faces first, as they were; `guessed` names the others.
-    spanned : holes and bays that were spanned.
-    looked_through : those left open because photos look through them.
+    mesh : measured vertices and faces first, unchanged; `guessed` marks the others.
+    spanned : number of holes and bays that were spanned.
+    seen_through : number of holes and bays left open because photos look through them.
     """
 
     mesh: Mesh
     spanned: int
-    looked_through: int
+    seen_through: int
 
 
 @dataclass(frozen=True, eq=False)
 class _Span:
-    """What may close one opening: new vertices, and faces whose indices below `len(rim)` are the
-    rim's."""
+    """New vertices and faces over one opening; indices below `len(rim)` are rim vertices."""
 
     rim: Ints
     vertices: Floats
@@ -69,32 +67,32 @@ class _Span:
 def guess_holes(
     mesh: Mesh, scene: Scene, largest: float, edge: float, progress: Progress
 ) -> Guesses:
-    """Span the holes of a mesh, and the bays of its border.
+    """Span the holes of a mesh and the bays of its boundary.
 
     Parameters
     ----------
-    mesh : manifold, nothing guessed yet.
+    mesh : manifold, without guessed faces.
     scene : the photos' views and sparse points, same frame.
-    largest : what has a bounding box of a longer diagonal stays open, world units; 0: all.
-    edge : edge length of the new triangles, world units.
+    largest : openings whose bounding box has a longer diagonal stay open, world units; 0: all.
+    edge : target edge length of the new triangles, world units.
     """
     edges = edges_of(mesh.faces)
     openings = find_openings(mesh, edges, largest, edge)
     progress.step("spanning holes", len(openings))
-    normals = _border_normals(mesh, edges)
+    normals = _boundary_normals(mesh, edges)
     inner = _inner_edges(edges, len(mesh.vertices))
     spans = []
     for span in ahead(lambda opening: _span(mesh, opening, normals, inner, edge), openings):
         if span is not None:
             spans.append(span)
         progress.advance()
-    shares = _shares(mesh, spans, scene, _BEHIND_EDGES * edge)
-    kept = [s for s, share in zip(spans, shares.tolist(), strict=True) if share <= _MOST_THROUGH]
-    return Guesses(_joined(mesh, kept), len(kept), len(spans) - len(kept))
+    shares = _seen_through_shares(mesh, spans, scene, _BEHIND_EDGES * edge)
+    kept = [s for s, share in zip(spans, shares.tolist(), strict=True) if share <= _MAX_THROUGH]
+    return Guesses(_add_spans(mesh, kept), len(kept), len(spans) - len(kept))
 
 
-def _border_normals(mesh: Mesh, edges: Edges) -> dict[tuple[int, int], Floats]:
-    """Border edge, in the direction of its face, to that face's unit normal."""
+def _boundary_normals(mesh: Mesh, edges: Edges) -> dict[tuple[int, int], Floats]:
+    """Return the unit normal of the face at each boundary edge, keyed by (start, stop)."""
     face, corner = np.nonzero((edges.count == 1)[edges.of_face])
     start, stop = mesh.faces[face, corner], mesh.faces[face, (corner + 1) % 3]
     pairs = zip(start.tolist(), stop.tolist(), strict=True)
@@ -102,10 +100,10 @@ def _border_normals(mesh: Mesh, edges: Edges) -> dict[tuple[int, int], Floats]:
 
 
 def _inner_edges(edges: Edges, count: int) -> Ints:
-    """(E, 2) edges between border vertices that are no border themselves."""
-    at_border = np.zeros(count, dtype=np.bool_)
-    at_border[edges.pairs[edges.count == 1]] = True
-    return edges.pairs[(edges.count > 1) & at_border[edges.pairs].all(axis=1)]
+    """Return the (E, 2) interior edges that join two boundary vertices."""
+    at_boundary = np.zeros(count, dtype=np.bool_)
+    at_boundary[edges.pairs[edges.count == 1]] = True
+    return edges.pairs[(edges.count > 1) & at_boundary[edges.pairs].all(axis=1)]
 
 
 def _span(
@@ -115,48 +113,54 @@ def _span(
     inner: Ints,
     edge: float,
 ) -> _Span | None:
-    """A span that continues the surface around an opening; None where there is none."""
+    """Return a span that continues the surface around an opening, or None."""
     rim = opening.rim
     points = np.concatenate([mesh.vertices[rim], opening.mouth])
-    if len(points) > _MOST_RIM:
+    if len(points) > _MAX_RIM:
         return None
-    outer, own = _outer(rim, len(points), normals)
-    barred = _barred(rim, points, inner, _SAME_PLACE * edge)
+    outer, own = _rim_normals(rim, len(points), normals)
+    barred = _find_barred(rim, points, inner, _SAME_PLACE * edge)
     if barred[np.arange(len(points)), np.arange(1, len(points) + 1) % len(points)].any():
-        return None  # a bay whose mouth is an edge already
+        return None  # a bay whose mouth is already an edge of the mesh
     found = membrane(points, outer, barred, edge)
     if found is None:
         return None
     span = _Span(rim, np.concatenate([opening.mouth, found[0]]), found[1])
     patch = Mesh(np.concatenate([points, found[0]]), span.faces)
-    if degenerate(patch, _FLATTEST).any():
+    if degenerate(patch, _MIN_FLATNESS).any():
         return None
-    agrees = _agreement(patch, points, outer, own) >= opening.agreement
+    agrees = _agreement(patch, points, outer, own) >= opening.min_cosine
     return span if agrees else None
 
 
-def _outer(
+def _rim_normals(
     rim: Ints, count: int, normals: dict[tuple[int, int], Floats]
 ) -> tuple[Floats, NDArray[np.bool_]]:
-    """(count, 3) unit normals beyond the edges from each point to the next, and (count,) whether
-    they are of faces: along a bay's mouth they are the mean of those at its ends."""
+    """Return the unit normals of the mesh at the edges from each rim point to the next.
+
+    Returns
+    -------
+    (count, 3) unit normals; along a bay's mouth, the mean of the normals at the mouth's ends.
+    (count,) bool, whether the edge belongs to a face of the mesh.
+    """
     around = zip(rim.tolist(), np.roll(rim, -1).tolist(), strict=True)
     faces = [normals.get(pair) for pair in around]
     own = np.zeros(count, dtype=np.bool_)
     own[: len(rim)] = [normal is not None for normal in faces]
-    known = np.array([normal for normal in faces if normal is not None])
-    beyond = known[0] + known[-1]
+    of_faces = np.array([normal for normal in faces if normal is not None])
+    beyond = of_faces[0] + of_faces[-1]
     outer = np.tile(beyond / max(float(np.linalg.norm(beyond)), 1e-30), (count, 1))
-    outer[own] = known
+    outer[own] = of_faces
     return outer, own
 
 
-def _barred(rim: Ints, points: Floats, inner: Ints, apart: float) -> NDArray[np.bool_]:
-    """(n, n) pairs of points that are an edge of the mesh already, or at one place.
+def _find_barred(rim: Ints, points: Floats, inner: Ints, apart: float) -> NDArray[np.bool_]:
+    """Return the (n, n) pairs of points that coincide or already share an edge of the mesh.
 
     Parameters
     ----------
-    rim : the vertices of the first points.
+    rim : vertices of the first points.
+    apart : distance below which two points coincide, world units.
     """
     from scipy.spatial import cKDTree
 
@@ -173,24 +177,25 @@ def _barred(rim: Ints, points: Floats, inner: Ints, apart: float) -> NDArray[np.
 
 
 def _agreement(patch: Mesh, points: Floats, outer: Floats, own: NDArray[np.bool_]) -> float:
-    """Mean cosine, along the rim, between the span's faces and those of the mesh.
+    """Return the mean cosine along the rim between the span's faces and the mesh's faces.
 
     Parameters
     ----------
-    patch : the span, its first vertices the rim's; points, outer : see `triangulate_rim`;
-        own : which of these edges are the mesh's.
+    patch : the span; its first vertices are the rim's.
+    points, outer : see `triangulate_rim`.
+    own : (n,) whether the edge from a point to the next belongs to a face of the mesh.
     """
     n = len(points)
     after = np.roll(patch.faces, -1, axis=1)
     face, corner = np.nonzero((patch.faces < n) & (after == (patch.faces - 1) % n))
-    mine = after[face, corner]  # the rim's edge runs from here to the next
+    mine = after[face, corner]  # start of the rim edge
     length = np.linalg.norm(points - np.roll(points, -1, axis=0), axis=1)[mine] * own[mine]
     cosine = (patch.normals[face] * outer[mine]).sum(axis=1)
     return float((cosine * length).sum() / max(float(length.sum()), 1e-30))
 
 
-def _joined(mesh: Mesh, spans: list[_Span]) -> Mesh:
-    """The mesh and all spans; the mesh itself where there are none."""
+def _add_spans(mesh: Mesh, spans: list[_Span]) -> Mesh:
+    """Return the mesh with all spans added; the mesh itself if the list is empty."""
     if not spans:
         return mesh
     vertices, faces, count = [mesh.vertices], [mesh.faces], len(mesh.vertices)
@@ -203,39 +208,45 @@ def _joined(mesh: Mesh, spans: list[_Span]) -> Mesh:
     return Mesh(np.concatenate(vertices), np.concatenate(faces), None, guessed)
 
 
-def _shares(mesh: Mesh, spans: list[_Span], scene: Scene, least: float) -> Floats:
-    """How much of each span photos look through (see `share_seen_through`)."""
-    joined = _joined(mesh, spans)
+def _seen_through_shares(
+    mesh: Mesh, spans: list[_Span], scene: Scene, min_distance: float
+) -> Floats:
+    """Return the share of each span that photos look through (see `share_seen_through`)."""
+    joined = _add_spans(mesh, spans)
     alone = Mesh(joined.vertices, joined.faces[~joined.measured])
     span = np.repeat(np.arange(len(spans)), [len(item.faces) for item in spans])
     slack = [
-        max(least, _BEHIND_SHARE * float(np.linalg.norm(np.ptp(mesh.vertices[item.rim], axis=0))))
+        max(
+            min_distance,
+            _BEHIND_SHARE * float(np.linalg.norm(np.ptp(mesh.vertices[item.rim], axis=0))),
+        )
         for item in spans
     ]
     return share_seen_through(mesh, alone, span, scene, np.array(slack))
 
 
-# Each span is looked at in about this many of its faces.
+# Approximate number of faces sampled per span.
 _SAMPLES = 64
 
 
 def share_seen_through(
     measured: Mesh, spans: Mesh, span: Ints, scene: Scene, tolerance: Floats
 ) -> Floats:
-    """Of each span, how much of what photos see of it they look through.
+    """Return the share of sight lines to each span that pass through it.
 
-    A photo looks through a span where it shows something behind it: the measured surface, or a
-    sparse point that it observes.
+    A sight line passes through a span if the photo shows the measured surface, or a sparse point,
+    behind the span.
 
     Parameters
     ----------
     measured : the mesh with its holes.
-    spans : all spans as one mesh, same frame; span : (F,) number of each of its faces, ascending.
-    tolerance : (number of spans,) what lies less than this behind a span lies on it, world units.
+    spans : all spans as one mesh, same frame.
+    span : (F,) span number of each face of `spans`, ascending.
+    tolerance : (S,) per span; a surface less than this behind the span lies on it, world units.
 
     Returns
     -------
-    (number of spans,) share of the sight lines, over all photos; 0 where none sees the span.
+    (S,) share of the sight lines of all photos; 0 for spans that no photo sees.
     """
     count = len(tolerance)
     seen, through = np.zeros(count), np.zeros(count)
@@ -249,7 +260,7 @@ def share_seen_through(
         targets, number = targets[framed], number[framed]
         if len(targets) == 0:
             continue
-        behind = _beyond(surface, view.centre, targets)
+        behind = _distance_behind(surface, view.centre, targets)
         here = behind > -tolerance[number]
         far = np.isfinite(behind) & (behind > tolerance[number])
         seen += np.bincount(number[here], minlength=count)
@@ -265,7 +276,7 @@ def share_seen_through(
 
 
 def _sample(span: Ints, count: int) -> Ints:
-    """Faces of every span, evenly over its order, at most twice `_SAMPLES` of each."""
+    """Return evenly spaced faces of every span, at most twice `_SAMPLES` per span."""
     size = np.bincount(span, minlength=count)
     first = np.concatenate([[0], np.cumsum(size)])[:-1]
     step = np.maximum(size // _SAMPLES, 1)
@@ -274,15 +285,17 @@ def _sample(span: Ints, count: int) -> Ints:
 
 
 def _framed(view: View, points: Floats) -> NDArray[np.bool_]:
-    """(n,) whether points lie in a photo."""
+    """Return (n,) whether points lie inside a photo's frame."""
     pixels = np.nan_to_num(view.project(points), nan=-1.0)
     size = (view.camera.width, view.camera.height)
     return np.asarray(((pixels >= 0) & (pixels < size)).all(axis=1))
 
 
-def _beyond(surface: Bvh, centre: Floats, targets: Floats) -> Floats:
-    """(n,) how far behind each target the line of sight meets the surface; inf where it does not,
-    negative where it meets it before."""
+def _distance_behind(surface: Bvh, centre: Floats, targets: Floats) -> Floats:
+    """Return (n,) how far behind each target its sight line meets the surface.
+
+    Negative in front of the target; inf if the sight line misses the surface.
+    """
     rays = targets - centre
     _, t = surface.first_hit(np.broadcast_to(centre, rays.shape), rays)
     return np.asarray((t - 1.0) * np.linalg.norm(rays, axis=1))

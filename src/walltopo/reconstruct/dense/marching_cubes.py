@@ -1,8 +1,8 @@
-"""Marching cubes over a sparse volume, manifold by construction.
+"""Extract a surface from a sparse volume by marching cubes, manifold by construction.
 
-Lorensen and Cline, "Marching cubes", 1987, with a table that is derived here instead of copied:
-on every face of a cube the corners outside the surface are kept apart, so that two cubes always
-agree on their common face and the surface has no holes (the classic table's flaw).
+Lorensen and Cline, "Marching cubes", 1987, with a table derived here. On every face of a cube the
+corners outside the surface are kept apart. So two cubes always agree on their common face, and
+the surface has no holes (the flaw of the classic table).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from walltopo.reconstruct.dense.tsdf import BLOCK, Volume
 
 Singles = NDArray[np.float32]
 
-# Corner n of a cube lies at its (n & 1, n >> 1 & 1, n >> 2 & 1).
+# Corner n of a cube lies at (n & 1, n >> 1 & 1, n >> 2 & 1).
 _EDGES = [(a, a | bit) for bit in (1, 2, 4) for a in range(8) if not a & bit]
 _EDGE_INDEX = {frozenset(edge): number for number, edge in enumerate(_EDGES)}
 # The corners of each face, counter-clockwise seen from outside the cube.
@@ -35,7 +35,7 @@ _MAX_TRIANGLES = 5
 
 
 def _face_segments(face: tuple[int, ...], inside: int) -> list[tuple[int, int]]:
-    """Directed segments of the surface on one face, as pairs of edge numbers.
+    """Return the directed segments of the surface on one face, as pairs of edge numbers.
 
     Each segment keeps one run of inside corners on its left, seen from outside the cube.
     """
@@ -44,7 +44,7 @@ def _face_segments(face: tuple[int, ...], inside: int) -> list[tuple[int, int]]:
     for k in range(4):
         if flags[k] or not flags[k - 1]:
             continue
-        # a run of inside corners ends before k: find where the next run begins
+        # A run of inside corners ends before k; find the start of the next run.
         step = k
         while not flags[step % 4]:
             step += 1
@@ -55,7 +55,7 @@ def _face_segments(face: tuple[int, ...], inside: int) -> list[tuple[int, int]]:
 
 
 def _loops(inside: int) -> list[list[int]]:
-    """Closed chains of edge crossings of one configuration."""
+    """Return the closed chains of edge crossings of one configuration."""
     follow: dict[int, int] = {}
     for face in _FACES:
         for start, stop in _face_segments(face, inside):
@@ -72,15 +72,15 @@ def _loops(inside: int) -> list[list[int]]:
 
 
 def _on_one_face(a: int, b: int) -> bool:
-    """Whether two edges of the cube lie on a common face."""
+    """Return whether two edges of the cube lie on a common face."""
     corners = {*_EDGES[a], *_EDGES[b]}
     return any(corners <= set(face) for face in _FACES)
 
 
 def _triangulate(loop: list[int]) -> list[tuple[int, int, int]] | None:
-    """Triangles of a loop whose inner edges never lie on a face of the cube.
+    """Return the triangles of a loop such that no inner edge lies on a face of the cube.
 
-    Such an edge could coincide with one of the neighbouring cube and break manifoldness.
+    Such an edge could coincide with an edge of the neighbouring cube and break manifoldness.
     """
     if len(loop) == 3:
         return [(loop[0], loop[1], loop[2])]
@@ -95,7 +95,7 @@ def _triangulate(loop: list[int]) -> list[tuple[int, int, int]] | None:
 
 @cache
 def cube_table() -> NDArray[np.int8]:
-    """(256, 3 * 5) int8: edges of the triangles per configuration of inside corners, -1 = end."""
+    """Return the triangle edges per configuration of inside corners, (256, 15) int8, -1 = end."""
     table = np.full((256, 3 * _MAX_TRIANGLES), -1, dtype=np.int8)
     for inside in range(256):
         triangles: list[int] = []
@@ -114,10 +114,10 @@ def _fill_corners(
     weight: Singles,
     grid: NDArray[np.int32],
     block: NDArray[np.int64],
-    least: float,
+    min_weight: float,
     values: Singles,
 ) -> None:
-    """Values at the (BLOCK + 1)^3 corners of a block's cubes, NaN where not observed."""
+    """Fill the values at the (BLOCK + 1)^3 corners of a block's cubes, NaN if unobserved."""
     size = distance.shape[1]
     for i in range(size + 1):
         for j in range(size + 1):
@@ -127,9 +127,9 @@ def _fill_corners(
                 if bi >= grid.shape[0] or bj >= grid.shape[1] or bk >= grid.shape[2]:
                     continue
                 b = grid[bi, bj, bk]
-                if b >= 0 and weight[b, i % size, j % size, k % size] >= least:
+                if b >= 0 and weight[b, i % size, j % size, k % size] >= min_weight:
                     value = distance[b, i % size, j % size, k % size]
-                    # a corner exactly on the surface would give a triangle without area
+                    # A corner exactly on the surface would give a triangle of zero area.
                     values[i, j, k] = (
                         value if abs(value) > 1e-3 else (1e-3 if value >= 0 else -1e-3)
                     )
@@ -141,20 +141,20 @@ def _march(
     weight: Singles,
     grid: NDArray[np.int32],
     blocks: NDArray[np.int64],
-    least: float,
+    min_weight: float,
     table: NDArray[np.int8],
     edges: NDArray[np.int64],
     strides: NDArray[np.int64],
 ) -> tuple[NDArray[np.int64], Singles]:
-    """Triangle corners as edge keys, and where each lies along its edge."""
+    """Return triangle corners as edge keys, and the position (0 .. 1) of each along its edge."""
     size = distance.shape[1]
     capacity = 1 << 16
     keys = np.empty(capacity, np.int64)
-    where = np.empty(capacity, np.float32)
+    fraction = np.empty(capacity, np.float32)
     count = 0
     values = np.empty((size + 1, size + 1, size + 1), np.float32)
     for b in range(len(blocks)):
-        _fill_corners(distance, weight, grid, blocks[b], least, values)
+        _fill_corners(distance, weight, grid, blocks[b], min_weight, values)
         for i in range(size):
             for j in range(size):
                 for k in range(size):
@@ -184,27 +184,27 @@ def _march(
                         )
                         if count == capacity:
                             capacity *= 2
-                            more = np.empty(capacity, np.int64)
-                            longer = np.empty(capacity, np.float32)
+                            new_keys = np.empty(capacity, np.int64)
+                            new_fractions = np.empty(capacity, np.float32)
                             for n in range(count):
-                                more[n], longer[n] = keys[n], where[n]
-                            keys, where = more, longer
+                                new_keys[n], new_fractions[n] = keys[n], fraction[n]
+                            keys, fraction = new_keys, new_fractions
                         keys[count] = corner * 3 + edges[edge, 2]
-                        where[count] = va / (va - vc)
+                        fraction[count] = va / (va - vc)
                         count += 1
-    return keys[:count], where[:count]
+    return keys[:count], fraction[:count]
 
 
-def extract(volumes: Iterable[Volume], least_weight: float) -> Mesh:
-    """The zero surface of volumes, counter-clockwise seen from where it was observed.
+def extract(volumes: Iterable[Volume], min_weight: float) -> Mesh:
+    """Return the zero surface of volumes, wound counter-clockwise seen from the cameras.
 
     Parameters
     ----------
-    volumes : the fused distances, one or more parts of a space; a part is needed until the next.
-    least_weight : voxels that were observed less than this bound no triangle.
+    volumes : fused distances, one or more parts of a space; only one part is in memory at a time.
+    min_weight : voxels that were observed less than this bound no triangle.
     """
     edges = np.array([(a, c, int(a ^ c).bit_length() - 1) for a, c in _EDGES], dtype=np.int64)
-    keys, where = [], []
+    keys, fraction = [], []
     for volume in volumes:
         origin, voxel = volume.origin, volume.voxel
         counts = np.array(volume.grid.shape, dtype=np.int64) * BLOCK + 1
@@ -214,20 +214,20 @@ def extract(volumes: Iterable[Volume], least_weight: float) -> Mesh:
             volume.weight,
             volume.grid,
             volume.blocks[: volume.own].astype(np.int64),
-            np.float32(least_weight),
+            np.float32(min_weight),
             cube_table(),
             edges,
             strides,
         )
         keys.append(found[0])
-        where.append(found[1])
+        fraction.append(found[1])
         del volume
-    # Parts that meet on an edge of the grid name it by the same key: they share its vertex.
+    # Parts that meet on a grid edge use the same key for the edge, so they share its vertex.
     unique, first, inverse = np.unique(np.concatenate(keys), return_index=True, return_inverse=True)
     corner, axis = unique // 3, unique % 3
     x, rest = np.divmod(corner, strides[0])
     y, z = np.divmod(rest, strides[1])
     position = np.stack([x, y, z], axis=1).astype(np.float64)
-    position[np.arange(len(axis)), axis] += np.concatenate(where)[first]
+    position[np.arange(len(axis)), axis] += np.concatenate(fraction)[first]
     vertices = origin + voxel * position
     return Mesh(vertices, inverse.reshape(-1, 3)[:, ::-1].astype(np.int32))

@@ -1,4 +1,4 @@
-"""A membrane over a rim: a triangulation of the rim, refined and smoothed like a soap film."""
+"""Fill a rim with a membrane: a triangulation, refined and smoothed like a soap film."""
 
 from __future__ import annotations
 
@@ -7,45 +7,44 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh
 from walltopo.geometry.kernels import kernel
-from walltopo.geometry.neighbours import face_neighbours
 from walltopo.geometry.subdivision import halve_edges
-from walltopo.geometry.topology import edges_of
+from walltopo.geometry.topology import edges_of, face_neighbours
 from walltopo.reconstruct.dense.remesh import collapse_short_edges
 
 Floats = NDArray[np.float64]
 
 Faces = NDArray[np.int32]
 
-# Edges longer than this many of the length wanted are halved.
+# Edges longer than this many target lengths are halved.
 _LONGEST = 1.4
 
-# and in the end inner edges shorter than this are collapsed.
+# At the end, inner edges shorter than this many target lengths are collapsed.
 _SHORTEST = 0.4
 
-# Rounds of halving and flipping; each halves the longest edge, so this is never reached.
-_MOST_ROUNDS = 24
+# Safety limit on rounds of halving and flipping; each round halves the longest edge.
+_MAX_ROUNDS = 24
 
-# An edge is flipped where the angles against it exceed two right ones by this much (as cosines),
-# and the two faces over the new one turn by less than this (cosine) from each other.
+# An edge is flipped if the two angles opposite to it sum to more than pi (cosines below -_SLACK)
+# and the cosine between the normals of the two new faces is at least _MIN_COSINE.
 _SLACK = 1e-6
 
-_LEAST_COSINE = 0.5
+_MIN_COSINE = 0.5
 
 
 def membrane(
     points: Floats, outer: Floats, barred: NDArray[np.bool_], edge: float
 ) -> tuple[Floats, Faces] | None:
-    """Vertices and faces that span a rim.
+    """Return the vertices and faces of a membrane that spans a rim, or None.
 
     Parameters
     ----------
     points, outer, barred : see `triangulate_rim`.
-    edge : edge length wanted, world units.
+    edge : target edge length, world units.
 
     Returns
     -------
-    (m, 3) new vertices, and (f, 3) faces wound as the mesh, whose indices below n are the rim's
-    and n + k new vertex k; no edge joins two rim vertices that `barred` names. None where the rim
+    (m, 3) new vertices, and (f, 3) faces wound as the mesh. Face indices below n are rim vertices;
+    n + k is new vertex k. No edge joins two rim vertices of a `barred` pair. None if the rim
     cannot be spanned.
     """
     found = triangulate_rim(points, outer, barred)
@@ -53,19 +52,19 @@ def membrane(
         return None
     n = len(points)
     vertices, faces = points, found.astype(np.int32)
-    for _ in range(_MOST_ROUNDS):
+    for _ in range(_MAX_ROUNDS):
         faces = _flipped(vertices, faces, barred)
         mesh = halve_edges(Mesh(vertices, faces), _LONGEST * edge, border=False)
         if len(mesh.vertices) == len(vertices):
             break
-        vertices, faces = _at_rest(mesh.vertices, mesh.faces, n), mesh.faces
-    # Where the rim touches itself, vertices come to rest in one place.
+        vertices, faces = _relax(mesh.vertices, mesh.faces, n), mesh.faces
+    # If the rim touches itself, relaxed vertices may coincide.
     even = collapse_short_edges(Mesh(vertices, faces), _SHORTEST * edge, border=False)
     return even.vertices[n:], even.faces
 
 
-def _at_rest(vertices: Floats, faces: Faces, fixed: int) -> Floats:
-    """The vertices with all but the first `fixed` in the mean of their neighbours."""
+def _relax(vertices: Floats, faces: Faces, fixed: int) -> Floats:
+    """Move all vertices but the first `fixed` to the mean of their neighbours."""
     from scipy.sparse import coo_matrix, diags
     from scipy.sparse.linalg import splu
 
@@ -81,7 +80,7 @@ def _at_rest(vertices: Floats, faces: Faces, fixed: int) -> Floats:
 
 
 def _flipped(vertices: Floats, faces: Faces, barred: NDArray[np.bool_]) -> Faces:
-    """The faces after flips of inner edges towards Delaunay."""
+    """Return the faces after flips of inner edges towards a Delaunay triangulation."""
     result = faces.copy()
     a, b = np.nonzero(barred)
     count = len(vertices)
@@ -93,7 +92,7 @@ def _flipped(vertices: Floats, faces: Faces, barred: NDArray[np.bool_]) -> Faces
 
 @kernel
 def _cosine_at(p: Floats, q: Floats, r: Floats) -> float:
-    """Of the angle at p between q and r. (Spelled out: array expressions compile slowly.)"""
+    """Return the cosine at p between q and r, in scalars: array expressions compile slowly."""
     ux, uy, uz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
     vx, vy, vz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
     squares = (ux * ux + uy * uy + uz * uz) * (vx * vx + vy * vy + vz * vz)
@@ -102,7 +101,7 @@ def _cosine_at(p: Floats, q: Floats, r: Floats) -> float:
 
 @kernel
 def _normal(p: Floats, q: Floats, r: Floats) -> tuple[float, float, float]:
-    """Of the triangle, twice its area long."""
+    """Return the normal of a triangle; its length is twice the triangle's area."""
     ux, uy, uz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
     vx, vy, vz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
     return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
@@ -110,19 +109,19 @@ def _normal(p: Floats, q: Floats, r: Floats) -> tuple[float, float, float]:
 
 @kernel
 def _flip(vertices: Floats, faces: Faces, across: Faces, keys: NDArray[np.int64]) -> None:
-    """Flip edges until none is worth it (in place).
+    """Flip edges in place until no flip improves the triangulation.
 
     Parameters
     ----------
-    across : (F, 3) as of `face_neighbours`; kept up.
-    keys : a * V + b of vertices a < b that no new edge may join: all edges there are.
+    across : (F, 3) as returned by `face_neighbours`; updated in place.
+    keys : a * V + b for vertices a < b that no new edge may join, which includes all edges.
     """
     count = len(vertices)
     joined = set(keys)
     queue = list(range(3 * len(faces)))
-    most = 40 * len(queue)
+    max_steps = 40 * len(queue)
     at = 0
-    while at < len(queue) and at < most:
+    while at < len(queue) and at < max_steps:
         f, k = queue[at] // 3, queue[at] % 3
         at += 1
         g = across[f, k]
@@ -134,7 +133,7 @@ def _flip(vertices: Floats, faces: Faces, across: Faces, keys: NDArray[np.int64]
             m += 1
         d = faces[g, (m + 2) % 3]
         pa, pb, pc, pd = vertices[a], vertices[b], vertices[c], vertices[d]
-        # Angles over pi together: the sum of their cosines is negative.
+        # The angles sum to more than pi if the sum of their cosines is negative.
         if _cosine_at(pc, pa, pb) + _cosine_at(pd, pa, pb) >= -_SLACK:
             continue
         key = min(c, d) * count + max(c, d)
@@ -143,7 +142,7 @@ def _flip(vertices: Floats, faces: Faces, across: Faces, keys: NDArray[np.int64]
         x, y, z = _normal(pc, pd, pb)
         i, j, h = _normal(pc, pa, pd)
         sizes = np.sqrt((x * x + y * y + z * z) * (i * i + j * j + h * h))
-        if x * i + y * j + z * h < _LEAST_COSINE * sizes or sizes <= 0.0:
+        if x * i + y * j + z * h < _MIN_COSINE * sizes or sizes <= 0.0:
             continue
         joined.remove(min(a, b) * count + max(a, b))
         joined.add(key)
@@ -163,7 +162,7 @@ def _flip(vertices: Floats, faces: Faces, across: Faces, keys: NDArray[np.int64]
 
 @kernel
 def _relink(across: Faces, face: int, old: int, new: int) -> None:
-    """One neighbour of a face instead of another."""
+    """Replace one neighbour of a face by another."""
     if face >= 0:
         for k in range(3):
             if across[face, k] == old:
@@ -173,26 +172,27 @@ def _relink(across: Faces, face: int, old: int, new: int) -> None:
 
 Ints = NDArray[np.int64]
 
-# Dihedral angles are told apart by this much of their fold (1 - cosine): below it, area decides.
+# Folds (1 - cosine of the dihedral angle) are rounded to this step; among equal folds the smaller
+# area wins.
 _FOLD_STEP = 0.1
 
-# The fold at which a triangle lies back on its neighbour.
+# A fold above this means that a triangle lies back on its neighbour.
 _FOLDED = 1.98
 
 
 @kernel
 def _best_thirds(points: Floats, outer: Floats, barred: NDArray[np.bool_]) -> Ints:
-    """(n, n) the third vertex over chord i < j, -1 = none is possible.
+    """Return the third vertex over each chord i < j, (n, n); -1 = impossible.
 
     Parameters
     ----------
-    points : (n, 3), the rim in the direction of the mesh's own edges.
+    points : (n, 3), the rim in the direction of the mesh's boundary edges.
     outer : (n, 3) unit normal of the mesh's face at edge k, k + 1.
     barred : (n, n) chords that the mesh already has as edges.
     """
     n = len(points)
     third = np.full((n, n), -1, dtype=np.int64)
-    # Symmetric, so that both ways of reading run along memory.
+    # Symmetric tables, so that both access patterns read contiguous memory.
     fold = np.zeros((n, n), dtype=np.float32)
     area = np.zeros((n, n), dtype=np.float32)
     normal = np.zeros((n, n, 3), dtype=np.float32)
@@ -214,7 +214,7 @@ def _best_thirds(points: Floats, outer: Floats, barred: NDArray[np.bool_]) -> In
                         continue
                     vx, vy, vz = (points[k, 0] - points[i, 0], points[k, 1] - points[i, 1],
                                   points[k, 2] - points[i, 2])  # fmt: skip
-                    # of the face (j, k, i)
+                    # normal of the face (j, k, i)
                     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
                     size = np.sqrt(nx * nx + ny * ny + nz * nz)
                     if size <= 1e-30:
@@ -244,17 +244,17 @@ def _best_thirds(points: Floats, outer: Floats, barred: NDArray[np.bool_]) -> In
 def triangulate_rim(
     points: Floats, outer: Floats, barred: NDArray[np.bool_]
 ) -> NDArray[np.int64] | None:
-    """Faces over a rim, without new vertices.
+    """Triangulate a rim without new vertices.
 
     Parameters
     ----------
-    points : (n, 3) float, the rim in the direction of the mesh's own edges.
+    points : (n, 3) float, the rim in the direction of the mesh's boundary edges.
     outer : (n, 3) unit normal of the mesh's face at the edge from vertex k to the next.
-    barred : (n, n) bool, pairs of rim vertices that a further edge may not join.
+    barred : (n, n) bool, pairs of rim vertices that no new edge may join.
 
     Returns
     -------
-    (n - 2, 3) indices into the rim, wound as the mesh; None where every way is barred.
+    (n - 2, 3) indices into the rim, wound as the mesh; None if every triangulation is barred.
     """
     third = _best_thirds(points, outer, barred)
     faces, chords = [], [(0, len(points) - 1)]

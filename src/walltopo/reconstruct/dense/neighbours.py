@@ -1,9 +1,9 @@
-"""Which photos make good stereo pairs.
+"""Choose the stereo partners of each photo.
 
-Each photo's partners are chosen such that together they see what it sees: a partner counts for
-the points under a good angle that the ones before it left, so that the corner of a photo where
-only one other photo looks gets that one. Partners are mutual: where just two photos look, each
-must have its own depth, or neither could confirm the other's.
+The partners of a photo together cover the points that the photo sees. A partner scores for points
+at a good triangulation angle that earlier partners do not cover. So a corner that only one other
+photo sees gets that photo as a partner. Partners are mutual: if only two photos see a point, each
+needs its own depth, or neither could confirm the other's.
 """
 
 from __future__ import annotations
@@ -17,22 +17,21 @@ from walltopo.reconstruct.dense.scene import Scene
 
 Floats = NDArray[np.float64]
 
-# Pairs that share fewer points than this say too little about their overlap.
+# Pairs that share fewer points are ignored, because their overlap is uncertain.
 _MIN_SHARED = 12
-# Points that lie closer than this to the direction of the baseline cannot be rectified usefully.
-_MIN_ASIDE = np.deg2rad(18.0)
-# The triangulation angle that partners should have, and the width (natural logarithm) of that
-# preference.
+# Points closer than this angle to the direction of the baseline rectify badly.
+_MIN_BASELINE_ANGLE = np.deg2rad(18.0)
+# Preferred triangulation angle, and the standard deviation of its natural logarithm in the score.
 _BEST_ANGLE = float(np.deg2rad(9.0))
 _ANGLE_SPREAD = 0.55
-# What a point still counts for once a partner at the best angle sees it.
-_LEFT_OVER = 0.3
-# Photos whose worth over all points is below this share of the best one's make no pair: matching
-# from too far aside finds false depths, which would speak against the true ones.
-_LEAST_WORTH = 0.05
-# A partner that adds less than this share of what the first gave is not worth its time.
-_LEAST_GAIN = 0.02
-# How much of a partner's worth a direction loses that another partner already looks from.
+# Factor on a point's weight once a partner at the best angle sees it.
+_COVERED_WEIGHT = 0.3
+# Photos whose total score is below this share of the best one's make no pair: matching at a poor
+# angle finds false depths, which would vote against the true ones.
+_MIN_SCORE = 0.05
+# No partner is added whose gain is below this share of the first partner's gain.
+_MIN_GAIN = 0.02
+# Share of its score that a candidate loses if a partner already views from the same direction.
 _SAME_DIRECTION = 0.5
 
 
@@ -41,8 +40,8 @@ def _unit(vectors: Floats) -> Floats:
     return vectors / np.where(lengths > 0, lengths, 1.0)
 
 
-def _point_worth(scene: Scene, i: int, j: int, shared: NDArray[np.int64]) -> Floats:
-    """(n,) worth of the pair at each shared point: 1 at the best triangulation angle."""
+def _point_scores(scene: Scene, i: int, j: int, shared: NDArray[np.int64]) -> Floats:
+    """Return the (n,) score of a pair at each shared point, 1 at the best triangulation angle."""
     a, b = scene.views[i], scene.views[j]
     baseline = b.centre - a.centre
     length = float(np.linalg.norm(baseline))
@@ -53,25 +52,25 @@ def _point_worth(scene: Scene, i: int, j: int, shared: NDArray[np.int64]) -> Flo
     forward = np.maximum(np.abs(rays_a @ baseline), np.abs(rays_b @ baseline)) / length
     angle = np.arccos(np.clip((rays_a * rays_b).sum(axis=1), -1.0, 1.0))
     offset = np.log(np.maximum(angle, 1e-4) / _BEST_ANGLE) / _ANGLE_SPREAD
-    return np.where(forward < np.cos(_MIN_ASIDE), np.exp(-0.5 * offset**2), 0.0)
+    return np.where(forward < np.cos(_MIN_BASELINE_ANGLE), np.exp(-0.5 * offset**2), 0.0)
 
 
 def choose_neighbours(scene: Scene, count: int) -> list[list[int]]:
-    """Stereo partners of each view, best first.
+    """Choose the stereo partners of each view, best first.
 
-    A partner should see much of the same surface under about the best angle, first of all what
-    the partners before it do not see, and from another side of the photo than they, because it
+    A good partner sees much of the same surface at about the best angle, in particular the points
+    that earlier partners do not cover. It also views from another side than they do, because it
     then sees behind other edges.
 
     Parameters
     ----------
     scene : views and points.
-    count : partners wanted.
+    count : maximum number of partners chosen per view.
 
     Returns
     -------
-    list per view of indices of views: at most `count` of its own choice, then those that chose
-    it, if they are useful to it; empty where nothing overlaps.
+    For each view a list of view indices: at most `count` chosen partners, then the useful views
+    that chose this view. The list is empty for a view without overlap.
     """
     n = len(scene.views)
     common = _shared_points(scene)
@@ -80,24 +79,21 @@ def choose_neighbours(scene: Scene, count: int) -> list[list[int]]:
     partners: list[list[int]] = []
     for i, own in enumerate(scene.seen):
         others = common.indices[common.indptr[i] : common.indptr[i + 1]]
-        worth = np.zeros((len(others), len(own)))
+        scores = np.zeros((len(others), len(own)))
         for row, j in enumerate(others.tolist()):
             shared = np.flatnonzero(np.isin(own, scene.seen[j], assume_unique=True))
-            worth[row, shared] = _point_worth(scene, i, j, own[shared])
-        total = worth.sum(axis=1)
-        is_useful = total > _LEAST_WORTH * total.max(initial=0.0)
+            scores[row, shared] = _point_scores(scene, i, j, own[shared])
+        total = scores.sum(axis=1)
+        is_useful = total > _MIN_SCORE * total.max(initial=0.0)
         useful[i, others[is_useful]] = True
-        worth[~is_useful] = 0.0
-        chosen = _cover(worth, _unit(centres[others] - centres[i]), count)
+        scores[~is_useful] = 0.0
+        chosen = _cover(scores, _unit(centres[others] - centres[i]), count)
         partners.append(others[chosen].tolist())
-    return _mutual(partners, useful)
+    return _make_mutual(partners, useful)
 
 
 def _shared_points(scene: Scene) -> Any:
-    """(views, views) sparse: how many points two views share, where that is enough.
-
-    Of many photos each shares points with a few.
-    """
+    """Return the sparse (views, views) counts of shared points, at least `_MIN_SHARED` each."""
     from scipy.sparse import csr_array
 
     counts = [len(seen) for seen in scene.seen]
@@ -113,37 +109,37 @@ def _shared_points(scene: Scene) -> Any:
     return common
 
 
-def _mutual(partners: list[list[int]], useful: NDArray[np.bool_]) -> list[list[int]]:
-    """Each view's partners, then the views that have it as a partner and are useful to it."""
-    both = [list(own) for own in partners]
+def _make_mutual(partners: list[list[int]], useful: NDArray[np.bool_]) -> list[list[int]]:
+    """Return each view's partners, then the useful views that chose it as a partner."""
+    result = [list(own) for own in partners]
     for i, own in enumerate(partners):
         for j in own:
-            if useful[j, i] and i not in both[j]:
-                both[j].append(i)
-    return both
+            if useful[j, i] and i not in result[j]:
+                result[j].append(i)
+    return result
 
 
-def _cover(worth: Floats, directions: Floats, count: int) -> list[int]:
-    """Greedy choice of the rows that add most, given what those before them cover.
+def _cover(scores: Floats, directions: Floats, count: int) -> list[int]:
+    """Greedily choose the rows that add the most score to what earlier rows cover.
 
     Parameters
     ----------
-    worth : (views, points) in [0, 1].
-    directions : (views, 3) unit, from the photo to each view's centre.
-    count : rows wanted; fewer where more would add next to nothing.
+    scores : (views, points) in [0, 1].
+    directions : (views, 3) unit vectors from the photo's centre to each view's centre.
+    count : maximum number of rows; fewer if the gain becomes negligible.
     """
-    left = np.ones(worth.shape[1])
-    spread = np.ones(len(worth))
+    point_weight = np.ones(scores.shape[1])
+    view_weight = np.ones(len(scores))
     chosen: list[int] = []
     first = 0.0
-    while len(chosen) < min(count, len(worth)):
-        gain = (worth @ left) * spread
+    while len(chosen) < min(count, len(scores)):
+        gain = (scores @ point_weight) * view_weight
         gain[chosen] = 0.0
         pick = int(gain.argmax())
         first = max(first, float(gain[pick]))
-        if gain[pick] <= _LEAST_GAIN * first:
+        if gain[pick] <= _MIN_GAIN * first:
             break
         chosen.append(pick)
-        left *= _LEFT_OVER ** worth[pick]
-        spread *= 1.0 - _SAME_DIRECTION * np.clip(directions @ directions[pick], 0.0, 1.0)
+        point_weight *= _COVERED_WEIGHT ** scores[pick]
+        view_weight *= 1.0 - _SAME_DIRECTION * np.clip(directions @ directions[pick], 0.0, 1.0)
     return chosen

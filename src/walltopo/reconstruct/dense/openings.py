@@ -1,4 +1,4 @@
-"""Where a mesh is open and may be closed: holes, and bays of its border."""
+"""Find the openings of a mesh that may be closed: holes, and bays of its boundary."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.geometry.borders import boundary_loops
 from walltopo.geometry.kernels import kernel
-from walltopo.geometry.topology import Edges, vertex_parts
+from walltopo.geometry.topology import Edges, boundary_loops, vertex_components
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
@@ -21,36 +20,39 @@ Floats = NDArray[np.float64]
 
 Ints = NDArray[np.int64]
 
-# Mean cosine, along the rim, between a span and the surface that it continues; rims are rough. A
-# span over a piece's own outline lies on its back: where it is no hole, this is far below zero.
-_OF_HOLE = -0.5
+# Minimum mean cosine, along the rim, between a span and the surface that it continues. A hole's
+# limit is loose because rims are rough. A span over a component's outer outline would lie on the
+# component's back, with a cosine far below zero.
+_MIN_COSINE_HOLE = -0.5
 
-_OF_OUTLINE = 0.3
+_MIN_COSINE_OUTLINE = 0.3
 
 
 @dataclass(frozen=True, eq=False)
 class Opening:
-    """What a span may close.
+    """An opening of a mesh that a span may close.
 
     Parameters
     ----------
-    rim : (n,) border vertices in the direction of the mesh's own edges; all of a hole's, of a bay's
-        those from one side of its mouth to the other.
-    mouth : (m, 3) points on the straight way from the last vertex of a bay back to its first.
-    agreement : least mean cosine between a span and the surface around for it to be a hole's.
+    rim : (n,) boundary vertices in the direction of the mesh's boundary edges: all vertices of a
+        hole, or those of a bay from one side of its mouth to the other.
+    mouth : (m, 3) points on the straight line from the last vertex of a bay back to its first.
+    min_cosine : minimum mean cosine between a span and the surrounding surface.
     """
 
     rim: Ints
     mouth: Floats
-    agreement: float
+    min_cosine: float
 
 
 def find_openings(mesh: Mesh, edges: Edges, largest: float, edge: float) -> list[Opening]:
-    """Holes and bays whose bounding boxes have no longer diagonal than `largest`.
+    """Return the holes and bays whose bounding box has a diagonal of at most `largest`.
 
     Parameters
     ----------
-    mesh : manifold; edges : its own.
+    mesh : manifold.
+    edges : edges of the mesh.
+    largest : maximum diagonal, world units.
     edge : edge length of the mesh, world units.
     """
     from scipy.spatial import cKDTree
@@ -59,93 +61,93 @@ def find_openings(mesh: Mesh, edges: Edges, largest: float, edge: float) -> list
     if not loops or largest <= 0:
         return []
     size = np.array([np.linalg.norm(np.ptp(mesh.vertices[loop], axis=0)) for loop in loops])
-    part = vertex_parts(mesh.faces, len(mesh.vertices))[[loop[0] for loop in loops]]
-    outline = size == _largest_of(part, size)
-    everything = cKDTree(mesh.vertices)
+    part = vertex_components(mesh.faces, len(mesh.vertices))[[loop[0] for loop in loops]]
+    outline = size == _largest_in_part(part, size)
+    tree = cKDTree(mesh.vertices)
     found = []
     for k, loop in enumerate(loops):
         if size[k] <= largest:
-            least = _OF_OUTLINE if outline[k] else _OF_HOLE
-            found.append(Opening(loop, np.zeros((0, 3)), least))
+            min_cosine = _MIN_COSINE_OUTLINE if outline[k] else _MIN_COSINE_HOLE
+            found.append(Opening(loop, np.zeros((0, 3)), min_cosine))
         else:
-            found += _bays(mesh.vertices, loop, everything, largest, edge)
+            found += _bays(mesh.vertices, loop, tree, largest, edge)
     return found
 
 
-def _largest_of(part: NDArray[np.int32], size: Floats) -> Floats:
-    """(n,) the largest size in each one's part."""
+def _largest_in_part(part: NDArray[np.int32], size: Floats) -> Floats:
+    """Return for each item the largest size in its part, (n,)."""
     largest = np.zeros(int(part.max(initial=-1)) + 1)
     np.maximum.at(largest, part, size)
     return largest[part]
 
 
 def _bays(
-    vertices: Floats, loop: Ints, everything: cKDTree, largest: float, edge: float
+    vertices: Floats, loop: Ints, tree: cKDTree, largest: float, edge: float
 ) -> list[Opening]:
-    """The bays of one loop."""
+    """Return the bays of one boundary loop."""
     found = []
-    for first, last in find_bays(vertices[loop], everything, largest, edge):
+    for first, last in find_bays(vertices[loop], tree, largest, edge):
         rim = loop[np.arange(first, last + 1) % len(loop)]
         start, end = vertices[rim[-1]], vertices[rim[0]]
         steps = max(1, round(float(np.linalg.norm(end - start)) / edge))
         share = np.arange(1, steps)[:, None] / steps
-        found.append(Opening(rim, start + share * (end - start), _OF_OUTLINE))
+        found.append(Opening(rim, start + share * (end - start), _MIN_COSINE_OUTLINE))
     return found
 
 
-# The way around a bay is at least this many times as long as its mouth is wide, and this many
-# edges longer.
-_WINDING = 3.0
+# The boundary of a bay is longer than this many mouth widths, by at least this many edges.
+_MIN_LENGTH_RATIO = 3.0
 
-_LONGER = 8.0
+_MIN_EXTRA_EDGES = 8.0
 
-# A mouth keeps this far from the mesh on its way, in edges, but for as much at its ends.
-_CLEAR = 0.6
+# Minimum distance between a bay's mouth and the mesh, in edges, and the length at each end of the
+# mouth that is exempt, in edges.
+_MIN_CLEARANCE = 0.6
 
-_AT_ENDS = 3.0
+_EXEMPT_ENDS = 3.0
 
 
 @kernel
 def _best_ends(points: Floats, along: Floats, widest: float, largest: float, edge: float) -> Ints:
-    """(n,) for each start the end of the bay that gains most, -1 = none.
+    """Return for each start vertex the end of the bay with the largest gain, (n,); -1 = none.
 
     Parameters
     ----------
-    points : (2 n, 3) the loop, twice; along : (2 n,) way from the first.
+    points : (2 n, 3) the loop, twice.
+    along : (2 n,) arc length from the first point.
+    widest : maximum width of the mouth; largest : maximum diagonal of the bounding box.
     """
     n = len(points) // 2
     whole = along[n] - along[0]
     found = np.full(n, -1, dtype=np.int64)
     for i in range(n):
-        best = _LONGER * edge
+        best = _MIN_EXTRA_EDGES * edge
         low, high = points[i].copy(), points[i].copy()
         for j in range(i + 1, i + n):
             low, high = np.minimum(low, points[j]), np.maximum(high, points[j])
-            way = along[j] - along[i]
-            if np.sqrt(((high - low) ** 2).sum()) > largest or way > 0.5 * whole:
+            length = along[j] - along[i]
+            if np.sqrt(((high - low) ** 2).sum()) > largest or length > 0.5 * whole:
                 break
             mouth = np.sqrt(((points[j] - points[i]) ** 2).sum())
-            if mouth <= widest and way - _WINDING * mouth > best:
-                best, found[i] = way - _WINDING * mouth, j
+            if mouth <= widest and length - _MIN_LENGTH_RATIO * mouth > best:
+                best, found[i] = length - _MIN_LENGTH_RATIO * mouth, j
     return found
 
 
-def find_bays(
-    points: Floats, everything: cKDTree, largest: float, edge: float
-) -> list[tuple[int, int]]:
-    """First and last vertex of bays that do not overlap, the deepest first.
+def find_bays(points: Floats, tree: cKDTree, largest: float, edge: float) -> list[tuple[int, int]]:
+    """Return the first and last vertices of bays that do not overlap, deepest first.
 
     Parameters
     ----------
-    points : (n, 3) a border loop in the direction of the mesh's own edges.
-    everything : all vertices of the mesh.
-    largest : diagonal of a bay's bounding box, world units; its mouth is at most half as wide.
+    points : (n, 3) a boundary loop in the direction of the mesh's boundary edges.
+    tree : all vertices of the mesh.
+    largest : maximum diagonal of a bay's bounding box, world units; its mouth is at most half that.
     edge : edge length of the mesh.
 
     Returns
     -------
-    (i, j) with i < j; j may exceed n: the loop goes on from its start. A piece of mesh that juts
-    out has such ends too: who spans a bay looks on which side the mesh lies.
+    (i, j) with i < j; indices are modulo n, so j may exceed n. A protruding piece of mesh has such
+    ends too; the caller must check on which side the mesh lies.
     """
     n = len(points)
     steps = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)
@@ -153,23 +155,25 @@ def find_bays(
     ends = _best_ends(np.tile(points, (2, 1)), along, 0.5 * largest, largest, edge)
     starts = np.flatnonzero(ends >= 0)
     mouth = np.linalg.norm(points[ends[starts] % n] - points[starts], axis=1)
-    gain = along[ends[starts]] - along[starts] - _WINDING * mouth
-    taken = np.zeros(n, dtype=np.bool_)
+    gain = along[ends[starts]] - along[starts] - _MIN_LENGTH_RATIO * mouth
+    used = np.zeros(n, dtype=np.bool_)
     found: list[tuple[int, int]] = []
     for start in starts[np.argsort(-gain, kind="stable")].tolist():
         end = int(ends[start])
         inside = np.arange(start, end + 1) % n
-        if not taken[inside].any() and _is_clear(points[start], points[end % n], everything, edge):
-            taken[inside] = True
+        if not used[inside].any() and _is_clear(points[start], points[end % n], tree, edge):
+            used[inside] = True
             found.append((start, end))
     return found
 
 
-def _is_clear(start: Floats, end: Floats, everything: cKDTree, edge: float) -> bool:
-    """Whether the straight way between two border vertices does not lead over the mesh."""
+def _is_clear(start: Floats, end: Floats, tree: cKDTree, edge: float) -> bool:
+    """Return whether the straight line between two boundary vertices stays clear of the mesh."""
     length = float(np.linalg.norm(end - start))
-    share = np.arange(_AT_ENDS * edge, length - _AT_ENDS * edge, 0.5 * edge) / max(length, 1e-30)
+    share = np.arange(_EXEMPT_ENDS * edge, length - _EXEMPT_ENDS * edge, 0.5 * edge) / max(
+        length, 1e-30
+    )
     if len(share) == 0:
         return True
-    way = start + share[:, None] * (end - start)
-    return bool((everything.query(way)[0] > _CLEAR * edge).all())
+    line = start + share[:, None] * (end - start)
+    return bool((tree.query(line)[0] > _MIN_CLEARANCE * edge).all())

@@ -1,4 +1,4 @@
-"""Rectified stereo pairs: both photos turned so that the same point lies in the same row.
+"""Rectify stereo pairs: rotate both photos so that a point lies in the same row of both.
 
 After Fusiello, Trucco and Verri, "A compact algorithm for rectification of stereo pairs", 2000.
 All homographies here use OpenCV's convention: pixel (0, 0) is the centre of the first pixel.
@@ -15,32 +15,32 @@ from walltopo.core import Camera, View
 
 Floats = NDArray[np.float64]
 
-# A rectified canvas larger than this many photos is made smaller; not further than this.
+# A rectified canvas larger than this many photos is reduced, down to a zoom of _MIN_ZOOM.
 _MAX_CANVAS = 1.6
 _MIN_ZOOM = 0.4
-# Fewer common points do not tell which disparities to search.
+# With fewer common points the range of disparities is unknown.
 _MIN_POINTS = 12
-# Points nearer to the baseline's direction than this (cosine) are left out.
+# Points closer to the baseline's direction than this (cosine) are ignored.
 _MAX_FORWARD = 0.96
 # Points farther from the rectified axis than this (cosine) would stretch the canvas too much.
 _MIN_AHEAD = 0.45
-# A surface seen so obliquely by one photo that its columns shrink below this share.
+# Minimum ratio of column widths between the photos; a more oblique surface cannot be matched.
 _MIN_STRETCH = 0.25
-# Disparities searched beyond those of the sparse points: pixels, and share of their range.
+# Margin of the disparity search beyond the sparse points: pixels, and share of their range.
 _MARGIN_PIXELS = 6.0
 _MARGIN_SHARE = 0.2
-# How far beyond the sparse points, in shares of their extent, a match is still looked for.
+# Margin of the canvas beyond the sparse points, as a share of their extent.
 _POINT_SLACK = 0.15
 
 
 @dataclass(frozen=True, eq=False)
 class Rectified:
-    """Geometry of a rectified pair; the reference photo is always on the left.
+    """The geometry of a rectified pair; the reference photo is always on the left.
 
     Parameters
     ----------
-    left, right : (3, 3) homographies, photo pixels to rectified pixels.
-    rotation : (3, 3), reference camera frame to the rectified frame.
+    left, right : (3, 3) homographies from photo pixels to rectified pixels.
+    rotation : (3, 3) from the reference camera frame to the rectified frame.
     width, height : rectified size, pixels.
     scale : focal length times baseline: z_rectified = scale / (full disparity).
     plane : (3,) a, b, c and
@@ -60,18 +60,20 @@ class Rectified:
 
 
 def opencv_matrix(camera: Camera) -> Floats:
-    """The (3, 3) calibration matrix in OpenCV's pixel convention."""
+    """Return the (3, 3) calibration matrix in OpenCV's pixel convention."""
     matrix = camera.matrix()
     matrix[:2, 2] -= 0.5
     return matrix
 
 
 def _frame(view: View, partner: View, points: Floats) -> Floats | None:
-    """(3, 3) world to rectified frame: x along the baseline, z towards the common points."""
+    """Return the (3, 3) world-to-rectified rotation: x along the baseline, z towards the points."""
     x = partner.centre - view.centre
     x = x / np.linalg.norm(x)
-    there = partner.project(points)
-    inside = (there >= 0) & (there <= [partner.camera.width, partner.camera.height])
+    partner_pixels = partner.project(points)
+    inside = (partner_pixels >= 0) & (
+        partner_pixels <= [partner.camera.width, partner.camera.height]
+    )
     rays = points[inside.all(axis=1)] - view.centre
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     rays = rays[np.abs(rays @ x) < _MAX_FORWARD]
@@ -87,7 +89,7 @@ def _frame(view: View, partner: View, points: Floats) -> Floats | None:
 
 
 def _bounds(homography: Floats, camera: Camera) -> tuple[Floats, Floats]:
-    """Least and largest corner (2,) of a photo's outline after a homography."""
+    """Return the minimum and maximum corner (2,) of a photo's outline after a homography."""
     w, h = camera.width, camera.height
     corners = np.array([[0, 0, 1], [w, 0, 1], [0, h, 1], [w, h, 1]], dtype=float) @ homography.T
     if (corners[:, 2] <= 1e-6).any():
@@ -99,20 +101,20 @@ def _bounds(homography: Floats, camera: Camera) -> tuple[Floats, Floats]:
 def rectify(view: View, partner: View, points: Floats, zoom: float = 1.0) -> Rectified | None:
     """Rectify a pair of pinhole views for the surface near some points.
 
-    A plane has a disparity that is linear in the rectified pixel. The partner's rows are shifted
-    and stretched such that the plane through the points has none: what remains to search is the
-    relief on the wall, however obliquely the wall is seen.
+    A plane's disparity is linear in the rectified pixel. The partner's rows are shifted and
+    stretched so that the plane through the points has zero disparity. So the search covers only the
+    relief of the wall, even if the wall is seen obliquely.
 
     Parameters
     ----------
     view, partner : pinhole views of the same image size; `view` gets the depth map.
     points : (n, 3) world points that `view` sees.
-    zoom : rectified pixels per photo pixel, about. A baseline that leads towards the wall
-        stretches one side of the canvas; then the whole is made smaller by itself.
+    zoom : approximate rectified pixels per photo pixel. A baseline towards the wall stretches one
+        side of the canvas; the zoom is then reduced automatically.
 
     Returns
     -------
-    Rectified, or None for a pair whose geometry is of no use to stereo.
+    Rectified, or None if the pair's geometry is unsuitable for stereo.
     """
     frame = _frame(view, partner, points)
     if frame is None:
@@ -128,13 +130,13 @@ def rectify(view: View, partner: View, points: Floats, zoom: float = 1.0) -> Rec
     fitted = None if uvd is None else _fit_plane(uvd)
     if uvd is None or fitted is None:
         return None
-    plane, least, largest = fitted
+    plane, smallest, largest = fitted
     stretch = 1.0 - float(plane[0])
-    # The plane's points come to lie at the same column in both photos.
+    # After the shear, the plane's points have the same column in both photos.
     shear = np.array([[1.0, plane[1], plane[2]], [0, stretch, 0], [0, 0, stretch]]) / stretch
     right = shear @ right
     box = _common_box(left, right, view, partner, uvd)
-    count = int(np.ceil((largest - least) / 16.0)) * 16
+    count = int(np.ceil((largest - smallest) / 16.0)) * 16
     width, height = int(box[2] - box[0]) + count, int(box[3] - box[1])
     area = view.camera.width * view.camera.height
     if min(width - count, height) < 32 * zoom or zoom < _MIN_ZOOM:
@@ -143,10 +145,10 @@ def rectify(view: View, partner: View, points: Floats, zoom: float = 1.0) -> Rec
         return rectify(
             view, partner, points, 0.95 * zoom * np.sqrt(_MAX_CANVAS * area / (width * height))
         )
-    # StereoSGBM gives nothing for the first `count` columns: leave them empty.
+    # StereoSGBM yields no disparity in the first `count` columns; leave them empty.
     move = np.array([[1, 0, count - box[0]], [0, 1, -box[1]], [0, 0, 1.0]])
-    nearer = np.array([[1, 0, least], [0, 1, 0], [0, 0, 1.0]])
-    offset = plane[2] + stretch * least
+    nearer = np.array([[1, 0, smallest], [0, 1, 0], [0, 0, 1.0]])
+    offset = plane[2] + stretch * smallest
     offset -= plane[0] * move[0, 2] + plane[1] * move[1, 2]
     new_plane = np.array([plane[0], plane[1], offset])
     return Rectified(
@@ -165,9 +167,11 @@ def rectify(view: View, partner: View, points: Floats, zoom: float = 1.0) -> Rec
 def _disparities(
     view: View, partner: View, frame: Floats, points: Floats, focal: float, scale: float
 ) -> Floats | None:
-    """(n, 3) rectified column, row and disparity of the points that lie in both photos."""
-    there = partner.project(points)
-    inside = (there >= 0) & (there <= [partner.camera.width, partner.camera.height])
+    """Return the (n, 3) rectified column, row and disparity of the points in both photos."""
+    partner_pixels = partner.project(points)
+    inside = (partner_pixels >= 0) & (
+        partner_pixels <= [partner.camera.width, partner.camera.height]
+    )
     turned = (points[inside.all(axis=1)] - view.centre) @ frame.T
     turned = turned[turned[:, 2] > _MIN_AHEAD * np.linalg.norm(turned, axis=1)]
     if len(turned) < _MIN_POINTS:
@@ -177,11 +181,12 @@ def _disparities(
 
 
 def _fit_plane(uvd: Floats) -> tuple[Floats, float, float] | None:
-    """Robust plane of the disparities, and the range of what remains in stretched pixels.
+    """Fit a robust plane to the disparities and measure the range of the residuals.
 
     Returns
     -------
-    (3,) a, b, c with disparity ~ a * u + b * v + c; least and largest remainder; or None.
+    (3,) a, b, c with disparity ~ a * u + b * v + c, then the smallest and largest residual in
+    stretched pixels, with margins; None if the plane is too oblique.
     """
     design = np.column_stack([uvd[:, :2], np.ones(len(uvd))])
     weight = np.ones(len(uvd))
@@ -195,13 +200,13 @@ def _fit_plane(uvd: Floats) -> tuple[Floats, float, float] | None:
     stretch = 1.0 - plane[0]
     if not _MIN_STRETCH < stretch < 1.0 / _MIN_STRETCH:
         return None
-    least, largest = np.percentile((uvd[:, 2] - design @ plane) / stretch, [0.5, 99.5])
-    margin = _MARGIN_PIXELS + _MARGIN_SHARE * (largest - least)
-    return plane, float(least - margin), float(largest + margin)
+    smallest, largest = np.percentile((uvd[:, 2] - design @ plane) / stretch, [0.5, 99.5])
+    margin = _MARGIN_PIXELS + _MARGIN_SHARE * (largest - smallest)
+    return plane, float(smallest - margin), float(largest + margin)
 
 
 def _common_box(left: Floats, right: Floats, view: View, partner: View, uvd: Floats) -> Floats:
-    """x0, y0, x1, y1 of the rectified pixels that may have a match."""
+    """Return x0, y0, x1, y1 of the rectified pixels that may have a match."""
     low, high = _bounds(left, view.camera)
     low_other, high_other = _bounds(right, partner.camera)
     near, far = uvd[:, :2].min(axis=0), uvd[:, :2].max(axis=0)

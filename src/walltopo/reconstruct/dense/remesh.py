@@ -1,7 +1,7 @@
-"""Even triangles: short edges are collapsed, flat slivers flipped, and the mesh stays manifold.
+"""Clean a mesh: collapse short edges, drop fragments, close holes; the mesh stays manifold.
 
-Marching cubes leaves a vertex wherever the surface cuts a grid line, often two within a hair. A
-collapse is made only where the link condition holds (Dey et al., "Topology preserving edge
+Marching cubes puts a vertex wherever the surface cuts a grid line, often two almost coincident. An
+edge is collapsed only if the link condition holds (Dey et al., "Topology preserving edge
 contraction", 1999), so the surface's topology never changes.
 """
 
@@ -11,27 +11,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, StageError
+from walltopo.geometry.graphs import duplicate_faces
 from walltopo.geometry.kernels import kernel
-from walltopo.geometry.topology import compact, edges_of
-from walltopo.reconstruct.dense.clean import drop_crumbs, fill_holes, make_manifold
+from walltopo.geometry.topology import (
+    boundary_loops,
+    close_loops,
+    compact,
+    edges_of,
+    face_components,
+    split_fans,
+)
 from walltopo.reconstruct.dense.gaps import sew_gaps
-from walltopo.reconstruct.dense.settings import DenseSettings
+from walltopo.reconstruct.settings import DenseSettings
 
 Floats = NDArray[np.float64]
 Faces = NDArray[np.int32]
 
-# A collapse may turn no face by more than this (cosine), nor leave one flatter than this
-# (twice the area over the longest side squared; an equilateral triangle has 0.87).
-_LEAST_COSINE = 0.3
-_LEAST_SHAPE = 0.01
+# Limits of a collapse: the minimum cosine between a face's old and new normal, and the minimum
+# shape of a face (twice the area over the longest side squared; equilateral: 0.87).
+_MIN_COSINE = 0.3
+_MIN_SHAPE = 0.01
 _PASSES = 4
-# Edges shorter than this share of the length wanted are collapsed.
+# Edges shorter than this share of the target length are collapsed.
 _SHORTEST_EDGE = 0.5
 
 
 @kernel
 def _shape(a: Floats, b: Floats, c: Floats, normal: Floats) -> float:
-    """Twice the area over the longest side squared; writes the unnormalised normal."""
+    """Return twice the area over the longest side squared; write the unnormalised normal."""
     ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
     normal[0], normal[1], normal[2] = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
@@ -44,7 +51,7 @@ def _shape(a: Floats, b: Floats, c: Floats, normal: Floats) -> float:
 
 @kernel
 def _square(v: Floats) -> float:
-    """The squared length; spelled out, as above, because array expressions compile slowly."""
+    """Return the squared length, in scalars because array expressions compile slowly."""
     return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
 
 
@@ -59,8 +66,10 @@ def _accepts(
     other: int,
     place: Floats,
 ) -> bool:
-    """Whether `moved` may go to `place`: no face around it but those it shares with `other`
-    turns over or becomes a sliver that was none."""
+    """Return whether vertex `moved` may go to `place` when it is merged with vertex `other`.
+
+    No other face around `moved` may flip or become a new sliver.
+    """
     before, after = np.empty(3), np.empty(3)
     corner = head[moved]
     while corner >= 0:
@@ -72,12 +81,12 @@ def _accepts(
                 p, q = vertices[second], vertices[third]
                 old = _shape(vertices[moved], p, q, before)
                 new = _shape(place, p, q, after)
-                if new < _LEAST_SHAPE and new < old:
+                if new < _MIN_SHAPE and new < old:
                     return False
-                if old > _LEAST_SHAPE:
+                if old > _MIN_SHAPE:
                     dot = before[0] * after[0] + before[1] * after[1] + before[2] * after[2]
                     sizes = np.sqrt(_square(before) * _square(after))
-                    if dot < _LEAST_COSINE * sizes:
+                    if dot < _MIN_COSINE * sizes:
                         return False
         corner = following[corner]
     return True
@@ -94,7 +103,8 @@ def _link_holds(
     u: int,
     v: int,
 ) -> bool:
-    """Whether u and v have just the common neighbours that their common faces give them."""
+    """Return whether the link condition holds: all common neighbours of u and v lie on their common
+    faces."""
     shared = 0
     corner = head[u]
     while corner >= 0:
@@ -129,10 +139,10 @@ def _collapse(
     alive: NDArray[np.bool_],
     rim: NDArray[np.bool_],
     pairs: NDArray[np.int64],
-    on_rim: NDArray[np.bool_],
+    is_boundary: NDArray[np.bool_],
     longest: float,
 ) -> int:
-    """Collapse the edges in their order where that is allowed (in place); how many were."""
+    """Collapse the allowed edges in the given order, in place; return the number collapsed."""
     count = len(vertices)
     head, tail = np.full(count, -1, np.int64), np.full(count, -1, np.int64)
     following = np.full(3 * len(faces), -1, np.int64)
@@ -145,22 +155,22 @@ def _collapse(
             else:
                 following[tail[v]] = corner
             tail[v] = corner
-    way, place = np.zeros(3), np.zeros(3)
+    difference, place = np.zeros(3), np.zeros(3)
     stamp = np.full(count, -1, np.int64)
-    gone = np.zeros(count, np.bool_)
-    done = 0
+    removed = np.zeros(count, np.bool_)
+    collapsed = 0
     mark = 0
     for e in range(len(pairs)):
         u, v = pairs[e, 0], pairs[e, 1]
-        if gone[u] or gone[v]:
+        if removed[u] or removed[v]:
             continue
-        if rim[u] and rim[v] and not on_rim[e]:
+        if rim[u] and rim[v] and not is_boundary[e]:
             continue
         for axis in range(3):
             a, b = vertices[u, axis], vertices[v, axis]
-            way[axis] = a - b
+            difference[axis] = a - b
             place[axis] = 0.5 * (a + b) if rim[u] == rim[v] else (a if rim[u] else b)
-        if _square(way) > longest**2:
+        if _square(difference) > longest**2:
             continue
         mark += 2
         if not _link_holds(faces, alive, head, following, stamp, mark, u, v):
@@ -183,20 +193,20 @@ def _collapse(
         for axis in range(3):
             vertices[u, axis] = place[axis]
         rim[u] = rim[u] or rim[v]
-        gone[v] = True
-        done += 1
-    return done
+        removed[v] = True
+        collapsed += 1
+    return collapsed
 
 
 def collapse_short_edges(mesh: Mesh, shortest: float, border: bool = True) -> Mesh:
-    """Merge the ends of edges shorter than `shortest`, the shortest first.
+    """Collapse edges shorter than `shortest`, the shortest first.
 
     Parameters
     ----------
     mesh : manifold.
-    shortest : world units. Edges stay where a collapse would change the topology, turn a face
-        over or make a sliver.
-    border : whether those at border vertices, too.
+    shortest : world units. An edge stays if its collapse would change the topology, flip a face
+        or make a sliver.
+    border : whether edges at boundary vertices are collapsed too.
     """
     for _ in range(_PASSES):
         edges = edges_of(mesh.faces)
@@ -210,34 +220,114 @@ def collapse_short_edges(mesh: Mesh, shortest: float, border: bool = True) -> Me
         short = short[np.argsort(length[short], kind="stable")]
         vertices, faces = mesh.vertices.copy(), mesh.faces.copy()
         alive = np.ones(len(faces), dtype=np.bool_)
-        done = _collapse(
+        collapsed = _collapse(
             vertices, faces, alive, rim, edges.pairs[short], edges.count[short] == 1, shortest
         )
         mesh = Mesh(*compact(vertices, faces[alive]))
-        if done < 0.02 * len(short):
+        if collapsed < 0.02 * len(short):
             break
     return mesh
 
 
 def finish(mesh: Mesh, settings: DenseSettings, edge: float, unit: float) -> Mesh:
-    """Clean a raw surface: manifold, no crumbs, thin gaps and small holes closed, even triangles.
+    """Clean a raw surface: manifold, no fragments, small openings closed, even triangles.
 
     Parameters
     ----------
-    mesh : as a backend made it.
-    settings : its sizes of crumbs, gaps and holes.
-    edge : edge length wanted, world units.
-    unit : world units that `settings` calls a metre.
+    mesh : raw mesh of a backend.
+    settings : maximum sizes of fragments, gaps and holes.
+    edge : target edge length, world units.
+    unit : length of a settings metre, world units.
 
     Raises
     ------
-    StageError : nothing but crumbs.
+    StageError : every component is a fragment.
     """
-    mesh = drop_crumbs(make_manifold(mesh), settings.min_part * unit)
+    mesh = drop_fragments(make_manifold(mesh), settings.min_part * unit)
     if len(mesh.faces) == 0:
-        raise StageError("the surface found consists of crumbs only", "Take more photos.")
+        raise StageError(
+            "the reconstructed surface consists of small fragments only", "Take more photos."
+        )
     mesh = fill_holes(mesh, settings.max_hole * unit)
     mesh = collapse_short_edges(mesh, _SHORTEST_EDGE * edge)
-    # A gap that is thin in places only leaves holes, which may be small enough now.
+    # Closing the thin parts of a wider gap leaves holes, which may be small enough to fill now.
     mesh = fill_holes(sew_gaps(mesh, settings.max_gap * unit), settings.max_hole * unit)
     return make_manifold(mesh)
+
+
+def drop_fragments(mesh: Mesh, min_diameter: float) -> Mesh:
+    """Remove connected components whose bounding box has a diagonal below `min_diameter`."""
+    part = face_components(mesh.faces)
+    count = int(part.max(initial=-1)) + 1
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    for corner in range(3):
+        points = mesh.vertices[mesh.faces[:, corner]]
+        np.minimum.at(low, part, points)
+        np.maximum.at(high, part, points)
+    keep = np.linalg.norm(high - low, axis=1) >= min_diameter
+    return Mesh(*compact(mesh.vertices, mesh.faces[keep[part]]))
+
+
+def make_manifold(mesh: Mesh) -> Mesh:
+    """Drop degenerate and duplicate faces and those at crowded edges; split non-manifold vertices.
+
+    The result is edge- and vertex-manifold. Its winding is as consistent as that of the input.
+    """
+    faces = mesh.faces
+    a, b, c = faces.T
+    faces = faces[(a != b) & (b != c) & (c != a) & ~duplicate_faces(faces)]
+    while True:
+        edges = edges_of(faces)
+        if not (crowded := edges.count > 2).any():
+            return split_fans(Mesh(mesh.vertices, faces))
+        faces = _drop_at_crowded_edges(mesh.vertices, faces, edges.of_face, crowded)
+
+
+def _drop_at_crowded_edges(
+    vertices: Floats, faces: Faces, of_face: NDArray[np.int64], crowded: NDArray[np.bool_]
+) -> Faces:
+    """Remove the smallest face at every edge with more than two faces."""
+    area = Mesh(vertices, faces).areas
+    face, corner = np.nonzero(crowded[of_face])
+    edge = of_face[face, corner]
+    order = np.lexsort((area[face], edge))
+    smallest = np.unique(edge[order], return_index=True)[1]
+    drop = np.zeros(len(faces), dtype=np.bool_)
+    drop[face[order][smallest]] = True
+    return faces[~drop]
+
+
+def fill_holes(mesh: Mesh, largest: float) -> Mesh:
+    """Close boundary loops up to a diameter with a fan of triangles around their centroid.
+
+    Parameters
+    ----------
+    mesh : manifold.
+    largest : loops whose bounding box has a longer diagonal stay open, such as the mesh's outline.
+    """
+    loops = boundary_loops(mesh.faces)
+    holes = [n for n in loops if np.linalg.norm(np.ptp(mesh.vertices[n], axis=0)) <= largest]
+    return Mesh(*close_loops(mesh.vertices, mesh.faces, holes))
+
+
+def smooth(mesh: Mesh, steps: int, inward: float = 0.5, outward: float = -0.53) -> Mesh:
+    """Smooth a mesh by `steps` pairs of an inward and an outward step; the boundary stays fixed.
+
+    Taubin, "A signal processing approach to fair surface design", 1995.
+    """
+    from scipy.sparse import coo_matrix, diags
+
+    edges = edges_of(mesh.faces)
+    n = len(mesh.vertices)
+    i, j = edges.pairs.T
+    graph = coo_matrix((np.ones(len(i)), (i, j)), shape=(n, n)).tocsr()
+    graph = graph + graph.T
+    degree = np.asarray(graph.sum(axis=1)).ravel()
+    mean = diags(1.0 / np.maximum(degree, 1.0)) @ graph
+    free = (degree > 0)[:, None].copy()
+    free[edges.pairs[edges.count == 1].ravel()] = False
+    vertices = mesh.vertices
+    for _ in range(steps):
+        for rate in (inward, outward):
+            vertices = vertices + rate * np.where(free, mean @ vertices - vertices, 0.0)
+    return Mesh(vertices, mesh.faces)

@@ -1,4 +1,4 @@
-"""Views and sparse points that every dense backend starts from; the rough `sparse` backend."""
+"""Load the views and sparse points of a scan; mesh them roughly (backend `sparse`)."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from walltopo.core import Mesh, Progress, StageError, View
 from walltopo.reconstruct.dense.depth_maps import DepthMap
 from walltopo.reconstruct.dense.marching_cubes import extract
 from walltopo.reconstruct.dense.remesh import finish
-from walltopo.reconstruct.dense.settings import DenseSettings
-from walltopo.reconstruct.dense.tsdf import find_space, fused
+from walltopo.reconstruct.dense.tsdf import find_space, fuse
+from walltopo.reconstruct.settings import DenseSettings
 from walltopo.scans.colmap_model import open_model, view_of_image
 
 Floats = NDArray[np.float64]
@@ -27,7 +27,7 @@ class Scene:
     ----------
     views : sorted by name.
     points : (P, 3) float64, world frame.
-    seen : per view, sorted indices (n,) int64 of the points it observes.
+    seen : per view, sorted indices (n,) int64 of the observed points.
     """
 
     views: tuple[View, ...]
@@ -35,23 +35,23 @@ class Scene:
     seen: tuple[NDArray[np.int64], ...]
 
     def depths(self, index: int) -> Floats:
-        """(n,) z-depths of the points that view `index` sees, those ahead of it only."""
+        """Return the (n,) positive z-depths of the points that view `index` observes."""
         z = self.views[index].to_camera(self.points[self.seen[index]])[:, 2]
         return z[z > 0]
 
     def subset(self, keep: list[int]) -> Scene:
-        """The scene of some of the views, with all points."""
+        """Return the scene with some of its views and all points."""
         return Scene(
             tuple(self.views[k] for k in keep), self.points, tuple(self.seen[k] for k in keep)
         )
 
 
 def read_scene(path: Path) -> Scene:
-    """The registered views and points of a COLMAP model.
+    """Read the registered views and the points of a COLMAP model.
 
     Raises
     ------
-    InputError : no readable model there.
+    InputError : the folder holds no readable model.
     StageError : fewer than two views, or no points.
     """
     model = open_model(path)
@@ -71,23 +71,22 @@ def read_scene(path: Path) -> Scene:
     return Scene(tuple(view_of_image(image) for image in images), points, tuple(seen))
 
 
-def ground_sampling(scene: Scene) -> float:
-    """Median size of a photo's pixel on the surface, in world units."""
+def median_pixel_size(scene: Scene) -> float:
+    """Return the median size of a photo pixel on the surface, in world units."""
     sizes = [
         float(np.median(z)) / scene.views[k].camera.fx
         for k in range(len(scene.views))
         if len(z := scene.depths(k))
     ]
     if not sizes:
-        raise StageError("no view sees any sparse point; the mesh's scale is unknown")
+        raise StageError("no photo observes any sparse point, so the mesh's resolution is unknown")
     return float(np.median(sizes))
 
 
-def surroundings(scene: Scene) -> tuple[Floats, Floats]:
-    """Least and largest corner (3,) of the box that holds the surface worth meshing.
+def meshing_box(scene: Scene) -> tuple[Floats, Floats]:
+    """Return the minimum and maximum corner (3,) of the box to mesh.
 
-    The box of the points without its outermost 0.5 % on each side, widened by 10 % of
-    its diagonal.
+    The box spans the 0.5th to 99.5th percentile of the points, widened by 10 % of its diagonal.
     """
     used = scene.points[np.unique(np.concatenate(scene.seen))]
     low, high = np.percentile(used, [0.5, 99.5], axis=0)
@@ -97,18 +96,23 @@ def surroundings(scene: Scene) -> tuple[Floats, Floats]:
 
 Depth = NDArray[np.float32]
 
-# Depth maps of this many pixels on the longer side; finer shows nothing more of sparse points.
+# Longer side of the interpolated depth maps, pixels; sparse points carry no finer detail.
 _MAP_SIZE = 320
 
-# Edges of the mesh, in those of the other backends, and in pixels of the small depth maps.
+# Edge length of the preview relative to that of the other backends.
 _COARSER = 4.0
 
 _TRUNCATION_VOXELS = 4.0
 
 
 def interpolated_depth(scene: Scene, index: int) -> tuple[Depth, View] | None:
-    """Depth of a view interpolated between the points it sees, 0 beyond them, and its small
-    pinhole view; None with fewer than 4 points."""
+    """Interpolate the depth of a view between its sparse points.
+
+    Returns
+    -------
+    (H, W) float32 z-depth, 0 outside the points' convex hull, and the reduced pinhole view; None
+    with fewer than 4 points.
+    """
     from scipy.interpolate import LinearNDInterpolator
 
     view = scene.views[index]
@@ -119,7 +123,7 @@ def interpolated_depth(scene: Scene, index: int) -> tuple[Depth, View] | None:
     pixels = small.camera.project(local)
     if len(local) < 4 or np.ptp(pixels, axis=0).min() < 2.0:
         return None
-    # A plane is linear in inverse depth.
+    # The inverse depth of a plane is linear in the pixel.
     linear = LinearNDInterpolator(pixels, 1.0 / local[:, 2], fill_value=np.nan)
     columns = np.arange(small.camera.width) + 0.5
     rows = np.arange(small.camera.height) + 0.5
@@ -131,13 +135,13 @@ def interpolated_depth(scene: Scene, index: int) -> tuple[Depth, View] | None:
 def preview_mesh(
     scene: Scene, settings: DenseSettings, edge: float, unit: float, progress: Progress
 ) -> Mesh:
-    """A coarse, clean mesh.
+    """Compute a coarse, clean mesh from the sparse points alone.
 
     Parameters
     ----------
     scene, settings, progress : as in `sgm.sgm_mesh`.
-    edge : edge length that stereo would aim for, world units; the preview's is four times that.
-    unit : world units that `settings` calls a metre.
+    edge : target edge length of the stereo backends, world units; the preview uses four times it.
+    unit : length of a settings metre, world units.
     """
     progress.step("interpolating depths", len(scene.views))
     maps: list[tuple[Depth, View]] = []
@@ -148,11 +152,11 @@ def preview_mesh(
         progress.advance()
     if not maps:
         raise StageError("no photo sees enough sparse points for a preview", "Take more photos.")
-    low, high = surroundings(scene)
+    low, high = meshing_box(scene)
     voxel = _COARSER * edge
     space = find_space(maps, low, high, voxel, _TRUNCATION_VOXELS * voxel)
     weighted = [
         DepthMap(depth, (depth > 0).astype(np.float32), np.zeros(depth.shape, np.uint8), view)
         for depth, view in maps
     ]
-    return finish(extract(fused(space, weighted, progress), 0.5), settings, voxel, unit)
+    return finish(extract(fuse(space, weighted, progress), 0.5), settings, voxel, unit)

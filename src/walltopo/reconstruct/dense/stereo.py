@@ -1,4 +1,4 @@
-"""Depth of one photo from one partner by semi-global matching."""
+"""Compute the depth of one photo from one partner by semi-global matching."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ Image = NDArray[np.uint8]
 Depth = NDArray[np.float32]
 
 _BLOCK = 5
-# Matches this close to a photo's border compare the photo with the black around it.
+# Matching windows this close to a photo's border (pixels) include the black around the photo.
 _RIM = 4
 _UNIQUENESS = 6
 _SPECKLE_AREA = 200
-# Grey values that a sensor's noise and JPEG leave of clipped black and white, and the side, in
-# pixels, of the smallest clipped square that counts: black holds have darker spots than that.
+# Grey values of clipped black and white after sensor noise and JPEG, and the side of the smallest
+# clipped square, pixels. The square is larger than the dark spots of black holds.
 _BLACK, _WHITE = 8, 250
 _CLIPPED_SIDE = 15
 
 
 def undistort(image: Image, view: View, size: tuple[int, int] | None = None) -> tuple[Image, View]:
-    """The photo without lens distortion, resized, and its pinhole view.
+    """Return the photo resized and without lens distortion, and its pinhole view.
 
     Parameters
     ----------
-    image : (H, W) or (H, W, 3) uint8, the photo as taken.
-    view : its view, of the photo's size.
+    image : (H, W) or (H, W, 3) uint8, the distorted photo.
+    view : view of the photo, with the photo's size.
     size : (width, height) of the result; the photo's own if None.
     """
     camera = view.camera
@@ -53,10 +53,10 @@ def undistort(image: Image, view: View, size: tuple[int, int] | None = None) -> 
 
 
 def clipped(image: Image) -> NDArray[np.bool_]:
-    """(H, W) whether a grey photo is clipped to black or white around a pixel.
+    """Return a (H, W) mask of the areas of a grey photo that are clipped to black or white.
 
-    There is nothing to match there: the void beside a wall, a lamp, a window. The matching would
-    carry on the depth of what lies beside.
+    Clipped areas, such as the void beside a wall, a lamp or a window, have no texture to match.
+    Stereo would extrapolate the depth of their surroundings into them.
     """
     square = np.ones((_CLIPPED_SIDE, _CLIPPED_SIDE), dtype=np.uint8)
     extremes = [(image <= _BLACK).astype(np.uint8), (image >= _WHITE).astype(np.uint8)]
@@ -65,7 +65,7 @@ def clipped(image: Image) -> NDArray[np.bool_]:
 
 
 def _search(left: Image, right: Image, count: int) -> Depth:
-    """Disparity of the left image in pixels, NaN where unknown, by StereoSGBM."""
+    """Return the disparity of the left image by StereoSGBM, in pixels, NaN if unknown."""
     matcher = cv2.StereoSGBM.create(
         minDisparity=0,
         numDisparities=count,
@@ -84,8 +84,10 @@ def _search(left: Image, right: Image, count: int) -> Depth:
 
 
 def _disparity(left: Image, right: Image, count: int) -> Depth:
-    """Disparity of the left image; where the texture is too fine or too faint at full size,
-    that of the halved photos."""
+    """Return the disparity of the left image, filled from half size where full size fails.
+
+    Matching at half size succeeds on texture that is too fine or too faint at full size.
+    """
     full = _search(left, right, count)
     height, width = left.shape
     half_size = (width + 1) // 2, (height + 1) // 2
@@ -102,13 +104,13 @@ def _disparity(left: Image, right: Image, count: int) -> Depth:
 
 
 def match_pair(image: Image, view: View, other: Image, partner: View, points: Floats) -> Depth:
-    """Depth map of `view` from one partner.
+    """Compute the depth map of `view` from one partner.
 
     Parameters
     ----------
     image, other : (H, W) uint8 grey photos without distortion.
     view, partner : their pinhole views.
-    points : (n, 3) world points that `view` sees; they bound the search.
+    points : (n, 3) world points that `view` sees; they bound the disparity search.
 
     Returns
     -------
@@ -122,12 +124,12 @@ def match_pair(image: Image, view: View, other: Image, partner: View, points: Fl
     right = cv2.warpPerspective(other, pair.right, size, flags=cv2.INTER_CUBIC)
     disparity = _disparity(np.asarray(left), np.asarray(right), pair.disparities)
     inside = [_inside(home, image.shape, size) for home in (pair.left, pair.right)]
-    in_ranges(_leave_out, len(disparity), *inside, disparity)
+    in_ranges(_mask_outside, len(disparity), *inside, disparity)
     return _to_photo(disparity, pair, view)
 
 
 def _inside(homography: Floats, shape: tuple[int, ...], size: tuple[int, int]) -> Image:
-    """(h, w) not 0 where a rectified pixel shows the photo and not what is beyond its border."""
+    """Return a (h, w) mask, nonzero where a rectified pixel lies inside the photo."""
     whole = np.full(shape, 255, dtype=np.uint8)
     whole[:_RIM], whole[-_RIM:], whole[:, :_RIM], whole[:, -_RIM:] = 0, 0, 0, 0
     warped = cv2.warpPerspective(whole, homography, size, flags=cv2.INTER_NEAREST)
@@ -135,11 +137,11 @@ def _inside(homography: Floats, shape: tuple[int, ...], size: tuple[int, int]) -
 
 
 @kernel
-def _leave_out(begin: Any, end: Any, left: Any, right: Any, disparity: Any) -> None:
-    """Set disparities to NaN whose pixel, in either photo, lies beyond the photo's border.
+def _mask_outside(begin: Any, end: Any, left: Any, right: Any, disparity: Any) -> None:
+    """Set disparities to NaN if their pixel lies outside the photo's border in either photo.
 
-    There is only black, and black matches black. `disparity` is how far left of its column in the
-    left photo a pixel lies in the right one.
+    Beyond the border both images are black, and black matches black. `disparity` is the left
+    photo's column minus the right photo's column, pixels.
     """
     last = disparity.shape[1] - 1
     for row in range(begin, end):
@@ -151,14 +153,14 @@ def _leave_out(begin: Any, end: Any, left: Any, right: Any, disparity: Any) -> N
 
 
 def _to_photo(disparity: Depth, pair: Rectified, view: View) -> Depth:
-    """Depth in the photo's own pixels from the disparity in the rectified ones.
+    """Resample the rectified disparity into the photo's pixels and convert it to depth.
 
-    Both frames share their centre, so each photo pixel looks its disparity up by homography.
+    Both frames share their centre, so a homography maps photo pixels to rectified pixels.
     """
     shape = (view.camera.width, view.camera.height)
     inverse = cv2.WARP_INVERSE_MAP | cv2.INTER_LINEAR
-    # The border is NaN, and one NaN among the four neighbours makes the result NaN: no depth
-    # is ever interpolated across a gap.
+    # The border is NaN, and one NaN among the four neighbours makes the result NaN. So no depth is
+    # interpolated across a gap.
     found = cv2.warpPerspective(disparity, pair.left, shape, flags=inverse, borderValue=np.nan)
     nearest = cv2.warpPerspective(
         disparity,
@@ -180,7 +182,7 @@ def _depths(
     begin: Any, end: Any, found: Any, nearest: Any, plane: Any, ahead: Any, stretch: Any,
     scale: Any, depth: Any,
 ) -> None:  # fmt: skip
-    """Fill rows of `depth` where there is a disparity, interpolated or at least near by.
+    """Fill rows of `depth` from the disparity, interpolated or at least from the nearest pixel.
 
     In homogeneous photo pixels q the rectified pixel is (left q) / (left q)_z, and a photo's ray of
     depth 1 has the rectified depth (left q)_z. Both divisions cancel:
@@ -190,7 +192,7 @@ def _depths(
         v = np.float32(row)
         for column in range(found.shape[1]):
             u, value = np.float32(column), found[row, column]
-            # Across a depth edge keep the nearest.
+            # Interpolation across a depth edge would invent a depth; use the nearest disparity.
             if not abs(value - nearest[row, column]) < 1.0:
                 value = nearest[row, column]
             full = plane[0] * u + plane[1] * v + plane[2]

@@ -1,4 +1,4 @@
-"""Truncated signed distance in sparse blocks of voxels, fused from depth maps.
+"""Fuse depth maps into a truncated signed distance field in sparse blocks of voxels.
 
 After Curless and Levoy, "A volumetric method for building complex models from range images",
 1996: per voxel the weighted mean of the signed distances along the cameras' axes.
@@ -20,24 +20,24 @@ Floats = NDArray[np.float64]
 Depth = NDArray[np.float32]
 
 BLOCK = 8
-# Blocks that fewer depth pixels fall into are noise, not surface.
+# Blocks with fewer depth pixels are noise, not surface.
 _MIN_HITS = 24
-# 2 GB of voxels (8 bytes each) are in memory at once, and no more than 16 times as many in all.
-_AT_ONCE = 500_000
+# 2 GB of voxels (8 bytes each) are in memory at once; the total is limited to 16 times as many.
+_MAX_BLOCKS_IN_MEMORY = 500_000
 _MAX_BLOCKS = 8_000_000
 _MAX_GRID = 200_000_000
 
 
 @dataclass(frozen=True, eq=False)
 class Space:
-    """Where surface may be: blocks of BLOCK^3 voxels, as yet without them.
+    """The blocks of BLOCK^3 voxels in which surface may lie, without voxel values.
 
     Parameters
     ----------
     origin : (3,) float64, world.
     voxel : voxel size, world units.
     truncation : distance at which the signed distance saturates, world units.
-    blocks : (B, 3) int32 block coordinates, in their order.
+    blocks : (B, 3) int32 block coordinates, in lexicographic order.
     shape : number of blocks along each axis.
     """
 
@@ -58,12 +58,12 @@ class Volume:
     origin : (3,) float64, world.
     voxel : voxel size, world units.
     truncation : distance at which the signed distance saturates, world units.
-    blocks : (B, 3) int32 block coordinates; the first `own` are the volume's own, the others those
-        after them along each axis, whose voxels bound the surface of the own ones too.
-    own : int.
-    grid : (X, Y, Z) int32, block coordinates to index, -1 = none.
-    distance : (B, BLOCK, BLOCK, BLOCK) float32 in [-1, 1], in truncations, > 0 outside.
-    weight : same shape, float32, summed weights of the surface's observations.
+    blocks : (B, 3) int32 block coordinates: the volume's `own` blocks first, then the blocks that
+        follow them along each axis. The cubes of the own blocks need the voxels of both.
+    own : number of own blocks.
+    grid : (X, Y, Z) int32, maps block coordinates to the block's index, -1 = none.
+    distance : (B, BLOCK, BLOCK, BLOCK) float32 in [-1, 1], in units of the truncation, > 0 outside.
+    weight : same shape, float32, summed weights of the observations.
     """
 
     origin: Floats
@@ -152,7 +152,7 @@ def _integrate(
         if c[2] < -radius:
             continue
         if c[2] > 2.0 * radius:
-            # the block's sphere against the image's frame, generously
+            # Skip blocks whose bounding sphere, with a margin, projects outside the image.
             reach = radius / (c[2] - radius) * 1.5
             u, v = c[0] / c[2], c[1] / c[2]
             if (
@@ -190,8 +190,8 @@ def _integrate(
                     weight[b, i, j, k] = total
 
 
-def _inverse(view: View) -> tuple[Floats, Floats]:
-    """Pixel index to ray as (1/fx, offset, 1/fy, offset), and the (3, 4) world from camera."""
+def _unprojection(view: View) -> tuple[Floats, Floats]:
+    """Return the pixel-to-ray mapping (1/fx, offset, 1/fy, offset) and world_from_cam (3, 4)."""
     camera = view.camera
     inverse_k = np.array(
         [
@@ -212,17 +212,17 @@ def find_space(
     voxel: float,
     truncation: float,
 ) -> Space:
-    """The blocks near the depth maps' surfaces.
+    """Return the blocks near the depth maps' surfaces.
 
     Parameters
     ----------
-    depths : pairs of a (H, W) float32 depth map (0 = unknown) and its pinhole view.
-    low, high : (3,) box in the world beyond which nothing is kept.
+    depths : pairs of an (H, W) float32 depth map (0 = unknown) and its pinhole view.
+    low, high : (3,) corners of the world box; points outside it are ignored.
     voxel, truncation : world units.
 
     Raises
     ------
-    StageError : no depth within the box, or more voxels than the memory allows.
+    StageError : no depth lies in the box, or the voxels exceed the memory limit.
     """
     side = voxel * BLOCK
     origin = low - truncation - side
@@ -231,12 +231,12 @@ def find_space(
         raise _too_fine(voxel)
     hits = np.zeros(tuple(shape.tolist()), dtype=np.uint16)
     for depth, view in depths:
-        inverse_k, world_from_cam = _inverse(view)
+        inverse_k, world_from_cam = _unprojection(view)
         _count_hits(depth, inverse_k, world_from_cam, origin, side, truncation, hits, low, high)
     blocks = np.argwhere(hits >= _MIN_HITS).astype(np.int32)
     if len(blocks) == 0:
         raise StageError(
-            "no depth was found in any photo; no mesh can be made",
+            "no depth could be computed for any photo, so there is no mesh",
             "The photos need overlap and texture: stand 2 to 4 m from the wall and move "
             "sideways between photos.",
         )
@@ -246,11 +246,11 @@ def find_space(
 
 
 def _slabs(space: Space) -> Iterator[Volume]:
-    """The space in empty volumes of as many blocks as are in memory at once."""
+    """Split the space into empty volumes of at most `_MAX_BLOCKS_IN_MEMORY` own blocks."""
     blocks = space.blocks
-    for begin in range(0, len(blocks), _AT_ONCE):
-        end = min(begin + _AT_ONCE, len(blocks))
-        # Blocks come layer by layer of x: those after a block are at most in the next layer.
+    for begin in range(0, len(blocks), _MAX_BLOCKS_IN_MEMORY):
+        end = min(begin + _MAX_BLOCKS_IN_MEMORY, len(blocks))
+        # Blocks are sorted by x, so the blocks that follow a block lie at most one x layer further.
         after = int(np.searchsorted(blocks[:, 0], blocks[end - 1, 0] + 1, side="right"))
         some = blocks[begin:after]
         grid = np.full(space.shape, -1, dtype=np.int32)
@@ -270,15 +270,15 @@ def _too_fine(voxel: float) -> StageError:
     )
 
 
-def fused(space: Space, maps: Sequence[DepthMap], progress: Progress) -> Iterator[Volume]:
-    """The space with the depth maps averaged into it, in as many parts as it needs.
+def fuse(space: Space, maps: Sequence[DepthMap], progress: Progress) -> Iterator[Volume]:
+    """Yield the volumes of the space with the depth maps averaged into them.
 
     Parameters
     ----------
-    maps : of all photos; gone through once a part.
-    progress : told per map and part.
+    maps : depth maps of all photos; read once per volume.
+    progress : advances per map and volume.
     """
-    parts = (len(space.blocks) + _AT_ONCE - 1) // _AT_ONCE
+    parts = (len(space.blocks) + _MAX_BLOCKS_IN_MEMORY - 1) // _MAX_BLOCKS_IN_MEMORY
     progress.step("fusing depth maps", parts * len(maps))
     progress.detail(f"{len(space.blocks)} blocks of voxels of {space.voxel:.4g}")
     for volume in _slabs(space):

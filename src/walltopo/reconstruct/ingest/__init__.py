@@ -1,1 +1,1 @@
-"""Ingest: from whatever a phone produced to upright, comparable, private JPEGs."""
+"""Convert photos and videos to upright, comparable JPEGs without personal metadata."""

@@ -1,13 +1,12 @@
-"""Decode photos and videos: `python -m walltopo.reconstruct.ingest.decode_worker`.
+"""Decode photos and videos in a child process (`python -m` this module).
 
-Decoders are C libraries fed with files from anywhere. Here one of them may crash, or ask for more
-memory than ingest may take, and costs no more than the file that it was given.
+Decoders are C libraries that read untrusted files. If one crashes here, or exceeds the memory limit
+of ingest, only the file that it was decoding is lost.
 """
 
 from __future__ import annotations
 
 import os
-import resource
 import sys
 import threading
 import traceback
@@ -20,52 +19,63 @@ import msgspec
 
 from walltopo.core import EnvironmentLacksError
 from walltopo.core.children import end_with_parent
-from walltopo.reconstruct.ingest.decode_job import Answer, Begun, Broken, Done, Job
-from walltopo.reconstruct.ingest.memory_gate import BUDGET, Room
+from walltopo.reconstruct.ingest.decoding import (
+    BUDGET,
+    DecodeJob,
+    Done,
+    Fatal,
+    MemoryBudget,
+    Message,
+    Started,
+)
 from walltopo.reconstruct.ingest.store import store_file
 
-# Stacks of decoders' threads, which count though hardly any of them is used.
-_BESIDE: Final = 160 * 2**20
+# Bytes for the stacks of the decoders' threads: RLIMIT_DATA counts them even if they are unused.
+_THREAD_STACKS: Final = 160 * 2**20
 
 
 def main() -> None:
-    """Read one job from stdin, answer on stdout; end when stdin ends, for then nobody listens."""
-    answers = os.fdopen(os.dup(1), "wb", buffering=0)
-    os.dup2(2, 1)  # libraries that print do not get between the answers
-    job = msgspec.json.decode(sys.stdin.buffer.readline(), type=Job)
+    """Read one job from stdin and write messages to stdout; exit when the parent process exits."""
+    messages = os.fdopen(os.dup(1), "wb", buffering=0)
+    os.dup2(2, 1)  # output printed by libraries must not mix with the messages
+    job = msgspec.json.decode(sys.stdin.buffer.readline(), type=DecodeJob)
     end_with_parent()
     lock = threading.Lock()
 
-    def answer(value: Answer) -> None:
+    def send(value: Message) -> None:
         with lock:
-            answers.write(msgspec.json.encode(value) + b"\n")
+            messages.write(msgspec.json.encode(value) + b"\n")
 
     _load_libraries()
     _limit_memory()
-    room = Room()
+    budget = MemoryBudget()
     with ThreadPoolExecutor(max_workers=job.threads) as pool:
         for number, path in job.files.items():
-            pool.submit(_run, number, Path(os.fsdecode(path)), job, room, answer)
+            pool.submit(_decode, number, Path(os.fsdecode(path)), job, budget, send)
 
 
-def _run(number: int, file: Path, job: Job, room: Room, answer: Callable[[Answer], None]) -> None:
-    answer(Begun(number))
+def _decode(
+    number: int, file: Path, job: DecodeJob, budget: MemoryBudget, send: Callable[[Message], None]
+) -> None:
+    send(Started(number))
     try:
-        done: Answer = store_file(number, file, Path(os.fsdecode(job.folder)), job.settings, room)
+        done: Message = store_file(
+            number, file, Path(os.fsdecode(job.folder)), job.settings, budget
+        )
     except MemoryError:
         done = Done(
-            number, reasons=("decoding it takes more memory than is allowed",), starved=True
+            number, reasons=("decoding it takes more memory than is allowed",), out_of_memory=True
         )
     except EnvironmentLacksError as error:
-        done = Broken(error.message, error.hint)
+        done = Fatal(error.message, error.hint)
     except Exception as error:
         traceback.print_exc()
         done = Done(number, reasons=(f"cannot be decoded ({error or type(error).__name__})",))
-    answer(done)
+    send(done)
 
 
 def _load_libraries() -> None:
-    """What most jobs need, so that it does not count as theirs."""
+    """Import the libraries most files need, so that their memory and time count to no file."""
     import cv2
     import PIL.Image
 
@@ -74,13 +84,20 @@ def _load_libraries() -> None:
 
 
 def _limit_memory() -> None:
-    """No more private memory than now and the budget, whatever a file's header hid (Linux)."""
+    """Limit private memory to the present use plus the budget.
+
+    Other systems than Linux cannot limit it; there `MemoryBudget` alone bounds the decoders.
+    """
+    if sys.platform != "linux":
+        return
     try:
-        status = Path("/proc/self/status").read_text()
+        status = Path("/proc/self/status").read_text(encoding="utf-8", errors="replace")
     except OSError:
         return
-    now = next(int(s.split()[1]) * 1024 for s in status.splitlines() if s.startswith("VmData:"))
-    limit = now + BUDGET + _BESIDE
+    import resource
+
+    used = next(int(s.split()[1]) * 1024 for s in status.splitlines() if s.startswith("VmData:"))
+    limit = used + BUDGET + _THREAD_STACKS
     resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
 
 

@@ -1,11 +1,11 @@
-"""One image file: decode it upright as 8-bit sRGB, reduced, and read its focal length.
+"""Decode one image file as upright 8-bit sRGB, reduced, and read its focal length.
 
-Personal EXIF (place, time, owner, serial numbers) stays in the source: only pixels and the
-focal length in pixels leave this module.
+Only pixels and the focal length leave this module. Personal EXIF (place, time, owner, serial
+numbers) is dropped.
 
-Up to `_EXACT_PIXELS` a photo is decoded whole and then reduced. A larger one never stands in memory
-at its full size where its format allows that: a JPEG is decoded at a half, a quarter or an eighth,
-everything else is reduced strip by strip.
+A photo of up to `_EXACT_PIXELS` is decoded whole and then reduced. A larger one is never held at
+full size if its format permits: JPEG is decoded at a half, a quarter or an eighth; other formats
+are reduced strip by strip.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
-from walltopo.reconstruct.ingest.memory_gate import Room
-from walltopo.reconstruct.ingest.settings import IngestSettings
+from walltopo.reconstruct.ingest.decoding import MemoryBudget
+from walltopo.reconstruct.settings import IngestSettings
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -32,7 +32,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from walltopo.images.files import open_picture
-from walltopo.reconstruct.ingest.memory_gate import bytes_to_open
+from walltopo.reconstruct.ingest.decoding import bytes_to_open
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -46,20 +46,22 @@ _STRIP_PIXELS: Final = 4_000_000
 
 @dataclass(frozen=True)
 class DecodedPhoto:
-    """An upright 8-bit sRGB image and its focal length in pixels, None where EXIF has none."""
+    """An upright 8-bit sRGB image and its focal length in pixels, None if EXIF has none."""
 
     image: Image
     focal_px: float | None
 
 
 @contextmanager
-def decoded_photo(path: Path, settings: IngestSettings, room: Room) -> Iterator[DecodedPhoto]:
-    """One photo, at most `max_side` long, with room for it over the block.
+def decoded_photo(
+    path: Path, settings: IngestSettings, budget: MemoryBudget
+) -> Iterator[DecodedPhoto]:
+    """Decode one photo to at most `max_side` pixels; reserve its memory during the block.
 
     Raises
     ------
-    InputError : the file is not an image, is truncated, too small, too long or too large. The
-        message is the reason alone; the caller adds the file's name.
+    InputError : the file is not an image, is truncated, too small, too elongated or too large. The
+        message omits the file's name; the caller adds it.
     """
     from PIL import ImageOps
 
@@ -67,19 +69,21 @@ def decoded_photo(path: Path, settings: IngestSettings, room: Room) -> Iterator[
         with open_picture(path) as opened:
             full = opened.size
             check_shape(full, settings)
-            factor = _lessen(opened, settings.max_side)
+            factor = _plan_reduction(opened, settings.max_side)
             drafted = opened.size != full
-            held.enter_context(room.taken(bytes_to_open(opened, full, factor, settings.max_side)))
+            held.enter_context(
+                budget.reserve(bytes_to_open(opened, full, factor, settings.max_side))
+            )
             strip, size = _decode(opened, factor)
-            # Only now: Pillow decodes a PNG to find its EXIF, and turns a TIFF by itself.
-            turn, focal_px = opened.getexif().get(_ORIENTATION, 1), _focal_px(opened, full)
+            # EXIF is read after decoding: Pillow decodes a PNG to find it, and rotates TIFF itself.
+            orientation, focal_px = opened.getexif().get(_ORIENTATION, 1), _focal_px(opened, full)
             rgb = _to_srgb8(opened, strip, size, factor)
             del strip
             if rgb is not opened:
-                opened.close()  # its pixels go before others are made
+                opened.close()  # free its pixels before new ones are allocated
         if factor > 1 or drafted:
             rgb = _reduce_exactly(rgb, full if drafted else size, settings.max_side)
-        rgb.getexif()[_ORIENTATION] = turn
+        rgb.getexif()[_ORIENTATION] = orientation
         ImageOps.exif_transpose(rgb, in_place=True)
         image = reduce_to(rgb, settings.max_side)
         del rgb
@@ -89,7 +93,7 @@ def decoded_photo(path: Path, settings: IngestSettings, room: Room) -> Iterator[
 
 
 def check_shape(size: tuple[int, int], settings: IngestSettings) -> None:
-    """Refuse thumbnails and panoramas by InputError (the reason alone)."""
+    """Raise InputError for thumbnails and panoramas; the message omits the file's name."""
     short, long = sorted(size)
     if short < settings.min_side:
         raise InputError(f"{size[0]}x{size[1]} px, smaller than {settings.min_side} px")
@@ -98,7 +102,7 @@ def check_shape(size: tuple[int, int], settings: IngestSettings) -> None:
 
 
 def reduce_to(image: Image, longest: int) -> Image:
-    """The image, reduced where its longer side is beyond `longest`."""
+    """Return the image, reduced if its longer side exceeds `longest`."""
     if max(image.size) <= longest:
         return image
     factor = longest / max(image.size)
@@ -106,14 +110,15 @@ def reduce_to(image: Image, longest: int) -> Image:
 
 
 def _reduce_exactly(image: Image, full: tuple[int, int], longest: int) -> Image:
-    """Reduce what is already reduced by a whole number, whose last row and column may be cut."""
+    """Resize an image that was reduced by an integer factor and may lack its last row and
+    column."""
     factor = round(max(full) / max(image.size))
     width, height = (max(1, round(side * longest / max(full))) for side in full)
     return image.resize((width, height), box=(0, 0, full[0] / factor, full[1] / factor))
 
 
-def _lessen(opened: Image, longest: int) -> int:
-    """Let a huge JPEG decode small; by which whole number the rest is to be reduced."""
+def _plan_reduction(opened: Image, longest: int) -> int:
+    """Set a huge JPEG to decode at reduced size; return the integer factor for other formats."""
     if opened.width * opened.height <= _EXACT_PIXELS:
         return 1
     if opened.format in ("JPEG", "MPO"):
@@ -124,7 +129,8 @@ def _lessen(opened: Image, longest: int) -> int:
 
 
 def _focal_px(image: Image, size: tuple[int, int]) -> float | None:
-    """Focal length in pixels from the 35 mm equivalent, which CIPA defines by the diagonal."""
+    """Return the focal length in pixels from the 35 mm equivalent, which CIPA defines by the
+    diagonal."""
     try:
         exif = image.getexif()
         value = exif.get_ifd(_EXIF_IFD).get(_FOCAL_35MM) or exif.get(_FOCAL_35MM)
@@ -140,11 +146,11 @@ Strip = Callable[[int, int], "Image"]
 
 
 def _decode(opened: Image, factor: int) -> tuple[Strip, tuple[int, int]]:
-    """Rows from `top` to `bottom` as a picture of their own, and the size of all."""
+    """Return a function that crops rows `top` to `bottom`, and the size of the whole image."""
     from PIL import Image as Pil
 
     if opened.format == "HEIF" and factor > 1:
-        # What libheif decoded is read where it lies: Pillow's copy would be the larger half.
+        # Read libheif's buffer in place, because Pillow's copy would double the memory.
         heif = opened._heif_file[opened.tell()]  # type: ignore[attr-defined]
         array = np.asarray(heif)[:, : heif.size[0]]
         return lambda top, bottom: _with_info(Pil.fromarray(array[top:bottom]), opened), heif.size
@@ -154,9 +160,9 @@ def _decode(opened: Image, factor: int) -> tuple[Strip, tuple[int, int]]:
 
 
 def _to_srgb8(opened: Image, strip: Strip, size: tuple[int, int], factor: int) -> Image:
-    """8-bit RGB in sRGB, reduced by `factor`, whatever depth, palette, alpha or profile came.
+    """Convert to 8-bit sRGB from any depth, palette, alpha or profile, reduced by `factor`.
 
-    Strip by strip, so that no second picture of the full size is made beside one of more bytes.
+    The conversion runs strip by strip, so that no second full-size image is allocated.
     """
     from PIL import Image as Pil
 
@@ -164,14 +170,14 @@ def _to_srgb8(opened: Image, strip: Strip, size: tuple[int, int], factor: int) -
     if plain and factor == 1:
         return opened
     width, height = size
-    made = Pil.new("RGB", (-(-width // factor), -(-height // factor)))
+    result = Pil.new("RGB", (-(-width // factor), -(-height // factor)))
     rows = max(1, _STRIP_PIXELS // (width * factor)) * factor
     tops = range(0, height, rows)
     convert = _converter(opened, lambda: (strip(top, min(top + rows, height)) for top in tops))
     for top in tops:
         rgb = convert(strip(top, min(top + rows, height)))
-        made.paste(rgb.reduce(factor) if factor > 1 else rgb, (0, top // factor))
-    return made
+        result.paste(rgb.reduce(factor) if factor > 1 else rgb, (0, top // factor))
+    return result
 
 
 def _with_info(strip: Image, opened: Image) -> Image:
@@ -180,7 +186,7 @@ def _with_info(strip: Image, opened: Image) -> Image:
 
 
 def _converter(opened: Image, strips: Callable[[], Iterator[Image]]) -> Callable[[Image], Image]:
-    """What makes a strip of this picture 8-bit sRGB."""
+    """Return a function that converts a strip of this image to 8-bit sRGB."""
     if opened.mode.startswith("I") or opened.mode == "F":
         deep = any(np.asarray(strip).max(initial=0) > 255 for strip in strips())
         return lambda image: _grey8(image, 65535.0 if deep else 255.0)
@@ -205,7 +211,7 @@ def _on_white(image: Image) -> Image:
 
 
 def _profiled(opened: Image) -> Callable[[Image], Image]:
-    """Convert from the embedded colour profile (phones write Display P3) to sRGB."""
+    """Return a converter from the embedded colour profile (phones write Display P3) to sRGB."""
     from PIL import ImageCms
 
     profile = opened.info.get("icc_profile")
@@ -216,19 +222,19 @@ def _profiled(opened: Image) -> Callable[[Image], Image]:
         srgb = ImageCms.createProfile("sRGB")
         transform = ImageCms.buildTransform(source, srgb, opened.mode, "RGB")
     except (ImageCms.PyCMSError, OSError):
-        # A broken profile is ignored, as every image viewer does.
+        # Ignore a broken profile, as image viewers do.
         return lambda image: image.convert("RGB")
     return lambda image: ImageCms.applyTransform(image, transform) or image.convert("RGB")
 
 
-LEAST_SHARPNESS = 3.0  # below it no photo of a wall is any use
+MIN_SHARPNESS = 3.0  # a photo of a wall below this value is unusable
 
 
 _SHARPNESS_WIDTH = 1024
 
 
 def sharpness(rgb: NDArray[np.uint8]) -> float:
-    """Variance of the Laplacian of the grey image reduced to 1024 px.
+    """Return the variance of the Laplacian of the grey image reduced to 1024 px.
 
     Source: Pech-Pacheco et al., "Diatom autofocusing in brightfield microscopy" (2000).
 
@@ -246,7 +252,7 @@ def sharpness(rgb: NDArray[np.uint8]) -> float:
 
 
 def thumbnail(rgb: NDArray[np.uint8], size: int = 64) -> NDArray[np.float32]:
-    """A (size, size) grey picture for comparing photos, values 0 to 255."""
+    """Return a (size, size) grey image, values 0 to 255, for comparing photos."""
     import cv2
 
     grey = cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY)
@@ -255,7 +261,7 @@ def thumbnail(rgb: NDArray[np.uint8], size: int = 64) -> NDArray[np.float32]:
 
 
 def motion(before: NDArray[np.float32], after: NDArray[np.float32]) -> float:
-    """Shift between two thumbnails as a share of their width (phase correlation)."""
+    """Return the shift between two thumbnails as a share of their width, by phase correlation."""
     import cv2
 
     window = cv2.createHanningWindow((before.shape[1], before.shape[0]), cv2.CV_32F)

@@ -1,10 +1,9 @@
-"""Which photos show something in common: a quick look at small pictures, before the scan.
+"""Find groups of photos that overlap, from small images, before the scan starts.
 
-SIFT features of small pictures, matched both ways with Lowe's ratio, and of the matches those that
-one epipolar geometry explains (D. Lowe, "Distinctive Image Features from Scale-Invariant
-Keypoints", IJCV 2004, 7.1; D. Barath et al., "MAGSAC++", CVPR 2020). Only as many pairs are
-compared as are needed to know what hangs together: neighbours first, and none that are joined
-already.
+Two photos overlap if enough mutual SIFT matches that pass Lowe's ratio test are inliers of one
+epipolar geometry (D. Lowe, "Distinctive Image Features from Scale-Invariant Keypoints", IJCV 2004,
+7.1; D. Barath et al., "MAGSAC++", CVPR 2020). Consecutive photos are compared first, and pairs
+within one group are skipped.
 """
 
 from __future__ import annotations
@@ -16,101 +15,141 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-_FEATURES: Final = 1000  # of one picture
-_CONTRAST: Final = 0.02  # half of OpenCV's: small pictures of plywood have little
-_RATIO: Final = 0.85
-_FEWEST: Final = (
-    25  # matches of one geometry; of photos that share nothing up to 15 agree by chance
+_FEATURES: Final = 1000  # per picture
+_CONTRAST: Final = (
+    0.02  # half of OpenCV's default, because small pictures of plywood have low contrast
 )
-_WITHIN_PX: Final = 1.0
+_RATIO: Final = 0.85
+# Inlier matches of one geometry; photos without overlap reach up to 15 by chance.
+_MIN_INLIERS: Final = 25
+_INLIER_PX: Final = 1.0
 _CONFIDENCE: Final = 0.999
-_TRIES: Final = 2000
+_MAX_ITERATIONS: Final = 2000
 
 Features = tuple[NDArray[np.float32], NDArray[np.float32]]
 
 
 @dataclass(frozen=True)
-class Overlap:
-    """What hangs together.
+class Shift:
+    """How far the view moved from picture `before` to the overlapping picture `after`.
 
     Parameters
     ----------
-    groups : numbers of the pictures of each part, the largest part first.
-    pairs : how many were compared.
-    is_whole : False: so many would have had to be compared that it was left; parts may be one.
+    before, after : picture numbers, `before` < `after`.
+    right, up : median motion of the view, as a share of the picture's width and height. A step to
+        the right moves the wall to the left in the picture: `right` is then positive.
+    """
+
+    before: int
+    after: int
+    right: float
+    up: float
+
+
+@dataclass(frozen=True)
+class Overlap:
+    """The groups of connected pictures.
+
+    Parameters
+    ----------
+    groups : picture numbers of each group, the largest group first.
+    shifts : the pairs that connect the groups. They form a tree in each group, and contain all
+        consecutive pictures that overlap.
+    pairs : number of compared pairs.
+    is_whole : False if the search stopped at `max_pairs`; groups may then belong together.
     """
 
     groups: tuple[tuple[int, ...], ...]
+    shifts: tuple[Shift, ...]
     pairs: int
     is_whole: bool
 
 
-def find_overlap(pictures: Sequence[NDArray[np.uint8]], most_pairs: int = 4000) -> Overlap:
-    """Which pictures hang together by what they show.
+def find_overlap(pictures: Sequence[NDArray[np.uint8]], max_pairs: int = 4000) -> Overlap:
+    """Return the groups of pictures that overlap.
 
     Parameters
     ----------
-    pictures : each (H, W) uint8, grey, in the order in which they were taken; 480 px are enough.
-    most_pairs : more are not compared.
+    pictures : (H, W) uint8 grey images in the order of capture; 480 px are enough.
+    max_pairs : maximum number of compared pairs.
     """
     features = [_features(picture) for picture in pictures]
-    part = list(range(len(pictures)))  # each picture's part, by the number of one of its pictures
+    group_of = list(range(len(pictures)))  # group of each picture, named by a member's number
+    shifts = []
     compared = 0
     is_whole = True
-    for a, b in _near_first(len(pictures)):
-        if part[a] == part[b]:
+    for a, b in _pairs_by_gap(len(pictures)):
+        if group_of[a] == group_of[b]:
             continue
-        if compared >= most_pairs:
+        if compared >= max_pairs:
             is_whole = False
             break
         compared += 1
-        if _agreeing(features[a], features[b]) >= _FEWEST:
-            gone, kept = part[b], part[a]
-            part = [kept if own == gone else own for own in part]
+        moved = _find_motion(features[a], features[b])
+        if len(moved) >= _MIN_INLIERS:
+            shifts.append(_shift(a, b, moved, pictures[b].shape))
+            merged, kept = group_of[b], group_of[a]
+            group_of = [kept if own == merged else own for own in group_of]
     groups: dict[int, list[int]] = {}
-    for number, own in enumerate(part):
+    for number, own in enumerate(group_of):
         groups.setdefault(own, []).append(number)
     ordered = sorted(groups.values(), key=lambda group: (-len(group), group[0]))
-    return Overlap(tuple(map(tuple, ordered)), compared, is_whole)
+    return Overlap(tuple(map(tuple, ordered)), tuple(shifts), compared, is_whole)
 
 
-def _near_first(count: int) -> Iterator[tuple[int, int]]:
-    """All pairs; those that were taken after one another first."""
-    for away in range(1, count):
-        for a in range(count - away):
-            yield a, a + away
+def _shift(a: int, b: int, moved: NDArray[np.float32], shape: tuple[int, ...]) -> Shift:
+    """Return the motion of the view from the motion of the matches, which is its opposite."""
+    height, width = shape[:2]
+    across, down = np.median(moved, axis=0).tolist()
+    return Shift(a, b, right=-across / width, up=down / height)
+
+
+def _pairs_by_gap(count: int) -> Iterator[tuple[int, int]]:
+    """Yield all pairs in order of distance in the sequence: consecutive pictures first."""
+    for gap in range(1, count):
+        for a in range(count - gap):
+            yield a, a + gap
 
 
 def _features(picture: NDArray[np.uint8]) -> Features:
-    """Places (n, 2) and RootSIFT descriptors (n, 128), each of length 1."""
+    """Return the keypoint positions (n, 2) and the RootSIFT descriptors (n, 128) of unit length."""
     import cv2
 
     sift = cv2.SIFT.create(nfeatures=_FEATURES, contrastThreshold=_CONTRAST)
     keypoints, found = sift.detectAndCompute(picture, None)
     if found is None:
         return np.zeros((0, 2), np.float32), np.zeros((0, 128), np.float32)
-    places = np.array([keypoint.pt for keypoint in keypoints], dtype=np.float32)
+    positions = np.array([keypoint.pt for keypoint in keypoints], dtype=np.float32)
     weights = found / np.maximum(found.sum(axis=1, keepdims=True), 1e-9)
-    return places, np.sqrt(weights).astype(np.float32)
+    return positions, np.sqrt(weights).astype(np.float32)
 
 
-def _agreeing(one: Features, other: Features) -> int:
-    """How many matches one geometry explains."""
+def _find_motion(one: Features, other: Features) -> NDArray[np.float32]:
+    """Return the motion (n, 2) in pixels of the inlier matches of one epipolar geometry."""
     import cv2
 
-    (places, found), (places_there, found_there) = one, other
-    if min(len(found), len(found_there)) < _FEWEST:
-        return 0
-    alike = found @ found_there.T
-    best = alike.argmax(axis=1)
-    mutual = np.flatnonzero(alike.argmax(axis=0)[best] == np.arange(len(best)))
-    second = np.partition(alike[mutual], -2, axis=1)[:, -2]
-    # Distances of unit vectors, squared; so is the ratio.
-    first_far, second_far = 1.0 - alike[mutual, best[mutual]], 1.0 - second
-    clear = mutual[first_far < _RATIO**2 * second_far]
-    if len(clear) < _FEWEST:
-        return 0
-    _, agrees = cv2.findFundamentalMat(
-        places[clear], places_there[best[clear]], cv2.USAC_MAGSAC, _WITHIN_PX, _CONFIDENCE, _TRIES
+    nothing = np.zeros((0, 2), np.float32)
+    (positions, found), (other_positions, other_found) = one, other
+    if min(len(found), len(other_found)) < _MIN_INLIERS:
+        return nothing
+    similarity = found @ other_found.T
+    best = similarity.argmax(axis=1)
+    mutual = np.flatnonzero(similarity.argmax(axis=0)[best] == np.arange(len(best)))
+    second = np.partition(similarity[mutual], -2, axis=1)[:, -2]
+    # Squared distances of unit vectors up to a factor of 2, so the ratio is squared too.
+    first_distance, second_distance = 1.0 - similarity[mutual, best[mutual]], 1.0 - second
+    distinct = mutual[first_distance < _RATIO**2 * second_distance]
+    if len(distinct) < _MIN_INLIERS:
+        return nothing
+    before, after = positions[distinct], other_positions[best[distinct]]
+    _, inliers = cv2.findFundamentalMat(
+        before,
+        after,
+        cv2.USAC_MAGSAC,
+        _INLIER_PX,
+        _CONFIDENCE,
+        _MAX_ITERATIONS,
     )
-    return 0 if agrees is None else int(np.count_nonzero(agrees))
+    if inliers is None:
+        return nothing
+    return np.asarray((after - before)[inliers.ravel() != 0], dtype=np.float32)

@@ -1,4 +1,4 @@
-"""Choose the photos of a scan: decode all sources, leave out blurred and repeated ones."""
+"""Choose the photos of a scan: decode all sources, skip blurred and repeated photos."""
 
 from __future__ import annotations
 
@@ -11,26 +11,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Progress
-from walltopo.reconstruct.ingest.decode_job import Done, Stored
-from walltopo.reconstruct.ingest.decoding import decode_files
-from walltopo.reconstruct.ingest.image_file import LEAST_SHARPNESS
-from walltopo.reconstruct.ingest.settings import IngestSettings
+from walltopo.reconstruct.ingest.decoding import Done, StoredPhoto, decode_files
+from walltopo.reconstruct.ingest.image_file import MIN_SHARPNESS
 from walltopo.reconstruct.ingest.sources import Names, is_video, shown_name
-from walltopo.scans.context import Context
+from walltopo.reconstruct.settings import IngestSettings
+from walltopo.scans.artifacts import Context
 from walltopo.scans.manifest import Metrics
-from walltopo.scans.photos import Photo, PhotoList, PhotoSet, SkippedFile
-from walltopo.scans.sources import SourceList
+from walltopo.scans.photos import Photo, PhotoList, PhotoSet, SkippedFile, SourceList
 
-_FEWEST = 3
-# A photo is blurred below `LEAST_SHARPNESS`, and below this share of the set's median.
-_LEAST_SHARPNESS_SHARE = 0.04
-# Mean grey difference (of 255) under which two photos show the same.
+_MIN_PHOTOS = 3
+# A photo is also blurred if its sharpness is below this share of the set's median.
+_MIN_SHARPNESS_SHARE = 0.04
+# Mean grey difference (of 255) below which two photos count as equal.
 _SAME_DIFFERENCE = 0.6
 
 
 @dataclass(frozen=True)
 class _Photo:
-    """A decoded candidate: it lies at `file` and will be called `name`."""
+    """A decoded candidate, stored at `file`; its name in the scan will be `name`."""
 
     file: Path
     name: str
@@ -42,7 +40,7 @@ class _Photo:
     thumbnail: NDArray[np.float32]
 
     def listed(self) -> Photo:
-        """Its entry in `photos.json`."""
+        """Return the entry in `photos.json`."""
         focal_px = None if self.focal_px is None else round(self.focal_px, 2)
         return Photo(
             self.name, self.width, self.height, focal_px, self.source, round(self.sharpness, 2)
@@ -52,11 +50,11 @@ class _Photo:
 def select_photos(
     sources: SourceList, settings: IngestSettings, context: Context
 ) -> tuple[PhotoSet, PhotoList, Metrics]:
-    """Decode, check and store the photos: upright 8-bit sRGB JPEG without EXIF.
+    """Decode, check and store the photos as upright 8-bit sRGB JPEGs without EXIF.
 
     Raises
     ------
-    InputError : nothing to read, or fewer than 3 usable photos (with every reason).
+    InputError : fewer than 3 usable photos; the message lists why files were skipped.
     """
     skipped = list(sources.skipped)
     decoded = context.scratch / "decoded"
@@ -69,12 +67,18 @@ def select_photos(
             skipped.append(item)
     photos, rejected = _select(photos)
     skipped += rejected
-    if len(photos) < _FEWEST:
+    if len(photos) < _MIN_PHOTOS:
         raise InputError(_too_few(photos, skipped), "Add photos of the wall and run again.")
     folder = context.scratch / "photos"
     folder.mkdir()
     for photo in photos:
         photo.file.rename(folder / photo.name)
+    with_people = 0
+    if settings.hide_people:
+        from walltopo.reconstruct.ingest.people import hide_in_photos
+
+        names = [photo.name for photo in photos]
+        with_people = hide_in_photos(folder, names, context.progress)
     for item in skipped:
         context.progress.note(f"skipped {item.source}: {item.reason}")
     metrics: Metrics = {
@@ -82,6 +86,7 @@ def select_photos(
         "skipped": len(skipped),
         "sizes": len({(photo.width, photo.height) for photo in photos}),
         "focal": sum(photo.focal_px is not None for photo in photos),
+        "with_people": with_people,
     }
     listed = PhotoList(photos=tuple(photo.listed() for photo in photos), skipped=tuple(skipped))
     return PhotoSet(folder), listed, metrics
@@ -90,47 +95,47 @@ def select_photos(
 def _decode_all(
     sources: SourceList, folder: Path, settings: IngestSettings, progress: Progress
 ) -> Iterator[_Photo | SkippedFile]:
-    """Yield candidates in the order of the sources, whatever was decoded first."""
+    """Yield candidates in the order of the sources, independent of the decoding order."""
     files = [source.file for source in sources.files]
-    twins = _twins(sources)
-    jobs = [(number, file) for number, file in enumerate(files) if number not in twins]
+    duplicates = _duplicates(sources)
+    jobs = [(number, file) for number, file in enumerate(files) if number not in duplicates]
     progress.step("read photos", len(jobs))
     done: dict[int, Done] = {}
-    with closing(decode_files(jobs, folder, settings, progress)) as answers:
-        for answer in answers:
-            done[answer.number] = answer
+    with closing(decode_files(jobs, folder, settings, progress)) as results:
+        for result in results:
+            done[result.number] = result
             progress.advance()
     names = Names()
-    # Photos have the first choice of names, frames of videos the second.
-    first = {number: names.give(file.stem) for number, file in jobs if not is_video(file)}
+    # Photos get their names first, so that video frames never change a photo's name.
+    names_of_photos = {number: names.give(file.stem) for number, file in jobs if not is_video(file)}
     for number, file in enumerate(files):
         source = shown_name(file)
-        if number in twins:
-            yield SkippedFile(source, f"the same file as {twins[number]}")
+        if number in duplicates:
+            yield SkippedFile(source, f"the same file as {duplicates[number]}")
             continue
         for reason in done[number].reasons:
             yield SkippedFile(source, reason)
         for stored in done[number].photos:
             if stored.frame is None:
-                yield _photo(stored, folder, first[number], source)
+                yield _photo(stored, folder, names_of_photos[number], source)
             else:
                 end = f"_{stored.frame:06d}"
                 shown = shown_name(file.with_suffix("")) + end
                 yield _photo(stored, folder, names.give(file.stem, end), shown)
 
 
-def _twins(sources: SourceList) -> dict[int, str]:
-    """Return the number of each file that repeats an earlier one, with the earlier one's name."""
-    first: dict[str, str] = {}
-    twins: dict[int, str] = {}
+def _duplicates(sources: SourceList) -> dict[int, str]:
+    """Return the number of each duplicate file with the name of the earlier file."""
+    names_of_photos: dict[str, str] = {}
+    duplicates: dict[int, str] = {}
     for number, source in enumerate(sources.files):
-        if source.content in first:
-            twins[number] = first[source.content]
-        first.setdefault(source.content, shown_name(source.file))
-    return twins
+        if source.content in names_of_photos:
+            duplicates[number] = names_of_photos[source.content]
+        names_of_photos.setdefault(source.content, shown_name(source.file))
+    return duplicates
 
 
-def _photo(stored: Stored, folder: Path, name: str, source: str) -> _Photo:
+def _photo(stored: StoredPhoto, folder: Path, name: str, source: str) -> _Photo:
     return _Photo(
         folder / stored.file,
         name,
@@ -144,14 +149,14 @@ def _photo(stored: Stored, folder: Path, name: str, source: str) -> _Photo:
 
 
 def _select(photos: Sequence[_Photo]) -> tuple[list[_Photo], list[SkippedFile]]:
-    """Leave out the blurred and the repeated."""
+    """Separate the photos to keep from the blurred and the repeated."""
     kept: list[_Photo] = []
     rejected: list[SkippedFile] = []
     median = float(np.median([photo.sharpness for photo in photos])) if photos else 0.0
-    least = max(LEAST_SHARPNESS, _LEAST_SHARPNESS_SHARE * median)
+    min_sharpness = max(MIN_SHARPNESS, _MIN_SHARPNESS_SHARE * median)
     for photo in photos:
         twin = next((k for k in kept if _same(k, photo)), None)
-        if photo.sharpness < least:
+        if photo.sharpness < min_sharpness:
             reason = f"blurred (sharpness {photo.sharpness:.1f}, the set's median {median:.0f})"
             rejected.append(SkippedFile(photo.source, reason))
         elif twin is not None:
@@ -169,7 +174,7 @@ def _same(a: _Photo, b: _Photo) -> bool:
 
 def _too_few(photos: Sequence[_Photo], skipped: Sequence[SkippedFile]) -> str:
     noun = "photo" if len(photos) == 1 else "photos"
-    lines = [f"{len(photos)} usable {noun}, at least {_FEWEST} are needed"]
+    lines = [f"{len(photos)} usable {noun}, at least {_MIN_PHOTOS} are needed"]
     lines += [f"  {item.source}: {item.reason}" for item in skipped[:20]]
     if len(skipped) > 20:
         lines.append(f"  ... and {len(skipped) - 20} more")

@@ -1,4 +1,4 @@
-"""The files that the user means (folders, photos, videos), and their names in the scan."""
+"""Find the source files of a scan (folders, photos, videos) and name its photos."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ from typing import Final
 from walltopo.core import InputError
 from walltopo.core.files import as_text
 from walltopo.scans.folder import ScanFolder
-from walltopo.scans.photos import SkippedFile
-from walltopo.scans.sources import SourceFile, SourceList
+from walltopo.scans.photos import SkippedFile, SourceFile, SourceList
 
 PHOTO_SUFFIXES: Final = {".jpg", ".jpeg", ".png", ".heic", ".heif", ".webp", ".tif", ".tiff"}
 
@@ -32,12 +31,12 @@ _SPECIAL: Final = (
 
 @dataclass(frozen=True)
 class Sources:
-    """What the user gave.
+    """The sources of a scan.
 
     Parameters
     ----------
-    files : photos and videos in natural order; all that ingest reads, and nothing else.
-    skipped : what lies beside them, and why it is not read.
+    files : photos and videos in natural order; ingest reads exactly these.
+    skipped : other files beside them, and why they are not read.
     """
 
     files: tuple[Path, ...]
@@ -45,43 +44,43 @@ class Sources:
 
 
 def find_sources(given: Sequence[Path], own: Path | None = None) -> Sources:
-    """The photos and videos among files and in folders; folders inside folders are left out.
+    """Return the photos and videos among files and in folders, without subfolders.
 
     Parameters
     ----------
-    own : the scan folder that is written; nothing in it is a source.
+    given : paths of the user.
+    own : scan folder to write; files inside it are not accepted as sources.
 
     Raises
     ------
-    InputError : a path does not exist, is a scan folder or part of `own`, or nothing usable is
-        there at all.
+    InputError : a path does not exist, is a scan folder or lies in `own`, or no file is usable.
     """
     files: list[Path] = []
     skipped: list[SkippedFile] = []
     for path in given:
-        _refuse_scans(path, own)
+        _check_path(path, own)
         for item in _items(path):
-            reason = _reason_against(item)
+            reason = _skip_reason(item)
             if reason:
                 skipped.append(SkippedFile(shown_name(item), reason))
             else:
                 files.append(item)
     if not files:
         names = ", ".join(str(path) for path in given)
-        told = "\n".join(f"  {item.source}: {item.reason}" for item in skipped[:5])
+        reasons = "\n".join(f"  {item.source}: {item.reason}" for item in skipped[:5])
         raise InputError(
-            f"{names}: no photos here" + (f"\n{told}" if told else ""),
+            f"{names}: no photos here" + (f"\n{reasons}" if reasons else ""),
             "Give a folder of photos (JPEG, PNG, HEIC, WebP, TIFF), photo files, or a video.",
         )
     return Sources(tuple(dict.fromkeys(files)), tuple(skipped))
 
 
 def list_sources(given: Sequence[Path], own: Path, content: Callable[[Path], str]) -> SourceList:
-    """Return the sources with the hash of each; raises as `find_sources`.
+    """Return the sources with a hash of each file; raise the errors of `find_sources`.
 
     Parameters
     ----------
-    content : hash of a file.
+    content : function that hashes a file.
     """
     found = find_sources(given, own)
     files = [SourceFile(os.fsencode(file.absolute()), content(file)) for file in found.files]
@@ -89,16 +88,17 @@ def list_sources(given: Sequence[Path], own: Path, content: Callable[[Path], str
 
 
 def is_video(path: Path) -> bool:
-    """Whether a source is read as a video, by its suffix."""
+    """Return whether a source is a video, by its suffix."""
     return path.suffix.lower() in VIDEO_SUFFIXES
 
 
 def shown_name(path: Path) -> str:
-    """A file's name as text: bytes that are not UTF-8 are written out (`caf\\xe9.jpg`)."""
+    """Return a file's name as text; escape bytes that are not UTF-8 (`caf\\xe9.jpg`)."""
     return as_text(path.name)
 
 
-def _refuse_scans(path: Path, own: Path | None) -> None:
+def _check_path(path: Path, own: Path | None) -> None:
+    """Raise InputError if a path is missing, is a scan folder or lies in the folder `own`."""
     if not os.path.lexists(path):
         raise InputError(f"{path}: no such file or folder")
     if ScanFolder(path).manifest.is_file():
@@ -106,7 +106,7 @@ def _refuse_scans(path: Path, own: Path | None) -> None:
             f"{path}: is a scan folder, not a folder of photos",
             f"Its photos lie in {ScanFolder(path).photos}.",
         )
-    # Path.resolve raises where a link leads in a circle.
+    # Path.resolve would raise for a circular link.
     if own is not None and Path(os.path.realpath(own)) in Path(os.path.realpath(path)).parents:
         raise InputError(
             f"{path}: lies in the scan folder that is written ({own})",
@@ -115,18 +115,18 @@ def _refuse_scans(path: Path, own: Path | None) -> None:
 
 
 def _items(path: Path) -> Iterator[Path]:
-    """The path itself, or what a folder holds, without hidden things, in natural order."""
+    """Yield the path itself, or the visible items of a folder in natural order."""
     if not path.is_dir():
         return iter([path])
     try:
         inside = [item for item in path.iterdir() if not item.name.startswith(".")]
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
-    return iter(sorted(inside, key=_natural))
+    return iter(sorted(inside, key=_natural_key))
 
 
-def _reason_against(path: Path) -> str:
-    """Why it is not read; empty for a photo or a video. Nothing is opened to find out."""
+def _skip_reason(path: Path) -> str:
+    """Return why a path is skipped, or "" for a photo or a video, without opening the file."""
     try:
         mode = path.stat().st_mode
     except OSError as error:
@@ -149,30 +149,30 @@ _UNREACHABLE: Final = {
 }
 
 
-def _natural(path: Path) -> list[tuple[int, int | str]]:
-    """IMG_2 before IMG_10."""
+def _natural_key(path: Path) -> list[tuple[int, int | str]]:
+    """Return a sort key that puts IMG_2 before IMG_10."""
     parts = re.split(r"(\d+)", path.name.lower())
     return [(0, int(part)) if part.isdecimal() else (1, part) for part in parts]
 
 
-# File systems take 255 bytes; what stages and other programs add to a name needs some of them.
-_MOST_BYTES: Final = 180
+# File systems limit a name to 255 bytes; the rest is for suffixes that stages and tools add.
+_MAX_BYTES: Final = 180
 
 
 class Names:
-    """Gives each name once, whatever the case of its letters."""
+    """Assigns unique file names, ignoring case."""
 
     def __init__(self) -> None:
-        self._taken: set[str] = set()
+        self._used: set[str] = set()
 
     def give(self, stem: str, end: str = "") -> str:
-        """A name for a photo of this stem; `end` stays whole where the stem is cut."""
+        """Return a name for a photo of this stem; a long stem is cut, `end` is kept whole."""
         stem = unicodedata.normalize("NFC", stem)
-        # Bytes that were no UTF-8 stand as lone surrogates: no letters, so they become "_" too.
+        # Non-UTF-8 bytes are lone surrogates, which are not letters, so they become "_" too.
         stem = re.sub(r"[^\w.-]+", "_", stem).strip("._") or "photo"
-        stem = stem.encode()[:_MOST_BYTES].decode("utf-8", "ignore") + end
+        stem = stem.encode()[:_MAX_BYTES].decode("utf-8", "ignore") + end
         name, number = f"{stem}.jpg", 2
-        while name.lower() in self._taken:
+        while name.lower() in self._used:
             name, number = f"{stem}_{number}.jpg", number + 1
-        self._taken.add(name.lower())
+        self._used.add(name.lower())
         return name

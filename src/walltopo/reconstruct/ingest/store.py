@@ -1,4 +1,4 @@
-"""One source file to JPEGs in a folder: upright 8-bit sRGB without EXIF, with their sharpness."""
+"""Convert one source file to upright 8-bit sRGB JPEGs without EXIF; measure their sharpness."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from walltopo.core import InputError
-from walltopo.core.files import told_when_full
-from walltopo.reconstruct.ingest.decode_job import Done, Stored
+from walltopo.core.files import explain_full_disk
+from walltopo.reconstruct.ingest.decoding import Done, MemoryBudget, StoredPhoto
 from walltopo.reconstruct.ingest.image_file import (
     check_shape,
     decoded_photo,
@@ -18,30 +18,31 @@ from walltopo.reconstruct.ingest.image_file import (
     sharpness,
     thumbnail,
 )
-from walltopo.reconstruct.ingest.memory_gate import Room
-from walltopo.reconstruct.ingest.settings import IngestSettings
 from walltopo.reconstruct.ingest.sources import is_video
 from walltopo.reconstruct.ingest.video import sharpest_frames
+from walltopo.reconstruct.settings import IngestSettings
 
 if TYPE_CHECKING:
     from PIL.Image import Image
 
 
-_JPEG_QUALITY: Final = 95
+JPEG_QUALITY: Final = 95
 
 
-def store_file(number: int, file: Path, folder: Path, settings: IngestSettings, room: Room) -> Done:
+def store_file(
+    number: int, file: Path, folder: Path, settings: IngestSettings, budget: MemoryBudget
+) -> Done:
     """Decode one file and write its photos as `<number>.jpg` or `<number>_<frame>.jpg`.
 
     Raises
     ------
-    EnvironmentLacksError : no space left.
-    MemoryError : there was room by what the file says, and yet it ran out.
+    EnvironmentLacksError : the disk is full.
+    MemoryError : memory ran out although the file's header fitted the budget.
     """
     try:
         if is_video(file):
-            return _store_video(number, file, folder, settings, room)
-        with decoded_photo(file, settings, room) as photo:
+            return _store_video(number, file, folder, settings, budget)
+        with decoded_photo(file, settings, budget) as photo:
             stored = _store(photo.image, folder / f"{number}.jpg", None, photo.focal_px)
     except InputError as error:
         return Done(number, reasons=(error.message,))
@@ -49,15 +50,15 @@ def store_file(number: int, file: Path, folder: Path, settings: IngestSettings, 
 
 
 def _store_video(
-    number: int, file: Path, folder: Path, settings: IngestSettings, room: Room
+    number: int, file: Path, folder: Path, settings: IngestSettings, budget: MemoryBudget
 ) -> Done:
-    """Each frame goes to disk at once, so that memory does not grow with the film."""
+    """Write the frames of a video, each at once, so that memory does not grow with its length."""
     from PIL import Image as Pil
 
-    kept = _Thinned(settings.video_max_frames)
+    kept = _EvenlySpread(settings.video_max_frames)
     reasons: list[str] = []
     try:
-        for frame in sharpest_frames(file, room, reasons):
+        for frame in sharpest_frames(file, budget, reasons):
             if kept.wants_next():
                 image = Pil.fromarray(frame.pixels)
                 check_shape(image.size, settings)
@@ -65,7 +66,7 @@ def _store_video(
                 image = reduce_to(image, settings.max_side)
                 kept.add(_store(image, path, frame.number), folder)
     except InputError as error:
-        # What was seen before the damage is as good as a shorter film.
+        # The frames before the damage are as good as a shorter video.
         reasons.append(error.message)
     photos = kept.finish(folder)
     if not photos and not reasons:
@@ -73,32 +74,34 @@ def _store_video(
     return Done(number, photos, tuple(reasons))
 
 
-class _Thinned:
-    """At most `most` frames, spread evenly over a film whose length is not known in advance."""
+class _EvenlySpread:
+    """Keeps at most `max_` frames, spread evenly over a video of unknown length."""
 
-    def __init__(self, most: int) -> None:
-        self.most = most
-        self._kept: list[Stored] = []
-        self._seen, self._stride = 0, 1
+    def __init__(self, max_: int) -> None:
+        self.max_ = max_
+        self._kept: list[StoredPhoto] = []
+        self._offered, self._stride = 0, 1
 
     def wants_next(self) -> bool:
-        """Whether the next frame is one of every `stride`, which doubles as the film goes on."""
-        self._seen += 1
-        return (self._seen - 1) % self._stride == 0
+        """Return whether to keep the next frame: one of every `stride`, which doubles over time."""
+        self._offered += 1
+        return (self._offered - 1) % self._stride == 0
 
-    def add(self, stored: Stored, folder: Path) -> None:
+    def add(self, stored: StoredPhoto, folder: Path) -> None:
+        """Keep a stored frame; drop every second one if there are too many."""
         self._kept.append(stored)
-        if len(self._kept) > 2 * self.most:
+        if len(self._kept) > 2 * self.max_:
             self._keep(self._kept[::2], folder)
             self._stride *= 2
 
-    def finish(self, folder: Path) -> tuple[Stored, ...]:
-        if len(self._kept) > self.most:
-            chosen = np.linspace(0, len(self._kept) - 1, self.most).round().astype(int)
+    def finish(self, folder: Path) -> tuple[StoredPhoto, ...]:
+        """Drop surplus frames and return the kept ones."""
+        if len(self._kept) > self.max_:
+            chosen = np.linspace(0, len(self._kept) - 1, self.max_).round().astype(int)
             self._keep([self._kept[i] for i in chosen], folder)
         return tuple(self._kept)
 
-    def _keep(self, chosen: list[Stored], folder: Path) -> None:
+    def _keep(self, chosen: list[StoredPhoto], folder: Path) -> None:
         names = {stored.file for stored in chosen}
         for stored in self._kept:
             if stored.file not in names:
@@ -106,15 +109,17 @@ class _Thinned:
         self._kept = chosen
 
 
-def _store(image: Image, path: Path, frame: int | None, focal_px: float | None = None) -> Stored:
-    """Write the JPEG."""
+def _store(
+    image: Image, path: Path, frame: int | None, focal_px: float | None = None
+) -> StoredPhoto:
+    """Write an image as a JPEG and return its record."""
     stream = io.BytesIO()
-    image.save(stream, "JPEG", quality=_JPEG_QUALITY, subsampling=0)
-    # Pillow writing to a file itself does not say that the disk is full.
-    with told_when_full(path):
+    image.save(stream, "JPEG", quality=JPEG_QUALITY, subsampling=0)
+    # Pillow's own file writing does not report a full disk.
+    with explain_full_disk(path):
         path.write_bytes(stream.getbuffer())
     pixels = np.asarray(image, dtype=np.uint8)
-    return Stored(
+    return StoredPhoto(
         path.name,
         frame,
         image.width,

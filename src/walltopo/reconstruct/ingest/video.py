@@ -1,4 +1,4 @@
-"""Frames of a video: the sharpest one of each stretch of camera motion."""
+"""Read a video and keep the sharpest frame of each stretch of camera motion."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
+from walltopo.reconstruct.ingest.decoding import MemoryBudget, bytes_of_frame
 from walltopo.reconstruct.ingest.image_file import motion, sharpness, thumbnail
-from walltopo.reconstruct.ingest.memory_gate import Room, bytes_of_frame
 
-_LOOK_RATE_HZ = 6.0  # frames looked at per second; walking pace needs no more
+_SAMPLE_RATE_HZ = 6.0  # frames examined per second; enough for walking pace
 _MOTION = 0.08  # camera motion between kept frames, as a share of the width
-# A film beyond it is looked at up to here. Slow motion has at most 240 frames a second.
-_LONGEST_MINUTES: Final = 30
-_MOST_LOOKS: Final = int(_LONGEST_MINUTES * 60 * _LOOK_RATE_HZ)
+# Longer videos are read up to this time. Slow motion has at most 240 frames per second.
+_MAX_MINUTES: Final = 30
+_MAX_SAMPLES: Final = int(_MAX_MINUTES * 60 * _SAMPLE_RATE_HZ)
 _FASTEST_HZ: Final = 240.0
-_LARGEST_FRAME: Final = 40_000_000  # 8K has 33 million pixels
+_MAX_FRAME_PIXELS: Final = 40_000_000  # 8K has 33 million pixels
 _DECODER_THREADS: Final = 2  # each holds frames of its own
 
 Rgb = NDArray[np.uint8]
@@ -28,31 +28,32 @@ Rgb = NDArray[np.uint8]
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """One frame: its number in the file, (H, W, 3) sRGB, and how sharp it is."""
+    """A video frame: its number in the file, (H, W, 3) sRGB pixels and its sharpness."""
 
     number: int
     pixels: Rgb
     sharpness: float
 
 
-def sharpest_frames(path: Path, room: Room, untold: list[str]) -> Iterator[Frame]:
-    """The frames worth keeping, one at a time: no more than two are ever in memory.
+def sharpest_frames(path: Path, budget: MemoryBudget, reasons: list[str]) -> Iterator[Frame]:
+    """Yield the frames to keep, one at a time; at most two are in memory.
 
-    The camera's motion is added up frame by frame; whenever it passes `_MOTION` of the width, the
-    sharpest frame of that stretch is given.
+    The camera's motion is summed frame by frame. When the sum passes `_MOTION` of the width, the
+    sharpest frame of that stretch is yielded.
 
     Parameters
     ----------
-    untold : given a sentence where the film goes on beyond what was looked at.
+    budget : memory budget of the decoding process.
+    reasons : receives a sentence if the end of the video was not read.
 
     Raises
     ------
-    InputError : the file has no video stream or cannot be decoded (the reason alone).
+    InputError : the file has no video stream or cannot be decoded; the message omits its name.
     """
     best: Frame | None = None
     before: NDArray[np.float32] | None = None
-    travelled, given = 0.0, False
-    for number, pixels in _looks(path, room, untold):
+    travelled, has_yielded = 0.0, False
+    for number, pixels in _sample_frames(path, budget, reasons):
         small = thumbnail(pixels, 128)
         travelled += motion(before, small) if before is not None else 0.0
         before = small
@@ -61,13 +62,15 @@ def sharpest_frames(path: Path, room: Room, untold: list[str]) -> Iterator[Frame
             best = Frame(number, pixels, quality)
         if travelled >= _MOTION:
             yield best
-            best, travelled, given = None, 0.0, True
-    if best is not None and (not given or travelled >= _MOTION / 2):
+            best, travelled, has_yielded = None, 0.0, True
+    if best is not None and (not has_yielded or travelled >= _MOTION / 2):
         yield best
 
 
-def _looks(path: Path, room: Room, untold: list[str]) -> Iterator[tuple[int, Rgb]]:
-    """Upright frames at about `_LOOK_RATE_HZ`, with their numbers in the file."""
+def _sample_frames(
+    path: Path, budget: MemoryBudget, reasons: list[str]
+) -> Iterator[tuple[int, Rgb]]:
+    """Yield upright frames at about `_SAMPLE_RATE_HZ`, with their numbers in the file."""
     import av
 
     try:
@@ -75,34 +78,35 @@ def _looks(path: Path, room: Room, untold: list[str]) -> Iterator[tuple[int, Rgb
             if not container.streams.video:
                 raise InputError("has no video stream")
             stream = container.streams.video[0]
-            with room.taken(_bytes(stream)):
-                yield from _decoded(container, stream, untold)
+            with budget.reserve(_memory_needed(stream)):
+                yield from _decode(container, stream, reasons)
     except MemoryError:
         raise
     except (av.error.FFmpegError, OSError) as error:
         raise InputError(f"cannot be decoded as a video ({error.strerror})") from error
 
 
-def _bytes(stream: Any) -> float:
-    """What the stream's header says it takes; InputError where that is no film of a phone."""
+def _memory_needed(stream: Any) -> float:
+    """Return the memory that the video's header implies; raise InputError if no phone records such
+    frames."""
     if stream.codec_context is None:
         raise InputError("its codec is not known here")
     width, height = stream.codec_context.width, stream.codec_context.height
-    if width * height > _LARGEST_FRAME:
+    if width * height > _MAX_FRAME_PIXELS:
         raise InputError(f"{width}x{height} pixels a frame, too large to be a phone's video")
     pixel = stream.codec_context.format
     bits = max((part.bits for part in pixel.components), default=8) if pixel else 8
     return bytes_of_frame(width, height, bits)
 
 
-def _decoded(container: Any, stream: Any, untold: list[str]) -> Iterator[tuple[int, Rgb]]:
+def _decode(container: Any, stream: Any, reasons: list[str]) -> Iterator[tuple[int, Rgb]]:
     stream.thread_type = "AUTO"
     stream.codec_context.thread_count = _DECODER_THREADS
     rate = min(float(stream.average_rate or 30.0), _FASTEST_HZ)
-    stride = max(1, round(rate / _LOOK_RATE_HZ))
+    stride = max(1, round(rate / _SAMPLE_RATE_HZ))
     for number, frame in enumerate(container.decode(stream)):
-        if number >= _MOST_LOOKS * stride:
-            untold.append(f"only its first {_LONGEST_MINUTES} minutes were looked at")
+        if number >= _MAX_SAMPLES * stride:
+            reasons.append(f"only its first {_MAX_MINUTES} minutes were looked at")
             return
         if number % stride == 0:
             turns = round(float(getattr(frame, "rotation", 0) or 0) / 90.0) % 4

@@ -1,1 +1,1 @@
-"""The measure: metres, up and the floor from printed plates."""
+"""Find the scale, the up direction and the floor of a scan, from printed scale plates."""

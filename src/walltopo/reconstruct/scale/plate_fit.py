@@ -1,11 +1,11 @@
-"""Where a plate lies in the reconstruction, found in two ways.
+"""Locate a plate in the reconstruction by two estimators.
 
-(a) `fit_from_markers`: the published way, the rigid transform of each marker in each photo by PnP,
-averaged over markers and photos. (b) `fit_from_corners`: each corner triangulated over all photos
-with their known poses, then one similarity to the plate's known shape. Both give the similarity
-from the model to the plate's frame; `polish` brings either to the least robust reprojection error
-of all corners, which weighs depth and direction as the photos really tell them. Ways are judged
-by one yardstick: how far the plate, so placed, falls from its corners in the photos.
+(a) `fit_from_markers`: the published method, PnP of each marker in each photo, averaged over
+markers and photos. (b) `fit_from_corners`: each corner triangulated over all photos with known
+poses, then one similarity to the plate's known shape. Both return the similarity from the model to
+the plate's frame. `refine` minimises the robust reprojection error of all corners, which weighs
+depth and direction by their true uncertainty. The estimators are compared by the distance between
+the located plate's corners and the detected corners.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ from walltopo.geometry.similarity import (
     fit_similarity_robust,
     mean_rotation,
 )
-from walltopo.reconstruct.scale.markers import Detection
+from walltopo.images.markers import Detection
+from walltopo.reconstruct.scale.known_distance import Triangulated, triangulate, undistort
 from walltopo.reconstruct.scale.plates import Plate
-from walltopo.reconstruct.scale.rays import Triangulated, triangulate, undistort
 
 Floats = NDArray[np.float64]
 
-_TOLERANCE = 0.03  # of the plate's width: a corner further off its place is an outlier
-_POLISH_PX = 0.5  # px; errors beyond it count linearly, not squared
+_TOLERANCE = 0.03  # share of the plate's width; a corner farther off is an outlier
+_REFINE_PX = 0.5  # larger errors count linearly, not squared
 _MARKER_TOLERANCE = 3.0  # robust standard deviations
 
 
 @dataclass(frozen=True, eq=False)
 class Sighting:
-    """A marker's detection with the view it was made in."""
+    """A marker's detection with the view of its photo."""
 
     view: View
     detection: Detection
@@ -44,20 +44,20 @@ class Sighting:
 
 @dataclass(frozen=True, eq=False)
 class PlateFit:
-    """One plate placed in the model.
+    """A plate located in the model.
 
     Parameters
     ----------
-    plate : its geometry.
-    way : "markers" or "corners".
+    plate : geometry of the plate.
+    way : estimator, "markers" or "corners".
     plate_from_model : model units to the plate's frame in metres.
-    corners_model : (n, 3) corners of the print in model units that the fit rests on.
+    corners_model : (n, 3) corners of the print that the fit is based on, model units.
     corners_plate : (n, 3) the same corners in the plate's frame, metres.
-    residual_mm : how far, at the plate and across the line of sight, the detected corners lie
-        from their places: root mean square of the better three quarters (one marker of four may
-        be covered or confused).
-    error_px : median distance of the placed corners from the detected ones.
-    photos : names of the photos it rests on.
+    residual_mm : distance between detected and located corners at the plate, perpendicular to the
+        line of sight: root mean square of the better three quarters (one marker of four may be
+        occluded or confused).
+    error_px : median distance between located and detected corners.
+    photos : names of the photos that the fit is based on.
     """
 
     plate: Plate
@@ -71,24 +71,25 @@ class PlateFit:
 
     @property
     def scale(self) -> float:
-        """Metres per model unit."""
+        """Return the metres per model unit."""
         return self.plate_from_model.scale
 
     @property
     def outline_model(self) -> Floats:
-        """(4, 3) corners of the sheet in the model frame, clockwise from the top left."""
+        """Return the (4, 3) corners of the sheet in the model frame, clockwise from the top
+        left."""
         return self.plate_from_model.inverse().apply(self.plate.outline)
 
 
 def fit_from_corners(plate: Plate, sightings: Sequence[Sighting]) -> PlateFit | None:
-    """Triangulate each corner, then RANSAC and least squares to the plate's shape.
+    """Triangulate each corner, then fit the plate's shape by RANSAC and least squares.
 
     Returns
     -------
-    None where fewer than one marker's corners can be triangulated from two directions.
+    None if fewer than four corners can be triangulated.
     """
     model: list[Floats] = []
-    known: list[Floats] = []
+    plate_corners: list[Floats] = []
     photos: set[str] = set()
     for marker in plate.ids:
         seen = [s for s in sightings if s.detection.marker == marker]
@@ -96,31 +97,31 @@ def fit_from_corners(plate: Plate, sightings: Sequence[Sighting]) -> PlateFit | 
             found = _triangulate_corner(seen, corner)
             if found is not None:
                 model.append(found.point)
-                known.append(place)
+                plate_corners.append(place)
                 used = zip(seen, found.inliers, strict=True)
                 photos |= {s.detection.photo for s, good in used if good}
     if len(model) < 4:
         return None
-    points, places = np.array(model), np.array(known)
+    points, places = np.array(model), np.array(plate_corners)
     try:
         fit, inliers = fit_similarity_robust(points, places, _TOLERANCE * plate.size[0])
     except InputError:
         return None
     if inliers.sum() < 4:
         return None
-    return _placed(plate, "corners", fit, points[inliers], places[inliers], sightings, photos)
+    return _make_fit(plate, "corners", fit, points[inliers], places[inliers], sightings, photos)
 
 
 def fit_from_markers(plate: Plate, sightings: Sequence[Sighting]) -> PlateFit | None:
-    """PnP of each marker in each photo, averaged.
+    """Locate the plate by PnP of each marker in each photo, averaged.
 
-    Each PnP gives the plate's centre as seen from a camera, in metres; the camera's centre is
-    known in model units. One linear least squares over all of them gives the model units per
-    metre and the centre; rotations are averaged by the chordal mean.
+    Each PnP gives the plate's centre relative to a camera, in metres; the camera's centre is known
+    in model units. One linear least squares gives the model units per metre and the centre.
+    Rotations are averaged by the chordal mean.
 
     Returns
     -------
-    None where the photos are too few or all from one place, so that nothing tells the scale.
+    None if the photos are too few or from one place, so that the scale is undetermined.
     """
     if len({s.detection.photo for s in sightings}) < 2:
         return None
@@ -140,7 +141,7 @@ def fit_from_markers(plate: Plate, sightings: Sequence[Sighting]) -> PlateFit | 
     model_from_plate = Similarity(units, rotation, centre)
     corners = np.concatenate([plate.corners(marker) for marker in plate.ids])
     photos = {s.detection.photo for s, keep in zip(sightings, good, strict=True) if keep}
-    return _placed(
+    return _make_fit(
         plate,
         "markers",
         model_from_plate.inverse(),
@@ -151,11 +152,10 @@ def fit_from_markers(plate: Plate, sightings: Sequence[Sighting]) -> PlateFit | 
     )
 
 
-def polish(fit: PlateFit, sightings: Sequence[Sighting]) -> PlateFit:
-    """The same plate at the least robust (soft L1) reprojection error of all its corners.
+def refine(fit: PlateFit, sightings: Sequence[Sighting]) -> PlateFit:
+    """Minimise the robust (soft L1) reprojection error of all corners of a plate.
 
-    Seven numbers (turn, place, log of the scale) over every corner of every sighting; the
-    plate's flatness and shape hold exactly.
+    The seven parameters are rotation, translation and log scale. The plate's shape is exact.
     """
     from scipy.optimize import least_squares
     from scipy.spatial.transform import Rotation
@@ -174,16 +174,16 @@ def polish(fit: PlateFit, sightings: Sequence[Sighting]) -> PlateFit:
         apart = [xy - s.detection.corners for xy, s in zip(seen, sightings, strict=True)]
         return np.nan_to_num(np.concatenate(apart).ravel(), nan=1e3)
 
-    best = least_squares(errors, np.zeros(7), loss="soft_l1", f_scale=_POLISH_PX, x_scale="jac")
+    best = least_squares(errors, np.zeros(7), loss="soft_l1", f_scale=_REFINE_PX, x_scale="jac")
     back = moved(best.x)
     places = np.concatenate([fit.plate.corners(marker) for marker in fit.plate.ids])
     photos = set(fit.photos)
-    return _placed(
+    return _make_fit(
         fit.plate, fit.way, back.inverse(), back.apply(places), places, sightings, photos
     )
 
 
-def _placed(
+def _make_fit(
     plate: Plate,
     way: str,
     fit: Similarity,
@@ -192,6 +192,7 @@ def _placed(
     sightings: Sequence[Sighting],
     photos: set[str],
 ) -> PlateFit:
+    """Return the fit with its residuals over all sightings."""
     back = fit.inverse()
     pixels, metres = [], []
     for s in sightings:
@@ -205,14 +206,14 @@ def _placed(
         fit,
         points,
         places,
-        1000 * _trimmed(np.concatenate(metres)),
+        1000 * _trimmed_rms(np.concatenate(metres)),
         float(np.median(np.concatenate(pixels))),
         tuple(sorted(photos)),
     )
 
 
-def _trimmed(lengths: Floats) -> float:
-    """Root mean square of the smaller three quarters."""
+def _trimmed_rms(lengths: Floats) -> float:
+    """Return the root mean square of the smaller three quarters."""
     kept = np.sort(np.abs(lengths))[: -(-3 * len(lengths) // 4)]
     return float(np.sqrt(np.mean(kept**2)))
 
@@ -223,7 +224,8 @@ def _triangulate_corner(sightings: Sequence[Sighting], corner: int) -> Triangula
 
 
 def _plate_in_camera(plate: Plate, sighting: Sighting) -> tuple[Floats, Floats]:
-    """Rotation (3, 3) and centre (3,) of the plate in the camera frame, metres, from one marker."""
+    """Return the plate's rotation (3, 3) and centre (3,) in the camera frame, metres, from one
+    marker."""
     import cv2
 
     half = plate.marker / 2
@@ -232,7 +234,7 @@ def _plate_in_camera(plate: Plate, sighting: Sighting) -> tuple[Floats, Floats]:
     _, turns, shifts, _ = cv2.solvePnPGeneric(
         square, uv[:, None], np.eye(3), None, flags=cv2.SOLVEPNP_IPPE_SQUARE
     )
-    # Sorted by reprojection error; the second is the mirrored pose of a flat square.
+    # Solutions are sorted by reprojection error; the second is the ambiguous pose of a flat square.
     rotation = np.asarray(cv2.Rodrigues(turns[0])[0], dtype=np.float64)
     marker = plate.corners(sighting.detection.marker).mean(axis=0)
     centre = np.asarray(shifts[0], dtype=np.float64).ravel() - rotation @ marker
@@ -242,11 +244,11 @@ def _plate_in_camera(plate: Plate, sighting: Sighting) -> tuple[Floats, Floats]:
 def _scale_and_centre(
     origins: Floats, toward: Floats
 ) -> tuple[float, Floats, NDArray[np.bool_]] | None:
-    """Least squares of origin_i + units * toward_i = centre, without the far ones.
+    """Solve origin_i + units * toward_i = centre by least squares, without outliers.
 
     Returns
     -------
-    Model units per metre (> 0), the centre (3,), and (n,) bool of those it rests on.
+    Model units per metre (> 0), the centre (3,), and (n,) bool of the inliers.
     """
     good = np.ones(len(origins), dtype=np.bool_)
     for _ in range(10):
@@ -260,15 +262,16 @@ def _scale_and_centre(
             return None
         centre = a.mean(axis=0) + units * b.mean(axis=0)
         away = np.linalg.norm(origins + units * toward - centre, axis=1)
-        again = away <= max(_MARKER_TOLERANCE * 1.4826 * float(np.median(away)), 1e-9 * units)
-        if again.sum() < 2 or (again == good).all():
+        inliers = away <= max(_MARKER_TOLERANCE * 1.4826 * float(np.median(away)), 1e-9 * units)
+        if inliers.sum() < 2 or (inliers == good).all():
             break
-        good = again
+        good = inliers
     return units, centre, good
 
 
 def shared_scale(fits: Sequence[PlateFit]) -> float:
-    """Metres per model unit: the least squares scale common to all plates' corners."""
+    """Return the metres per model unit that fit the corners of all plates best, by least
+    squares."""
     top = bottom = 0.0
     for fit in fits:
         a = fit.corners_model - fit.corners_model.mean(axis=0)

@@ -1,18 +1,21 @@
-"""A plate as a printable PDF: vector shapes, true size, with a ruler to check the print."""
+"""Draw scale plates and stickers as printable PDFs: vector shapes, true size, with a ruler."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
-from walltopo.reconstruct.scale.plates import Plate, marker_cells
+from walltopo.images.markers import marker_cells
+from walltopo.reconstruct.scale.plates import Plate, sticker
 
-PAPERS = {"a4": (0.297, 0.210), "a3": (0.420, 0.297)}  # landscape, metres
+# Landscape, metres.
+PAPERS = {"a4": (0.297, 0.210), "a3": (0.420, 0.297), "letter": (0.2794, 0.2159)}
 
+_THIN = 0.0002  # m; width of a line
 _POINTS = 72 / 0.0254  # PDF units per metre
 
 
@@ -29,20 +32,23 @@ class Rectangle:
 
 @dataclass(frozen=True)
 class Text:
-    """A line of text that begins at (x, y), baseline, metres; `size` is the font's, metres."""
+    """A line of text whose baseline starts at (x, y), metres; `size` is the font size, metres."""
 
     x: float
     y: float
     size: float
-    words: str
+    text: str
 
 
-def draw_plate(plate: Plate, paper: tuple[float, float]) -> list[Rectangle | Text]:
-    """What is on the sheet: four markers, their dimensions, a ruler, and which edge is the top.
+Shape = Rectangle | Text
+
+
+def draw_plate(plate: Plate, paper: tuple[float, float]) -> list[Shape]:
+    """Draw the sheet: four markers, their dimensions, a ruler and an arrow to the top edge.
 
     Parameters
     ----------
-    plate : its size must fit the paper.
+    plate : plate no larger than the paper.
     paper : width and height in metres.
 
     Raises
@@ -56,18 +62,18 @@ def draw_plate(plate: Plate, paper: tuple[float, float]) -> list[Rectangle | Tex
             f"fit on paper of {_mm(paper[0])} x {_mm(paper[1])} mm"
         )
     middle = (paper[0] / 2, paper[1] / 2)
-    shapes: list[Rectangle | Text] = []
+    shapes: list[Shape] = []
     for marker in plate.ids:
         x, y, _ = plate.corners(marker)[3]  # bottom left
         shapes += _marker(plate, marker, middle[0] + x, middle[1] + y)
-    return [*shapes, *_words(plate, paper)]
+    return [*shapes, *_labels(plate, paper)]
 
 
 def _marker(plate: Plate, marker: int, x: float, y: float) -> Iterable[Rectangle]:
-    """A black square with its white cells, each as part of a row and of a column.
+    """Yield a black square with its white cells, each as part of a row and of a column.
 
-    Cells are joined to runs along both directions, so that no viewer shows hairlines between
-    neighbours.
+    Cells are merged into runs in both directions, because viewers show hairlines between adjacent
+    rectangles.
     """
     white = marker_cells(plate.dictionary, marker)
     cell = plate.marker / len(white)
@@ -81,15 +87,15 @@ def _marker(plate: Plate, marker: int, x: float, y: float) -> Iterable[Rectangle
 
 
 def _runs(cells: NDArray[np.bool_]) -> Iterable[tuple[int, int, int]]:
-    """(row, first, count) of each run of set cells."""
+    """Yield (row, first, count) of each run of set cells."""
     for row, line in enumerate(cells):
         edges = np.flatnonzero(np.diff(np.concatenate([[0], line.astype(int), [0]])))
         for first, after in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
             yield row, first, after - first
 
 
-def _words(plate: Plate, paper: tuple[float, float]) -> list[Rectangle | Text]:
-    """The middle column, clear of the white rims that the markers need."""
+def _labels(plate: Plate, paper: tuple[float, float]) -> list[Shape]:
+    """Draw the middle column, clear of the white margins that the markers need."""
     cell = plate.marker / 6
     inner = plate.size[0] - 2 * (plate.margin + plate.marker + cell)
     ruler = max(0.02, 0.02 * int(inner / 0.02))
@@ -110,69 +116,125 @@ def _words(plate: Plate, paper: tuple[float, float]) -> list[Rectangle | Text]:
         "Check with a ruler. Glue onto a stiff flat",
         "board. Lay it on the floor, print up.",
     ]
-    shapes: list[Rectangle | Text] = [
-        Text(x, top - plate.margin - (k + 1.2) * 1.5 * size, size, words)
-        for k, words in enumerate(lines)
+    shapes: list[Shape] = [
+        Text(x, top - plate.margin - (k + 1.2) * 1.5 * size, size, text)
+        for k, text in enumerate(lines)
     ]
     return shapes + _ruler((paper[0] - ruler) / 2, paper[1] / 2 - plate.size[1] * 0.36, ruler, size)
 
 
-def _ruler(x: float, y: float, length: float, size: float) -> list[Rectangle | Text]:
-    thin = 0.0002
-    shapes: list[Rectangle | Text] = [Rectangle(x, y, length, thin, 0.0)]
+def _ruler(x: float, y: float, length: float, size: float) -> list[Shape]:
+    """Draw a ruler with millimetre marks and its length as text."""
+    shapes: list[Shape] = [Rectangle(x, y, length, _THIN, 0.0)]
     for millimetre in range(round(1000 * length) + 1):
         tall = 0.006 if millimetre % 10 == 0 else 0.004 if millimetre % 5 == 0 else 0.0025
-        shapes.append(Rectangle(x + millimetre / 1000 - thin / 2, y, thin, tall, 0.0))
-    words = f"from first to last line: {_mm(length)} mm"
-    shapes.append(Text(x, y - 1.3 * size, size, words))
+        shapes.append(Rectangle(x + millimetre / 1000 - _THIN / 2, y, _THIN, tall, 0.0))
+    text = f"from first to last line: {_mm(length)} mm"
+    shapes.append(Text(x, y - 1.3 * size, size, text))
     return shapes
 
 
-def to_pdf(shapes: Iterable[Rectangle | Text], paper: tuple[float, float], title: str) -> bytes:
-    """One page with the shapes at true size (PDF 1.4, Helvetica, no images).
+_TEXT = 0.0035  # m; size of the letters on a sheet of stickers
+
+
+def draw_stickers(codes: Sequence[int], paper: tuple[float, float]) -> list[list[Shape]]:
+    """Draw sheets of stickers with cutting marks; each carries its code in small print.
+
+    Parameters
+    ----------
+    codes : codes of the stickers, 0 to 586.
+    paper : width and height in metres.
+
+    Returns
+    -------
+    The shapes of each sheet.
+    """
+    side = sticker(0).size[0]
+    columns, rows = int(paper[0] / side), int((paper[1] - 2 * _TEXT) / side)
+    sheets = [codes[k : k + columns * rows] for k in range(0, len(codes), columns * rows)]
+    left, bottom = (paper[0] - columns * side) / 2, (paper[1] - rows * side - 2 * _TEXT) / 2
+    return [_sheet(sheet, (left, bottom), (columns, rows), side) for sheet in sheets]
+
+
+def _sheet(
+    codes: Sequence[int], start: tuple[float, float], counts: tuple[int, int], side: float
+) -> list[Shape]:
+    """Draw one sheet of stickers from the top left; `start` is its bottom left corner, metres."""
+    columns, rows = counts
+    top = start[1] + rows * side
+    shapes: list[Shape] = [
+        Text(
+            start[0] + 0.01,
+            top + _TEXT / 2,
+            _TEXT,
+            "Print at 100 %. Cut. Stick flat onto bare panels, each code once per wall.",
+        ),
+    ]
+    for place, code in enumerate(codes):
+        x, y = start[0] + place % columns * side, top - (place // columns + 1) * side
+        plate = sticker(code)
+        shapes += _marker(plate, code, x + plate.margin, y + plate.margin)
+        shapes.append(
+            Text(x + plate.margin, y + 0.0025, 0.0025, f"{code}   {_mm(plate.marker)} mm")
+        )
+    for k in range(columns + 1):
+        for m in range(rows + 1):
+            x, y = start[0] + k * side, start[1] + m * side
+            shapes.append(Rectangle(x - 0.002, y - _THIN / 2, 0.004, _THIN, 0.6))
+            shapes.append(Rectangle(x - _THIN / 2, y - 0.002, _THIN, 0.004, 0.6))
+    return shapes
+
+
+def to_pdf(pages: Sequence[Iterable[Shape]], paper: tuple[float, float], title: str) -> bytes:
+    """Return a PDF with the shapes of each page at true size (PDF 1.4, Helvetica, no images).
 
     Parameters
     ----------
     paper : width and height, metres.
     title : shown by viewers; ASCII.
     """
-    content = "\n".join(_operators(shape) for shape in shapes).encode("latin-1", "replace")
     width, height = (f"{side * _POINTS:.4f}" for side in paper)
+    numbers = [5 + 2 * k for k in range(len(pages))]
+    kids = " ".join(f"{number} 0 R" for number in numbers)
     objects = [
         b"<< /Type /Catalog /Pages 2 0 R /ViewerPreferences << /PrintScaling /None >> >>",
-        b"<< /Type /Pages /Kids [3 0 R] /Count 1 >>",
-        f"<< /Type /Page /Parent 2 0 R /MediaBox [0 0 {width} {height}] /Contents 4 0 R "
-        "/Resources << /Font << /F1 5 0 R >> >> >>".encode(),
-        b"<< /Length %d >>\nstream\n%s\nendstream" % (len(content), content),
+        f"<< /Type /Pages /Kids [{kids}] /Count {len(pages)} >>".encode(),
         b"<< /Type /Font /Subtype /Type1 /BaseFont /Helvetica /Encoding /WinAnsiEncoding >>",
         f"<< /Title ({_escaped(title)}) /Producer (walltopo) >>".encode("ascii", "replace"),
     ]
+    for number, shapes in zip(numbers, pages, strict=True):
+        content = "\n".join(_operators(shape) for shape in shapes).encode("latin-1", "replace")
+        objects += [
+            f"<< /Type /Page /Parent 2 0 R /MediaBox [0 0 {width} {height}] "
+            f"/Contents {number + 1} 0 R /Resources << /Font << /F1 3 0 R >> >> >>".encode(),
+            b"<< /Length %d >>\nstream\n%s\nendstream" % (len(content), content),
+        ]
     body = b"%PDF-1.4\n"
-    places = []
+    offsets = []
     for number, text in enumerate(objects, start=1):
-        places.append(len(body))
+        offsets.append(len(body))
         body += b"%d 0 obj\n%s\nendobj\n" % (number, text)
-    table = b"".join(b"%010d 00000 n \n" % place for place in places)
+    table = b"".join(b"%010d 00000 n \n" % offset for offset in offsets)
     return (
         body
         + b"xref\n0 %d\n0000000000 65535 f \n" % (len(objects) + 1)
         + table
-        + b"trailer\n<< /Size %d /Root 1 0 R /Info 6 0 R >>\n" % (len(objects) + 1)
+        + b"trailer\n<< /Size %d /Root 1 0 R /Info 4 0 R >>\n" % (len(objects) + 1)
         + b"startxref\n%d\n%%%%EOF\n" % len(body)
     )
 
 
-def _operators(shape: Rectangle | Text) -> str:
+def _operators(shape: Shape) -> str:
     x, y = shape.x * _POINTS, shape.y * _POINTS
     if isinstance(shape, Rectangle):
         width, height = shape.width * _POINTS, shape.height * _POINTS
         return f"{shape.grey:g} g {x:.4f} {y:.4f} {width:.4f} {height:.4f} re f"
     size = shape.size * _POINTS
-    return f"0 g BT /F1 {size:.3f} Tf {x:.4f} {y:.4f} Td ({_escaped(shape.words)}) Tj ET"
+    return f"0 g BT /F1 {size:.3f} Tf {x:.4f} {y:.4f} Td ({_escaped(shape.text)}) Tj ET"
 
 
-def _escaped(words: str) -> str:
-    return words.replace("\\", r"\\").replace("(", r"\(").replace(")", r"\)")
+def _escaped(text: str) -> str:
+    return text.replace("\\", r"\\").replace("(", r"\(").replace(")", r"\)")
 
 
 def _mm(metres: float) -> str:

@@ -1,4 +1,4 @@
-"""The geometry of printed measures: where each marker's corners lie on its plate."""
+"""Define the geometry of scale plates: the position of each marker's corners."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
-from walltopo.core.toml import read_toml
+from walltopo.core.files import read_toml
+from walltopo.images.markers import STICKER_MARGIN, STICKER_SIDE, STICKERS
 from walltopo.scans.document import parse
 
-# Ids tell the size: the three built-in kinds share one dictionary and no id.
+# The ids identify the size: the three built-in kinds share one dictionary and no id.
 BUILT_IN = """\
-# The plates that walltopo knows without being told. Lengths in metres.
+# The built-in plates of walltopo. Lengths in metres.
 # ids: top left, top right, bottom right, bottom left, seen from above with the print upright.
 
 [[plate]]            # a stiff board
@@ -36,7 +37,7 @@ floor = true         # lies on the floor
 name = "a4"
 dictionary = "DICT_4X4_50"
 ids = [20, 21, 22, 23]
-copies = 4
+copies = 3
 size = [0.297, 0.210]
 marker = 0.080
 margin = 0.010
@@ -49,6 +50,14 @@ copies = 3
 size = [0.420, 0.297]
 marker = 0.115
 margin = 0.012
+
+[[plate]]            # `walltopo measure print --paper letter`
+name = "letter"
+dictionary = "DICT_4X4_50"
+ids = [32, 33, 34, 35]
+size = [0.2794, 0.2159]
+marker = 0.075
+margin = 0.010
 """
 
 MarkerId = Annotated[int, msgspec.Meta(ge=0, le=10_000)]
@@ -56,7 +65,7 @@ Metres = Annotated[float, msgspec.Meta(ge=0, le=100)]
 
 
 class _Entry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A [[plate]] table; see `Plate`."""
+    """A [[plate]] table of a TOML file; see `Plate`."""
 
     ids: tuple[MarkerId, MarkerId, MarkerId, MarkerId]
     size: tuple[Metres, Metres]
@@ -75,26 +84,26 @@ class _Plates(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True)
 class Plate:
-    """A flat print of four markers.
+    """A flat printed sheet with four markers, or a sticker: one marker at its centre.
 
-    Its frame: origin at the centre, x to the right along the top edge, y up the page, z out of
-    the print; metres.
+    The plate's frame has its origin at the centre, x to the right along the top edge, y up the page
+    and z out of the print; metres.
 
     Parameters
     ----------
     name : kind of plate.
     dictionary : OpenCV's name of the marker dictionary.
-    ids : marker ids, top left, top right, bottom right, bottom left.
+    ids : marker ids: top left, top right, bottom right, bottom left; or the one of a sticker.
     size : width and height.
     marker : side of a marker.
-    margin : from the markers to the plate's edges.
+    margin : distance from the markers to the plate's edges.
     thickness : height of the print above the floor.
-    floor : whether it lies on the floor (else, say, on the wall: it gives the scale alone).
+    floor : whether the plate lies on the floor (on a wall it gives the scale alone).
     """
 
     name: str
     dictionary: str
-    ids: tuple[int, int, int, int]
+    ids: tuple[int, ...]
     size: tuple[float, float]
     marker: float
     margin: float
@@ -103,66 +112,64 @@ class Plate:
 
     @property
     def label(self) -> str:
-        """How messages call it: its lowest and highest id."""
+        """Return the plate's name in messages: kind, lowest and highest id."""
+        if len(self.ids) == 1:
+            return f"{self.name} {self.ids[0]}"
         return f"{self.name} {min(self.ids)}-{max(self.ids)}"
 
     @property
     def outline(self) -> NDArray[np.float64]:
-        """(4, 3) corners of the sheet: top left, top right, bottom right, bottom left."""
+        """Return the (4, 3) corners of the sheet: top left, top right, bottom right, bottom
+        left."""
         x, y = self.size[0] / 2, self.size[1] / 2
         return np.array([(-x, y, 0.0), (x, y, 0.0), (x, -y, 0.0), (-x, -y, 0.0)])
 
     def corners(self, marker: int) -> NDArray[np.float64]:
-        """(4, 3) corners of one marker: top left, top right, bottom right, bottom left."""
+        """Return the (4, 3) corners of a marker: top left, top right, bottom right, bottom left."""
+        square = self.marker / 2 * np.array([(-1, 1), (1, 1), (1, -1), (-1, -1)])
+        if len(self.ids) == 1:
+            return np.column_stack([square, np.zeros(4)])
         place = self.ids.index(marker)
         half = self.marker / 2
         x = self.size[0] / 2 - self.margin - half
         y = self.size[1] / 2 - self.margin - half
         centre = np.array([(-x, y), (x, y), (x, -y), (-x, -y)][place])
-        square = half * np.array([(-1, 1), (1, 1), (1, -1), (-1, -1)])
         return np.column_stack([centre + square, np.zeros(4)])
 
 
-def marker_cells(dictionary: str, marker: int) -> NDArray[np.bool_]:
-    """(n, n) bool, which cells of a marker (border included) are white, top row first."""
-    import cv2
-
-    number = getattr(cv2.aruco, dictionary, None)
-    if not dictionary.startswith("DICT_") or number is None:
-        raise InputError(f"{dictionary!r} is not an ArUco dictionary of OpenCV")
-    table = cv2.aruco.getPredefinedDictionary(number)
-    if not 0 <= marker < len(table.bytesList):
-        raise InputError(f"{dictionary} has markers 0 to {len(table.bytesList) - 1}, not {marker}")
-    cells = table.markerSize + 2
-    image = cv2.aruco.generateImageMarker(table, marker, cells)
-    return np.asarray(image) > 127
+def sticker(code: int) -> Plate:
+    """Return a sticker of `walltopo measure print --stickers` as a plate on a wall."""
+    side = STICKER_SIDE + 2 * STICKER_MARGIN
+    return Plate(
+        "sticker", STICKERS, (code,), (side, side), STICKER_SIDE, STICKER_MARGIN, floor=False
+    )
 
 
 def built_in_plates() -> list[Plate]:
-    """The plates of `BUILT_IN`."""
+    """Return the plates of `BUILT_IN`."""
     return _parse(tomllib.loads(BUILT_IN), "the built-in plates")
 
 
 def read_plates(path: Path) -> list[Plate]:
-    """Plates of a TOML file (see `BUILT_IN` for its form).
+    """Read the plates of a TOML file in the format of `BUILT_IN`.
 
     Raises
     ------
-    InputError : not TOML, an unknown or missing key, an impossible shape, an id used twice.
+    InputError : invalid TOML, an unknown or missing key, an impossible shape, or a duplicate id.
     """
     return _parse(read_toml(path), str(path))
 
 
 def _parse(table: dict[str, Any], source: str) -> list[Plate]:
     entries = parse(table, _Plates, source).plate
-    plates = [plate for entry in entries for plate in _copies(entry, source)]
+    plates = [plate for entry in entries for plate in _expand_copies(entry, source)]
     if not plates:
         raise InputError(f"{source}: holds no [[plate]] table")
-    _refuse_shared_ids(plates, source)
+    _check_unique_ids(plates, source)
     return plates
 
 
-def _copies(entry: _Entry, source: str) -> list[Plate]:
+def _expand_copies(entry: _Entry, source: str) -> list[Plate]:
     ids, marker, margin = entry.ids, entry.marker, entry.margin
     width, height = entry.size
     if min(width, height) < 2 * (marker + margin):
@@ -185,7 +192,7 @@ def _copies(entry: _Entry, source: str) -> list[Plate]:
     ]
 
 
-def _refuse_shared_ids(plates: Sequence[Plate], source: str) -> None:
+def _check_unique_ids(plates: Sequence[Plate], source: str) -> None:
     seen: dict[tuple[str, int], str] = {}
     for plate in plates:
         for marker in plate.ids:

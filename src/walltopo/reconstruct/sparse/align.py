@@ -1,19 +1,18 @@
-"""Aligned updates: new photos registered into the frame of a finished scan.
+"""Register new photos into the frame of a finished scan.
 
 The new photos are matched among themselves and against the most similar photos of the reference.
-`constrained` hands the reference's model to the mapper with every pose and all intrinsics of it
-held constant, so that only new cameras and points move (points seen by both stay free: they have
-the reference's rays to hold them). `rigid`, for comparison, maps the new photos alone and fits
-one similarity through the points that both models share. What changed on the wall does not match
-and so does not count. Afterwards the reference's photos are dropped: what remains is the new
-section in the reference's frame. The reference's folder is only read.
+`constrained` continues the reference's model with all its poses and intrinsics held constant, so
+only new cameras and points move. (Points seen by both stay free; the reference's rays constrain
+them.) `rigid`, for comparison, maps the new photos alone and fits one similarity through the points
+that both models share. Changed parts of the wall do not match, so they have no influence. Finally
+the reference's photos are dropped: the result is the new photos in the reference's frame. The
+reference's folder is never modified.
 """
 
 from __future__ import annotations
 
-import os
 import shutil
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,25 +23,33 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, StageError
 from walltopo.geometry.similarity import fit_similarity_robust
-from walltopo.reconstruct.sparse.attempts import Attempt, best_attempt, learned_alone
-from walltopo.reconstruct.sparse.colmap_process import run_worker
+from walltopo.reconstruct.settings import SparseSettings
+from walltopo.reconstruct.sparse.attempts import (
+    Attempt,
+    best_attempt,
+    camera_centres,
+    describe_model,
+    learned_alone,
+    why_unregistered,
+)
 from walltopo.reconstruct.sparse.feature_cache import known_features
 from walltopo.reconstruct.sparse.jobs import (
     CameraEntry,
+    ColmapJob,
     ImageEntry,
-    Job,
     KnownFeatures,
     MapTask,
     camera_entries,
     features_job,
     mapping_job,
     photo_ids,
+    run_worker,
+    write_masks,
 )
+from walltopo.reconstruct.sparse.lookalikes import are_observed
 from walltopo.reconstruct.sparse.models import KeptImage, match_keypoints, rebuild
-from walltopo.reconstruct.sparse.outcome import camera_centres, describe_model, why_unregistered
-from walltopo.reconstruct.sparse.settings import SparseSettings
+from walltopo.scans.artifacts import Context
 from walltopo.scans.colmap_model import SparseModel, open_model
-from walltopo.scans.context import Context
 from walltopo.scans.folder import ScanFolder, world_frame
 from walltopo.scans.manifest import Metrics
 from walltopo.scans.photos import Photo, PhotoSet
@@ -50,16 +57,16 @@ from walltopo.scans.scale import Aligned, Frame, Scale
 
 Floats = NDArray[np.float64]
 
-_NEW, _REFERENCE = "new", "reference"  # folders that tell equal file names apart
-_MOVED = 1e-9  # most that a reference pose or parameter may change
-_LEAST_SHARE = 0.3  # of the new photos that must register
-_LEAST_SHARED_POINTS = 30
-_RIGID_TOLERANCE = 0.01  # of the extent of the reference's cameras
+_NEW, _REFERENCE = "new", "reference"  # subfolders, because file names may be equal
+_MAX_MOVED = 1e-9  # maximum change of a reference pose or parameter
+_MIN_SHARE = 0.3  # share of the new photos that must register
+_MIN_SHARED_POINTS = 30
+_RIGID_TOLERANCE = 0.01  # share of the extent of the reference's cameras
 
 
 @dataclass(frozen=True, eq=False)
 class _Reference:
-    """A finished scan, read."""
+    """A finished scan that the new photos are aligned to."""
 
     scan: ScanFolder
     model: Any
@@ -70,32 +77,39 @@ class _Reference:
 def align_to_reference(
     folder: PhotoSet, photos: Sequence[Photo], settings: SparseSettings, context: Context
 ) -> tuple[SparseModel, Aligned | None, Metrics]:
-    """The sparse stage with `settings.reference`.
+    """Map new photos into the frame of `settings.reference`.
 
-    Its metrics are those without, and: align, reference_moved (largest change of any number in the
-    reference's poses and intrinsics), shared_points (points that tie the two together).
+    Metrics: those of `map_photos`, align, reference_moved (largest change of any number in the
+    reference's poses and intrinsics), shared_points (points seen by new and reference photos).
 
     Raises
     ------
-    InputError : the reference is no finished scan, or is this very folder.
+    InputError : the reference is not a finished scan, or is the scan itself.
     StageError : the photos do not show the reference's wall.
     """
     reference = _open_reference(folder, settings)
     job = _update_job(folder, photos, reference, settings, context.cache)
+    both = {_NEW: folder, _REFERENCE: PhotoSet(reference.scan.photos)}
+    job = replace(job, masks=write_masks(both, context.scratch / "masks"))
     align = _constrained if settings.align == "constrained" else _rigid
 
-    def mapped(job: Job) -> tuple[_Update | None, dict[str, Floats]]:
+    def map_job(job: ColmapJob) -> tuple[_Update | None, dict[str, Floats]]:
         update = align(photos, reference, job, context)
         return update, _registered(update)
 
     names = [f"{_NEW}/{photo.name}" for photo in photos]
-    # The reference holds them all: its cameras do not move.
+
+    def is_connected(update: _Update | None, known: Collection[str]) -> bool:
+        # `are_connected` is not needed, because the reference's cameras are fixed.
+        photos = {name.removeprefix(f"{_NEW}/") for name in known}
+        return update is not None and are_observed(update.model, photos)
+
     attempt = best_attempt(
-        job, settings, folder.folder, context.progress, mapped, names, lambda *_: True
+        job, settings, folder.folder, context.progress, map_job, names, is_connected
     )
-    update, registered = attempt.made, len(attempt.registered)
-    if update is None or registered < max(2, _LEAST_SHARE * len(photos)):
-        raise StageError(_not_this_wall(registered, len(photos), reference))
+    update, registered = attempt.result, len(attempt.registered)
+    if update is None or registered < max(2, _MIN_SHARE * len(photos)):
+        raise StageError(_low_overlap_message(registered, len(photos), reference))
     model, moved, shared = update.model, update.moved, update.shared_points
     reasons = _reasons(photos, attempt)
     made = context.scratch / "sparse"
@@ -117,20 +131,20 @@ def align_to_reference(
         "align": settings.align,
         "reference_moved": moved,
         "shared_points": shared,
-        "means": attempt.means,
+        "means": attempt.strategy,
     }
     return SparseModel(made), aligned, figures
 
 
 @dataclass(frozen=True, eq=False)
 class _Update:
-    """New photos in the reference's frame.
+    """New photos registered in the reference's frame.
 
     Parameters
     ----------
     model : `pycolmap.Reconstruction` of the new photos alone.
     moved : largest change of any number in the reference's poses and intrinsics.
-    shared_points : points that tie the two together.
+    shared_points : number of points seen by both new and reference photos.
     """
 
     model: Any
@@ -139,13 +153,14 @@ class _Update:
 
 
 def _registered(update: _Update | None) -> dict[str, Floats]:
-    """The cameras of an update, by names as the job has them."""
+    """Return the camera centres of an update, keyed by the image names of the job."""
     if update is None:
         return {}
     return {f"{_NEW}/{name}": at for name, at in camera_centres(update.model).items()}
 
 
 def _open_reference(photos: PhotoSet, settings: SparseSettings) -> _Reference:
+    """Open and check the reference scan; raise InputError if it is unusable."""
     other = ScanFolder(settings.reference)
     if other.photos.resolve() == photos.folder.resolve():
         raise InputError(f"{other.root}: a scan cannot be its own reference")
@@ -170,20 +185,30 @@ def _open_reference(photos: PhotoSet, settings: SparseSettings) -> _Reference:
     return _Reference(other, model, tuple(images), Scale.load(other.scale).frame)
 
 
+def _show_folder(place: Path, folder: Path) -> None:
+    """Make a folder appear at another place: by a link, or by a copy where links are forbidden."""
+    if place.is_symlink():
+        place.unlink()
+    elif place.exists():
+        shutil.rmtree(place)
+    try:
+        place.symlink_to(folder, target_is_directory=True)
+    except OSError:  # Windows allows links to developers only
+        shutil.copytree(folder, place)
+
+
 def _update_job(
     folder: PhotoSet,
     photos: Sequence[Photo],
     reference: _Reference,
     settings: SparseSettings,
     cache: Path,
-) -> Job:
-    """New photos are images 1 to n, the reference's n + 1 on; likewise the cameras."""
+) -> ColmapJob:
+    """Return the job for features and matches; images 1 to n are new, n + 1 on the reference's."""
     root = cache / "both"
     root.mkdir(parents=True, exist_ok=True)
     for name, target in ((_NEW, folder.folder), (_REFERENCE, reference.scan.photos)):
-        link = root / name
-        link.unlink(missing_ok=True)
-        os.symlink(target.resolve(), link, target_is_directory=True)
+        _show_folder(root / name, target.resolve())
     cameras, indices = camera_entries(photos)
     images = [
         ImageEntry(f"{_NEW}/{photo.name}", index)
@@ -208,20 +233,20 @@ def _update_job(
     if known is None:
         return job
     names = {f"{_REFERENCE}/{image.name}": str(image.name) for image in reference.images}
-    # A copy: to open a database is to write beside it, and the reference is only read.
+    # SQLite writes files beside a database when it opens it, and the reference must not change.
     copy = cache / "reference-features.db"
     shutil.copyfile(known, copy)
     return replace(job, known_features=KnownFeatures(str(copy), names))
 
 
-def _mapped(job: Job, task: MapTask, context: Context) -> Any | None:
-    """The mapper's best model from the job's features and matches; None where it made none."""
+def _run_mapper(job: ColmapJob, task: MapTask, context: Context) -> Any | None:
+    """Map the job's features and matches; return the best model or None."""
     result = run_worker(mapping_job(job, task), context.progress)
     return open_model(Path(result.best)) if result.best else None
 
 
-def _new_count(job: Job) -> int:
-    """How many of the job's photos are the scan's own; they come first."""
+def _new_count(job: ColmapJob) -> int:
+    """Return the number of new photos of a job; they come first."""
     return sum(entry.name.startswith(f"{_NEW}/") for entry in job.images)
 
 
@@ -230,9 +255,9 @@ def _output(context: Context) -> str:
 
 
 def _constrained(
-    photos: Sequence[Photo], reference: _Reference, job: Job, context: Context
+    photos: Sequence[Photo], reference: _Reference, job: ColmapJob, context: Context
 ) -> _Update | None:
-    """New cameras mapped into the fixed reference; None where none could be."""
+    """Map new cameras into the fixed reference; return None if no camera could be registered."""
     known = _reference_for_mapper(reference, job)
     start = context.cache / "reference-model"
     shutil.rmtree(start, ignore_errors=True)
@@ -245,26 +270,26 @@ def _constrained(
         constant_cameras=tuple(sorted(known.cameras)),
         held_images=tuple(sorted(known.images)),
     )
-    model = _mapped(job, task, context)
+    model = _run_mapper(job, task, context)
     if model is None:
         return None
-    moved = _moved(known, model)
-    if moved > _MOVED:
+    moved = _max_change(known, model)
+    if moved > _MAX_MOVED:
         raise StageError(
             f"the reference's cameras moved by {moved:.1e} while they were to be held: "
             "a defect of this COLMAP; use sparse.align=rigid"
         )
     new_ids = set(photo_ids(photos))
-    ties = sum(
+    shared = sum(
         1
         for point in model.points3D.values()
         if {e.image_id in new_ids for e in point.track.elements} == {True, False}
     )
-    return _Update(_new_part(model, new_ids), moved, ties)
+    return _Update(_new_part(model, new_ids), moved, shared)
 
 
-def _reference_for_mapper(reference: _Reference, job: Job) -> Any:
-    """The reference's model with the ids of the database and the keypoints found there."""
+def _reference_for_mapper(reference: _Reference, job: ColmapJob) -> Any:
+    """Return the reference's model with the job's image ids and keypoints."""
     from walltopo.geometry.colmap import pycolmap
 
     first = 1 + _new_count(job)
@@ -282,15 +307,17 @@ def _reference_for_mapper(reference: _Reference, job: Job) -> Any:
 
 
 def _rigid(
-    photos: Sequence[Photo], reference: _Reference, job: Job, context: Context
+    photos: Sequence[Photo], reference: _Reference, job: ColmapJob, context: Context
 ) -> _Update | None:
-    """The new photos mapped alone, then one similarity through the shared points; None where they
-    make no model or share too little with the reference."""
+    """Map the new photos alone, then fit one similarity through the points that both models share.
+
+    Return None if there is no model or too few shared points.
+    """
     from walltopo.geometry.colmap import pycolmap
 
     count = len(photos)
     names = tuple(entry.name for entry in job.images[:count])
-    alone = _mapped(job, MapTask(_output(context), count, only=names), context)
+    alone = _run_mapper(job, MapTask(_output(context), count, only=names), context)
     if alone is None:
         return None
     known = _reference_for_mapper(reference, job)
@@ -301,14 +328,15 @@ def _rigid(
         fit, good = fit_similarity_robust(source, target, tolerance, job.seed, rounds=2000)
     except InputError:
         return None
-    if good.sum() < _LEAST_SHARED_POINTS:
+    if good.sum() < _MIN_SHARED_POINTS:
         return None
     alone.transform(pycolmap.Sim3d(fit.scale, pycolmap.Rotation3d(fit.rotation), fit.translation))
     return _Update(_new_part(alone, set(photo_ids(photos))), 0.0, int(good.sum()))
 
 
-def _shared_points(alone: Any, known: Any, job: Job) -> tuple[Floats, Floats]:
-    """Points (n, 3) of the new model and of the reference that verified matches connect."""
+def _shared_points(alone: Any, known: Any, job: ColmapJob) -> tuple[Floats, Floats]:
+    """Return the points (n, 3) of the new model and of the reference that verified matches
+    connect."""
     from walltopo.geometry.colmap import pycolmap
 
     count = _new_count(job)
@@ -329,7 +357,7 @@ def _shared_points(alone: Any, known: Any, job: Job) -> tuple[Floats, Floats]:
 
 
 def _new_part(model: Any, new_ids: set[int]) -> Any:
-    """The model without the reference's photos, names as in the new scan."""
+    """Return the model without the reference's photos, with the image names of the new scan."""
     kept = []
     for image in sorted(model.images.values(), key=lambda image: image.image_id):
         if image.image_id in new_ids and image.has_pose:
@@ -341,8 +369,8 @@ def _new_part(model: Any, new_ids: set[int]) -> Any:
     return rebuild(model, kept, {number: number for number in used})
 
 
-def _moved(before: Any, after: Any) -> float:
-    """Largest change of any number in the poses and intrinsics of the images of `before`."""
+def _max_change(before: Any, after: Any) -> float:
+    """Return the largest change of any number in the poses and intrinsics of `before`."""
     worst = 0.0
     for number, image in before.images.items():
         if number not in after.images or not after.images[number].has_pose:
@@ -356,12 +384,13 @@ def _moved(before: Any, after: Any) -> float:
 
 
 def _reasons(photos: Sequence[Photo], attempt: Attempt[_Update | None]) -> dict[str, str]:
+    """Return why each missing photo was not registered, by photo name."""
     named = {photo.name: f"{_NEW}/{photo.name}" for photo in photos}
     missing = {name: named[name] for name in named if named[name] not in attempt.registered}
     return why_unregistered(Path(attempt.job.database), missing, {})
 
 
-def _not_this_wall(registered: int, photos: int, reference: _Reference) -> str:
+def _low_overlap_message(registered: int, photos: int, reference: _Reference) -> str:
     return (
         f"{registered} of the {photos} new photos could be registered into the reference "
         f"{reference.scan.root}: they show another wall, overlap too little with its photos, or "

@@ -1,108 +1,111 @@
-"""Photos that stay out of the model are looked at again, by other means.
+"""Retry the mapping with other features if photos stay unregistered; explain the failures.
 
-The first attempt is SIFT on the photo as it is: quick, and enough on most walls. Where photos
-stay out, *closer* doubles them first, which finds four times as many features, weaker ones too. If
-asked for, *learned* adds features of a network where some still stay out: it finds them on smooth
-walls and matches by what is around them, also where that only looks alike. Both look only at the
-photos that stay out and those that match them most; what was found of the others is taken over.
+The first strategy, *sift*, is fast and sufficient on most walls. If photos stay unregistered,
+*closer* doubles them before SIFT, which finds four times as many features, including weaker ones;
+then *learned* adds the features of a network (XFeat), which finds some on smooth walls, but can
+match repeated structure wrongly (`lookalikes`). Both strategies process only the unregistered
+photos and their best-matching neighbours; other features are reused.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from walltopo.core import InputError, Progress
-from walltopo.geometry.similarity import fit_similarity
+from walltopo.core import Progress
+from walltopo.reconstruct.settings import SparseSettings
 from walltopo.reconstruct.sparse.feature_cache import find_features, seal_features
-from walltopo.reconstruct.sparse.jobs import Job, KnownFeatures, Learned, Sift
-from walltopo.reconstruct.sparse.settings import SparseSettings
+from walltopo.reconstruct.sparse.jobs import ColmapJob, KnownFeatures, LearnedTask, Sift
+from walltopo.reconstruct.sparse.lookalikes import models_agree
+from walltopo.scans.colmap_model import open_model
 
 T = TypeVar("T")
 Floats = NDArray[np.float64]
 
-_NEIGHBOURS = 8  # photos that are looked at again with each one that stays out
-_POINTS = 1600  # learned features of a photo
-_PARTNERS = 8  # photos that each is matched with by the network
-_SHARED = 4  # photos of two models that tell whether these agree
-_ALIKE = 0.05  # of the cameras' extent
+_NEIGHBOURS = 8  # photos processed again with each unregistered one
 
 
 @dataclass(frozen=True)
 class Attempt(Generic[T]):
-    """What an attempt made.
+    """The result of one mapping attempt.
 
     Parameters
     ----------
-    means : "sift", "closer" or "learned".
-    job : that found its features.
-    made : of the mapping.
-    registered : name of each photo in it, and where its camera is, (3,).
+    strategy : "sift", "closer" or "learned".
+    job : job that found the features.
+    result : result of the mapping.
+    registered : maps each registered photo's name to its camera centre (3,).
     """
 
-    means: str
-    job: Job
-    made: T
+    strategy: str
+    job: ColmapJob
+    result: T
     registered: Mapping[str, Floats]
 
 
 def best_attempt(
-    job: Job,
+    job: ColmapJob,
     settings: SparseSettings,
     photos: Path,
     progress: Progress,
-    mapped: Callable[[Job], tuple[T, Mapping[str, Floats]]],
+    map_job: Callable[[ColmapJob], tuple[T, Mapping[str, Floats]]],
     wanted: Collection[str],
-    tied: Callable[[T, Collection[str]], bool],
+    is_connected: Callable[[T, Collection[str]], bool],
 ) -> Attempt[T]:
-    """The first attempt that registers all wanted photos, or the one that registers most.
+    """Return the first attempt that registers all wanted photos, or the one that registers most.
 
-    One whose cameras contradict those of the attempt before, or whose new photos are not tied to
-    them, is no candidate: what looks alike can be matched in a way that fits and is wrong.
+    An attempt is rejected if its cameras contradict the best previous attempt, or if its new photos
+    are not connected to that attempt's photos: repeated structure can be matched consistently but
+    wrongly.
 
     Parameters
     ----------
-    job : of the first attempt.
-    photos : the folder whose content the features follow from.
-    mapped : maps from a job's features; gives what it made and the cameras that it registered.
-    wanted : names of photos, as the job has them.
-    tied : whether the photos of a mapping hang together with those of the names.
+    job : job of the first attempt.
+    photos : folder of the photos; its hash is part of the cache key.
+    map_job : maps a job's features; returns the result and the registered camera centres.
+    wanted : image names of the photos to register.
+    is_connected : whether a mapping's photos are connected to the photos with the given names.
 
     Raises
     ------
-    StageError : COLMAP failed, or `mapped` did, in the first attempt as in the others.
+    StageError : COLMAP or `map_job` failed in any attempt.
     """
 
-    def attempt(means: str, job: Job) -> Attempt[T]:
+    def attempt(strategy: str, job: ColmapJob) -> Attempt[T]:
         find_features(job, photos, progress)
-        made, registered = mapped(job)
-        return Attempt(means, job, made, registered)
+        result, registered = map_job(job)
+        return Attempt(strategy, job, result, registered)
 
     best = attempt("learned" if settings.features == "xfeat" else "sift", job)
     tried = [best]
-    for means, closer in _others(settings):
-        out = set(wanted) - best.registered.keys()
-        if not out:
+    for strategy, make_job in _further_strategies(settings):
+        unregistered = set(wanted) - best.registered.keys()
+        if not unregistered:
             break
-        names = _with_neighbours(best.job, out)
+        names = _with_neighbours(best.job, unregistered, _STEPS[strategy])
         progress.note(
-            f"{len(out)} of {len(wanted)} photos stay out: {len(names)} are looked at again"
-            f" ({_WORDS[means]})"
+            f"{len(unregistered)} of {len(wanted)} photos are not registered: retrying {len(names)}"
+            f" photos ({_DESCRIPTIONS[strategy]})"
         )
-        tried.append(attempt(means, closer(best.job, names)))
+        tried.append(attempt(strategy, make_job(best.job, names)))
         found = tried[-1]
         if len(found.registered) <= len(best.registered):
             continue
-        if not agree(best.registered, found.registered):
-            progress.note("what was found so contradicts what was known of the others: left out")
-        elif not tied(found.made, best.registered):
-            progress.note("what was found so hangs on one thing that both show: left out")
+        if not models_agree(best.registered, found.registered):
+            progress.note(
+                "the retry contradicts the cameras of the previous attempt and is discarded"
+            )
+        elif not is_connected(found.result, best.registered):
+            progress.note(
+                "the retry joins photos of places that merely look alike and is discarded"
+            )
         else:
             best = found
     for one in tried:
@@ -110,84 +113,179 @@ def best_attempt(
     return best
 
 
-def learned_alone(job: Job) -> Job:
-    """The job with learned features in the place of SIFT's."""
-    everything = tuple(range(1, len(job.images) + 1))
-    return replace(job, pairing=None, learned=Learned(everything, _POINTS, _PARTNERS))
+def learned_alone(job: ColmapJob) -> ColmapJob:
+    """Return the job with learned features instead of SIFT."""
+    return replace(job, pairing=None, learned=_learned_task(range(1, len(job.images) + 1)))
 
 
-def agree(known: Mapping[str, Floats], found: Mapping[str, Floats]) -> bool:
-    """Whether the cameras of two models that share photos lie alike."""
-    shared = sorted(known.keys() & found.keys())
-    if len(shared) < _SHARED:
-        return True
-    before, after = (np.array([one[name] for name in shared]) for one in (known, found))
-    try:
-        moved = fit_similarity(after, before).apply(after) - before
-    except InputError:  # cameras on a line or in one place tell nothing
-        return True
-    apart = np.linalg.norm(moved, axis=1)
-    return bool(np.median(apart) <= _ALIKE * np.ptp(before, axis=0).max())
+_FEW_PHOTOS = 20
 
 
-_WORDS = {"closer": "doubled in size", "learned": "by a network"}
+def _learned_task(images: Iterable[int]) -> LearnedTask:
+    """Return the task for some image ids: all pairs of few photos, at nearly twice the features.
+
+    On five generated walls of 6 photos, 1,600 features left 2 cameras of 5 walls metres away; 3,000
+    none. Matching a pair takes twice as long with them.
+    """
+    chosen = tuple(images)
+    few = len(chosen) <= _FEW_PHOTOS
+    return LearnedTask(chosen, points=3000 if few else 1600, partners=_FEW_PHOTOS if few else 8)
 
 
-def _others(settings: SparseSettings) -> Iterator[tuple[str, Callable[[Job, set[str]], Job]]]:
-    if settings.features not in ("auto", "thorough"):
-        return
-    if settings.first_octave > -1:
-        yield "closer", _closer
-    if settings.features == "thorough":
+# A learned feature becomes a point only where two neighbours of the photo have it, too.
+_STEPS = {"closer": 1, "learned": 2}
+_DESCRIPTIONS = {"closer": "doubled in size", "learned": "by a network"}
+
+
+def _further_strategies(
+    settings: SparseSettings,
+) -> Iterator[tuple[str, Callable[[ColmapJob, set[str]], ColmapJob]]]:
+    """Yield the name of each further strategy and the function that makes its job."""
+    if settings.features == "auto":
+        if settings.first_octave > -1:
+            yield "closer", _closer
         yield "learned", _learned
 
 
-def _closer(job: Job, names: set[str]) -> Job:
-    """SIFT on doubled photos for the names; the others as they are."""
+def _closer(job: ColmapJob, names: set[str]) -> ColmapJob:
+    """Return the job with SIFT on the doubled photos of `names`; other features are reused."""
     others = {entry.name: entry.name for entry in job.images if entry.name not in names}
     return replace(
         job,
-        database=_beside(job, "closer"),
+        database=_database_for(job, "closer"),
         sift=Sift(2 * job.sift.max_features, -1),
         known_features=KnownFeatures(job.database, others, matches=True),
     )
 
 
-def _learned(job: Job, names: set[str]) -> Job:
-    """Learned features for the names, beside all that was found."""
+def _learned(job: ColmapJob, names: set[str]) -> ColmapJob:
+    """Return the job that adds learned features for `names` to all features so far."""
     everything = {entry.name: entry.name for entry in job.images}
-    images = tuple(k for k, entry in enumerate(job.images, start=1) if entry.name in names)
+    images = (k for k, entry in enumerate(job.images, start=1) if entry.name in names)
     return replace(
         job,
-        database=_beside(job, "learned"),
+        database=_database_for(job, "learned"),
         pairing=None,
         known_features=KnownFeatures(job.database, everything, matches=True),
-        learned=Learned(images, _POINTS, _PARTNERS),
+        learned=_learned_task(images),
     )
 
 
-def _beside(job: Job, name: str) -> str:
-    """The database of another attempt: a folder of its own beside that of the first."""
+def _database_for(job: ColmapJob, name: str) -> str:
+    """Return the database path of another attempt, in a folder beside that of the first."""
     first = Path(job.database).parent
     return str(first.with_name(f"{first.name.partition('.')[0]}.{name}") / "features.db")
 
 
-def _with_neighbours(job: Job, out: set[str]) -> set[str]:
-    """The names and, for each, the photos beside them that share most matches with it.
+def _with_neighbours(job: ColmapJob, unregistered: set[str], steps: int) -> set[str]:
+    """Return the names, and the photos that share most matches with them.
 
-    Where a third stays out, or a photo without a match, which may belong anywhere: all.
+    Return all photos if more than a third is unregistered, or if one has no match: a photo without
+    matches may belong anywhere.
+
+    Parameters
+    ----------
+    steps : 2 adds the neighbours of the neighbours.
     """
     from walltopo.geometry.colmap import pycolmap
 
     names = [entry.name for entry in job.images]
-    away = {k for k, name in enumerate(names, start=1) if name in out}
-    shared: dict[int, list[tuple[int, int]]] = {k: [] for k in away}
+    shared: dict[int, list[tuple[int, int]]] = {k: [] for k in range(1, len(names) + 1)}
     with pycolmap.Database.open(job.database) as db:
         for pair, count in zip(*db.read_num_matches(), strict=True):
-            for a, b in (ab := pycolmap.pair_id_to_image_pair(pair), ab[::-1]):
-                if a in away and b not in away and count:
-                    shared[a].append((-count, b))
-    if 3 * len(away) > len(names) or not all(shared.values()):
+            if count:
+                a, b = pycolmap.pair_id_to_image_pair(pair)
+                shared[a].append((-count, b))
+                shared[b].append((-count, a))
+    chosen = {k for k, name in enumerate(names, start=1) if name in unregistered}
+    if 3 * len(chosen) > len(names) or not all(shared[k] for k in chosen):
         return set(names)
-    near = {b for matched in shared.values() for _, b in sorted(matched)[:_NEIGHBOURS]}
-    return out | {names[b - 1] for b in near}
+    for _ in range(steps):
+        chosen |= {b for a in chosen for _, b in sorted(shared[a])[:_NEIGHBOURS]}
+    return {names[k - 1] for k in chosen}
+
+
+_FEW_FEATURES = 200
+
+
+def describe_model(model: Any, photos: int) -> dict[str, Any]:
+    """Return the metrics of a `pycolmap.Reconstruction` (pixels, counts)."""
+    used = {image.camera_id for image in model.images.values() if image.has_pose}
+    focals = [model.cameras[number].mean_focal_length() for number in sorted(used)]
+    return {
+        "photos": photos,
+        "registered": model.num_reg_images(),
+        "points": model.num_points3D(),
+        "reprojection_px": round(model.compute_mean_reprojection_error(), 4),
+        "track_length": round(model.compute_mean_track_length(), 3),
+        "focal_px": [round(focal, 2) for focal in focals],
+    }
+
+
+def why_unregistered(
+    database: Path, missing: Mapping[str, str], elsewhere: Mapping[str, int]
+) -> dict[str, str]:
+    """Explain from COLMAP's database why each missing photo is not in the model.
+
+    Parameters
+    ----------
+    database : the feature database.
+    missing : maps photo names to image names in the database.
+    elsewhere : maps photo names to the size of the other model that holds the photo.
+
+    Returns
+    -------
+    Reasons by photo name.
+    """
+    from walltopo.geometry.colmap import pycolmap
+
+    if not missing:
+        return {}
+    reasons: dict[str, str] = {}
+    with pycolmap.Database.open(database) as db:
+        ids = {str(image.name): image.image_id for image in db.read_all_images()}
+        linked: Counter[int] = Counter()
+        for pair, count in zip(*db.read_two_view_geometry_num_inliers(), strict=True):
+            if count:
+                linked.update(pycolmap.pair_id_to_image_pair(pair))
+        for photo, name in missing.items():
+            features = db.num_keypoints_for_image(ids[name])
+            reasons[photo] = _reason(features, linked[ids[name]], elsewhere.get(photo, 0))
+    return reasons
+
+
+def other_models(models: Path, kept: Path) -> dict[str, int]:
+    """Return the size of its model for each photo in a model other than the kept one."""
+    sizes: dict[str, int] = {}
+    for folder in sorted(models.iterdir()):
+        if folder != kept and (folder / "images.bin").is_file():
+            names = registered_names(folder)
+            sizes |= {name: len(names) for name in names}
+    return sizes
+
+
+def camera_centres(model: Any) -> dict[str, NDArray[np.float64]]:
+    """Return the camera centre (3,) of each registered photo, by its name."""
+    return {
+        str(image.name): np.asarray(image.projection_center())
+        for image in model.images.values()
+        if image.has_pose
+    }
+
+
+def registered_names(path: Path) -> set[str]:
+    """Return the names of the registered photos of a model folder."""
+    return set(camera_centres(open_model(path)))
+
+
+def _reason(features: int, linked: int, group: int) -> str:
+    if features < _FEW_FEATURES:
+        return f"only {features} features found: blurred, dark or a plain surface"
+    if linked == 0:
+        return "nothing in it matches any other photo: another place, or too little overlap"
+    if group:
+        return f"it belongs to a separate group of {group} photos: take photos that link the two"
+    return (
+        f"it matches {linked} other photo(s), but too few of the points they share are in the "
+        "model: take photos between it and its neighbours"
+    )

@@ -1,9 +1,8 @@
-"""The child process that calls COLMAP: features, matches, mapping.
+"""Call COLMAP in a child process: features, matches, mapping.
 
-It is a process of its own because COLMAP ends the whole process on a failed internal check,
-holds on to Ctrl-C, and logs to stderr; `colmap_process.run_worker` is its only caller. It reads a
-`Job` (JSON) from stdin, and writes events as lines that begin with `EVENT` between COLMAP's log
-lines.
+COLMAP needs a process of its own because it aborts on a failed internal check, blocks Ctrl-C and
+logs to stderr. The only caller is `jobs.run_worker`. The process reads a `ColmapJob` (JSON) from
+stdin and writes events, lines that begin with `EVENT`, between COLMAP's log lines.
 """
 
 from __future__ import annotations
@@ -23,25 +22,27 @@ from walltopo.core import WalltopoError
 from walltopo.core.children import end_with_parent
 from walltopo.reconstruct.sparse.jobs import (
     CameraEntry,
+    ColmapJob,
     ImageEntry,
-    Job,
     KnownFeatures,
     MapTask,
     Pairing,
 )
 from walltopo.reconstruct.sparse.models import join_models
 from walltopo.reconstruct.sparse.pairs import choose_pairs, in_tiles
+from walltopo.reconstruct.sparse.posed import start_from_poses
+from walltopo.reconstruct.sparse.stickers import add_stickers
 
 EVENT = "@walltopo "
 _REFINE_ITERATIONS = 40
 _GROWTH = 1.4
-_LEAST_ERROR_PX = 0.05
-_BLOCK = 100  # pairs matched between two progress lines, and lost at most by a kill
+_MIN_ERROR_PX = 0.05
+_BLOCK = 100  # pairs per progress line; at most this many are lost by a kill
 
 
 def main() -> int:
-    """Run the job that stands on stdin; 0, or 1 after an `error` event."""
-    job = msgspec.json.decode(sys.stdin.readline(), type=Job)
+    """Run the job on stdin; return 0, or 1 after an `error` event."""
+    job = msgspec.json.decode(sys.stdin.readline(), type=ColmapJob)
     end_with_parent()
     try:
         _run(job)
@@ -56,7 +57,7 @@ def _event(**fields: Any) -> None:
     sys.stdout.flush()
 
 
-def _run(job: Job) -> None:
+def _run(job: ColmapJob) -> None:
     from walltopo.geometry.colmap import pycolmap
 
     database = Path(job.database)
@@ -67,6 +68,8 @@ def _run(job: Job) -> None:
     if job.pairing is not None:
         _extract(database, job)
         _match(database, job, job.pairing)
+    if job.pairing is not None or job.learned is not None:
+        _verify(database, job, add_stickers(database, job))
     if job.learned is not None:
         from walltopo.reconstruct.sparse.learned_features import add_learned
 
@@ -78,7 +81,7 @@ def _run(job: Job) -> None:
 def register_images(
     database: Path, cameras: Sequence[CameraEntry], images: Sequence[ImageEntry]
 ) -> None:
-    """Write cameras and images before any feature, so that ids never depend on thread timing.
+    """Write cameras and images before any feature, so that ids do not depend on thread timing.
 
     `images[k]` gets image id k + 1; `images[k].camera` is an index into `cameras`.
     """
@@ -110,8 +113,8 @@ def register_images(
             db.write_frame(frame, use_frame_id=True)
 
 
-def _adopt_features(database: Path, job: Job) -> None:
-    """Copy features that another scan already found in the same photos with the same settings."""
+def _adopt_features(database: Path, job: ColmapJob) -> None:
+    """Copy features that an earlier run found in the same photos with the same settings."""
     from walltopo.geometry.colmap import pycolmap
 
     source = job.known_features
@@ -129,11 +132,13 @@ def _adopt_features(database: Path, job: Job) -> None:
             db.write_keypoints(number, known.read_keypoints(old))
             db.write_descriptors(number, known.read_descriptors(old))
         if source.matches:
-            _adopt_matches(db, known, {by_name[old]: here for here, old in _here(job, source)})
+            _adopt_matches(
+                db, known, {by_name[old]: here for here, old in _known_images(job, source)}
+            )
 
 
-def _here(job: Job, source: KnownFeatures) -> list[tuple[int, str]]:
-    """Image id and name of then, of the photos whose features are known."""
+def _known_images(job: ColmapJob, source: KnownFeatures) -> list[tuple[int, str]]:
+    """Return the image id here and the earlier image name of the photos with known features."""
     return [
         (number, source.names[entry.name])
         for number, entry in enumerate(job.images, start=1)
@@ -142,7 +147,7 @@ def _here(job: Job, source: KnownFeatures) -> list[tuple[int, str]]:
 
 
 def _adopt_matches(db: Any, known: Any, here: Mapping[int, int]) -> None:
-    """Copy matches, verified or not; `here`: image id by that of then."""
+    """Copy matches and two-view geometries; `here` maps earlier image ids to present ones."""
     from walltopo.geometry.colmap import pycolmap
 
     for pair, matches in zip(*known.read_all_matches(), strict=True):
@@ -154,7 +159,8 @@ def _adopt_matches(db: Any, known: Any, here: Mapping[int, int]) -> None:
                 db.write_two_view_geometry(here[a], here[b], geometry)
 
 
-def _extract(database: Path, job: Job) -> None:
+def _extract(database: Path, job: ColmapJob) -> None:
+    """Extract SIFT features of the photos that have none yet."""
     from walltopo.geometry.colmap import pycolmap
 
     with pycolmap.Database.open(database) as db:
@@ -171,16 +177,26 @@ def _extract(database: Path, job: Job) -> None:
     options.num_threads = job.threads
     options.sift.max_num_features = job.sift.max_features
     options.sift.first_octave = job.sift.first_octave
-    pycolmap.extract_features(
-        database,
-        job.image_root,
-        missing,
-        extraction_options=options,
-        device=pycolmap.Device.cpu,
-    )
+    masks = Path(job.masks)
+    masked = [name for name in missing if job.masks and (masks / f"{name}.png").is_file()]
+    unmasked = [name for name in missing if name not in masked]
+    # COLMAP skips a photo without a mask if it is given a folder of masks.
+    for names, folder in ((unmasked, ""), (masked, job.masks)):
+        if names:
+            reader = pycolmap.ImageReaderOptions()
+            reader.mask_path = folder
+            pycolmap.extract_features(
+                database,
+                job.image_root,
+                names,
+                reader_options=reader,
+                extraction_options=options,
+                device=pycolmap.Device.cpu,
+            )
 
 
-def _match(database: Path, job: Job, pairing: Pairing) -> None:
+def _match(database: Path, job: ColmapJob, pairing: Pairing) -> None:
+    """Match the chosen pairs of photos that are not matched yet."""
     from walltopo.geometry.colmap import pycolmap
 
     with pycolmap.Database.open(database) as db:
@@ -197,25 +213,27 @@ def _match(database: Path, job: Job, pairing: Pairing) -> None:
     matching = pycolmap.FeatureMatchingOptions()
     matching.use_gpu = False
     matching.num_threads = job.threads
-    listed = pycolmap.ImportedPairingOptions()
-    listed.block_size = _BLOCK
-    with _listed(database, job, pairs) as listing:
-        listed.match_list_path = listing
+    pair_options = pycolmap.ImportedPairingOptions()
+    pair_options.block_size = _BLOCK
+    with _pair_list(database, job, pairs) as listing:
+        pair_options.match_list_path = listing
         pycolmap.match_image_pairs(
-            database, matching, listed, _verification(job), device=pycolmap.Device.cpu
+            database, matching, pair_options, _verification(job), device=pycolmap.Device.cpu
         )
 
 
-def _verify(database: Path, job: Job, pairs: Sequence[tuple[int, int]]) -> None:
-    """Keep the matches of pairs that one geometry of two cameras explains."""
+def _verify(database: Path, job: ColmapJob, pairs: Sequence[tuple[int, int]]) -> None:
+    """Keep the matches of the pairs that are inliers of a two-view geometry."""
     from walltopo.geometry.colmap import pycolmap
 
-    with _listed(database, job, pairs) as listing:
+    if not pairs:
+        return
+    with _pair_list(database, job, pairs) as listing:
         pycolmap.verify_matches(database, listing, _verification(job))
 
 
-def _verification(job: Job) -> Any:
-    """`pycolmap.TwoViewGeometryOptions`."""
+def _verification(job: ColmapJob) -> Any:
+    """Return the `pycolmap.TwoViewGeometryOptions` of a job."""
     from walltopo.geometry.colmap import pycolmap
 
     options = pycolmap.TwoViewGeometryOptions()
@@ -225,8 +243,8 @@ def _verification(job: Job) -> Any:
 
 
 @contextmanager
-def _listed(database: Path, job: Job, pairs: Sequence[tuple[int, int]]) -> Iterator[Path]:
-    """The pairs as a file of names, while it is needed."""
+def _pair_list(database: Path, job: ColmapJob, pairs: Sequence[tuple[int, int]]) -> Iterator[Path]:
+    """Write the pairs to a file of image names that exists during the block."""
     names = [entry.name for entry in job.images]
     listing = database.with_suffix(".pairs.txt")
     listing.write_text("".join(f"{names[a - 1]} {names[b - 1]}\n" for a, b in pairs), "utf-8")
@@ -234,18 +252,26 @@ def _listed(database: Path, job: Job, pairs: Sequence[tuple[int, int]]) -> Itera
     listing.unlink()
 
 
-def _map(database: Path, job: Job, task: MapTask) -> None:
+def _map(database: Path, job: ColmapJob, task: MapTask) -> None:
+    """Map the photos, join and refine the models, and write the best one."""
     output = Path(task.output)
     shutil.rmtree(output, ignore_errors=True)
     output.mkdir(parents=True)
-    options = _incremental(job, task)
-    models = _models(database, job, task, options)
+    options = _mapper_options(job, task)
+    if task.posed:
+        found = start_from_poses(database, job, task, options, _event)
+        if found is None:
+            _event(models={}, best="", contradicts=True)
+            return
+        models = found
+    else:
+        models = _run_mapper(database, job, task, options)
     sizes = {str(key): model.num_reg_images() for key, model in models.items()}
     best = max(models, key=lambda key: (models[key].num_reg_images(), -key), default=None)
     if best is None:
         _event(models=sizes, best="")
         return
-    # A model that is continued is written to the folder itself.
+    # COLMAP writes a continued model to the output folder itself.
     place = output if task.reference else output / str(best)
     model = models[best]
     if len(models) > 1 and not task.reference:
@@ -256,13 +282,13 @@ def _map(database: Path, job: Job, task: MapTask) -> None:
     _event(models=sizes, best=str(place))
 
 
-def _incremental(job: Job, task: MapTask) -> Any:
-    """`pycolmap.IncrementalPipelineOptions`."""
+def _mapper_options(job: ColmapJob, task: MapTask) -> Any:
+    """Return the `pycolmap.IncrementalPipelineOptions` of a mapping."""
     from walltopo.geometry.colmap import pycolmap
 
     options = pycolmap.IncrementalPipelineOptions()
-    # Sums over several threads differ in the last bits, and mapping amplifies them: it stays on
-    # one, so that a resumed scan ends with the same model.
+    # Sums over several threads differ in the last bits, and mapping amplifies the differences. One
+    # thread makes the model of a resumed scan identical.
     options.num_threads = 1
     options.random_seed = job.seed
     options.mapper.num_threads = 1
@@ -270,12 +296,12 @@ def _incremental(job: Job, task: MapTask) -> Any:
     options.min_num_matches = job.min_matches
     options.min_model_size = 3
     options.ba_min_num_residuals_for_cpu_multi_threading = 2**31 - 1
-    # All cameras are adjusted again after this growth (COLMAP: a tenth). `refine` has the last
-    # word, and on generated gyms the poses came out the same.
+    # Global bundle adjustment runs after this growth (COLMAP: 1.1). `refine` runs a final one, and
+    # on synthetic gyms the poses were the same.
     options.ba_global_frames_ratio = options.ba_global_points_ratio = _GROWTH
     options.image_names = list(task.only)
     if task.reference:
-        # Photos of the reference without a match must be known to the mapper all the same.
+        # The mapper must also load the reference's photos that have no match.
         options.load_all_images = True
         options.fix_existing_frames = True
         options.constant_cameras = set(task.constant_cameras)
@@ -283,8 +309,8 @@ def _incremental(job: Job, task: MapTask) -> Any:
     return options
 
 
-def _models(database: Path, job: Job, task: MapTask, options: Any) -> dict[int, Any]:
-    """`pycolmap.Reconstruction` by number."""
+def _run_mapper(database: Path, job: ColmapJob, task: MapTask, options: Any) -> dict[int, Any]:
+    """Run the mapper; return each `pycolmap.Reconstruction` by its number."""
     from walltopo.geometry.colmap import pycolmap
 
     _event(step="register", total=task.expected)
@@ -296,22 +322,22 @@ def _models(database: Path, job: Job, task: MapTask, options: Any) -> dict[int, 
 
 
 def refine(model: Any, held_images: set[int], held_cameras: set[int]) -> None:
-    """A last bundle adjustment with a Cauchy loss, in place.
+    """Run a final bundle adjustment with a Cauchy loss, in place.
 
-    Mapping minimises squared errors, which SIFT's heavy-tailed errors pull on: over a wall of
-    ten metres that bends the model by a millimetre or two. The loss turns over at the robust
-    standard deviation of the model's own errors, so that nothing needs tuning.
+    Mapping minimises squared errors, and SIFT's errors are heavy-tailed: this bends the model by
+    one or two millimetres over a wall of ten metres. The scale of the loss is the robust standard
+    deviation of the model's own errors, so it needs no tuning.
 
     Parameters
     ----------
     model : `pycolmap.Reconstruction`.
-    held_images, held_cameras : ids whose poses and intrinsics stay exactly as they are.
+    held_images, held_cameras : ids of the images and cameras whose poses and intrinsics stay fixed.
     """
     from walltopo.geometry.colmap import pycolmap
 
     options = pycolmap.BundleAdjustmentOptions()
     options.ceres.loss_function_type = pycolmap.LossFunctionType.CAUCHY
-    options.ceres.loss_function_scale = max(_error_scale(model), _LEAST_ERROR_PX)
+    options.ceres.loss_function_scale = max(_error_scale(model), _MIN_ERROR_PX)
     options.ceres.solver_options.max_num_iterations = _REFINE_ITERATIONS
     options.ceres.solver_options.num_threads = 1  # bit-identical
     config = pycolmap.BundleAdjustmentConfig()
@@ -328,9 +354,9 @@ def refine(model: Any, held_images: set[int], held_cameras: set[int]) -> None:
 
 
 def _error_scale(model: Any) -> float:
-    """Robust standard deviation (per coordinate, px) of the points' mean errors."""
+    """Return the robust standard deviation (per coordinate, px) of the points' mean errors."""
     errors = [point.error for point in model.points3D.values()]
-    # The median of a Rayleigh distribution is 1.1774 of the deviation of one coordinate.
+    # The median of a Rayleigh distribution is 1.1774 standard deviations of one coordinate.
     return statistics.median(errors) / 1.1774 if errors else 0.0
 
 

@@ -1,4 +1,4 @@
-"""The sparse stage: photos to cameras and points, by COLMAP's incremental mapping.
+"""Run the sparse stage: photos to cameras and points by COLMAP's incremental mapping.
 
 The model's scale and direction are arbitrary unless a reference is given.
 """
@@ -6,84 +6,127 @@ The model's scale and direction are arbitrary unless a reference is given.
 from __future__ import annotations
 
 import shutil
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from walltopo.core import InputError, StageError
+from walltopo.core import InputError, StageError, View
+from walltopo.reconstruct.settings import SparseSettings
 from walltopo.reconstruct.sparse.align import align_to_reference
-from walltopo.reconstruct.sparse.attempts import Attempt, best_attempt, learned_alone
-from walltopo.reconstruct.sparse.colmap_process import run_worker
+from walltopo.reconstruct.sparse.attempts import (
+    Attempt,
+    best_attempt,
+    camera_centres,
+    describe_model,
+    learned_alone,
+    other_models,
+    why_unregistered,
+)
 from walltopo.reconstruct.sparse.feature_cache import database_of
+from walltopo.reconstruct.sparse.given_poses import (
+    contradiction,
+    into_frame_of_poses,
+    posed_cameras,
+    posed_views,
+    write_posed_model,
+)
 from walltopo.reconstruct.sparse.jobs import (
+    ColmapJob,
     ImageEntry,
-    Job,
-    Mapped,
+    MappingResult,
     MapTask,
     camera_entries,
     features_job,
     mapping_job,
     photo_ids,
+    run_worker,
+    write_masks,
 )
-from walltopo.reconstruct.sparse.outcome import (
-    camera_centres,
-    describe_model,
-    hang_together,
-    other_models,
-    why_unregistered,
-)
-from walltopo.reconstruct.sparse.settings import SparseSettings
+from walltopo.reconstruct.sparse.lookalikes import are_connected, are_observed
+from walltopo.scans.artifacts import Context
 from walltopo.scans.colmap_model import SparseModel, open_model
-from walltopo.scans.context import Context
 from walltopo.scans.manifest import Metrics
 from walltopo.scans.photos import Photo, PhotoList, PhotoSet
+from walltopo.scans.poses import GivenPoses, PosesFit
 from walltopo.scans.scale import Aligned
 
 Floats = NDArray[np.float64]
 
 
 def map_photos(
-    folder: PhotoSet, photo_list: PhotoList, settings: SparseSettings, context: Context
-) -> tuple[SparseModel, Aligned | None, Metrics]:
+    folder: PhotoSet,
+    photo_list: PhotoList,
+    given: GivenPoses | None,
+    settings: SparseSettings,
+    context: Context,
+) -> tuple[SparseModel, Aligned | None, PosesFit | None, Metrics]:
     """Register the photos; with `settings.reference`, in the frame of that finished scan.
 
-    Metrics: photos, registered, points, reprojection_px, track_length, focal_px,
-    unregistered (name to reason).
+    Metrics: photos, registered, points, reprojection_px, track_length, focal_px, unregistered (name
+    to reason), means (the strategy of the best attempt); with given poses also poses_median and
+    poses_median_deg (see `PosesFit`).
+
+    Parameters
+    ----------
+    given : poses from which the mapping starts; the result is in their frame.
 
     Raises
     ------
-    InputError : no photos, or a reference that cannot be used.
-    StageError : COLMAP failed, or no two photos could be put together.
+    InputError : fewer than two photos, a missing photo file, an unusable reference, or poses that
+        do not fit the photos.
+    StageError : COLMAP failed, or no two photos could be registered together.
     """
     photos = _photos(folder, photo_list)
     if settings.reference:
-        return align_to_reference(folder, photos, settings, context)
-    attempt = _reconstruct(folder, photos, settings, context)
-    result = attempt.made
+        model, aligned, figures = align_to_reference(folder, photos, settings, context)
+        return model, aligned, None, figures
+    views = {} if given is None else posed_views(given, photos)
+    attempt = _reconstruct(folder, photos, given, views, settings, context)
+    result = attempt.result
+    if not result.models and given is not None:
+        raise contradiction(given)
     if not result.models:
         raise StageError(
-            f"none of the {len(photos)} photos could be put together",
-            "They share too little: take photos that overlap by two thirds, of one wall, sharp "
-            "and not all from one spot.",
+            f"none of the {len(photos)} photos could be registered",
+            "They overlap too little. Take sharp photos of one wall that overlap by two thirds, "
+            "and move between them.",
         )
     best = Path(result.best)
-    _tell_groups(result, context)
+    _note_groups(result, context)
     missing = {photo.name: photo.name for photo in photos if photo.name not in attempt.registered}
     elsewhere = other_models(best.parent, best)
     reasons = why_unregistered(Path(attempt.job.database), missing, elsewhere)
-    made = context.scratch / "sparse"
-    shutil.copytree(best, made)
     for name, reason in reasons.items():
         context.progress.note(f"{name} not registered: {reason}")
+    made = context.scratch / "sparse"
+    fit = None
+    if given is None:
+        shutil.copytree(best, made)
+    else:
+        fit = _write_in_frame_of_poses(best, made, given, views)
     model = SparseModel(made)
     figures = describe_model(model.open(), len(photos))
-    return model, None, {**figures, "unregistered": reasons, "means": attempt.means}
+    figures |= {"unregistered": reasons, "means": attempt.strategy}
+    if fit is not None:
+        figures |= {"poses_median": fit.median, "poses_median_deg": fit.median_deg}
+    return model, None, fit, figures
+
+
+def _write_in_frame_of_poses(
+    best: Path, made: Path, given: GivenPoses, views: Mapping[str, View]
+) -> PosesFit:
+    model = open_model(best)
+    fit = into_frame_of_poses(model, given, views)
+    made.mkdir()
+    model.write(made)
+    return fit
 
 
 def _photos(folder: PhotoSet, photo_list: PhotoList) -> list[Photo]:
-    """The photos, sorted by name; InputError where they are fewer than two or one is missing."""
+    """Return the photos sorted by name; raise InputError if fewer than two or a file is missing."""
     photos = sorted(photo_list.photos, key=lambda photo: photo.name)
     if len(photos) < 2:
         raise InputError(f"{len(photos)} photo(s), at least 2 are needed")
@@ -92,33 +135,64 @@ def _photos(folder: PhotoSet, photo_list: PhotoList) -> list[Photo]:
     return photos
 
 
+_MIN_MODEL_POINTS = 30  # cameras with fewer common points are placed by chance
+
+
 def _reconstruct(
-    folder: PhotoSet, photos: Sequence[Photo], settings: SparseSettings, context: Context
-) -> Attempt[Mapped]:
-    """Map the photos on their own; models lie below `work/`."""
-    cameras, indices = camera_entries(photos)
+    folder: PhotoSet,
+    photos: Sequence[Photo],
+    given: GivenPoses | None,
+    views: Mapping[str, View],
+    settings: SparseSettings,
+    context: Context,
+) -> Attempt[MappingResult]:
+    """Map the photos without a reference; the models are written below `work/`.
+
+    Parameters
+    ----------
+    given, views : given poses, and their views by photo name, else None and empty.
+
+    Raises
+    ------
+    InputError : the poses contradict the photos.
+    """
+    cameras, indices = posed_cameras(photos, views) if views else camera_entries(photos)
     images = [ImageEntry(photo.name, index) for photo, index in zip(photos, indices, strict=True)]
     database, ids = database_of(context.cache), photo_ids(photos)
     job = features_job(database, folder.folder, settings, cameras, images, ids)
+    job = replace(job, masks=write_masks({"": folder}, context.scratch / "masks"))
     if settings.features == "xfeat":
         job = learned_alone(job)
+    posed = ""
+    if views:
+        posed = write_posed_model(photos, views, cameras, indices, context.scratch / "posed")
 
-    def mapped(job: Job) -> tuple[Mapped, dict[str, Floats]]:
-        # Mapping gets a process of its own: COLMAP's random state would differ between a run that
-        # matched photos first and one that found them matched.
+    def map_job(job: ColmapJob) -> tuple[MappingResult, dict[str, Floats]]:
+        # Mapping runs in its own process: otherwise COLMAP's random state would depend on
+        # whether the same process also matched the photos.
         output = str(Path(job.database).with_name("mapping"))
-        task = MapTask(output, len(photos))
+        task = MapTask(output, len(photos), posed=posed)
         result = run_worker(mapping_job(job, task), context.progress)
-        return result, camera_centres(open_model(Path(result.best))) if result.best else {}
+        if result.contradicts and given is not None:
+            raise contradiction(given)
+        if not result.best:
+            return result, {}
+        model = open_model(Path(result.best))
+        if model.num_points3D() < _MIN_MODEL_POINTS:
+            return MappingResult(), {}
+        return result, camera_centres(model)
 
-    def tied(result: Mapped, known: Collection[str]) -> bool:
-        return hang_together(open_model(Path(result.best)), known)
+    def is_connected(result: MappingResult, known: Collection[str]) -> bool:
+        model = open_model(Path(result.best))
+        return are_connected(model, known) and are_observed(model, known)
 
     names = [photo.name for photo in photos]
-    return best_attempt(job, settings, folder.folder, context.progress, mapped, names, tied)
+    return best_attempt(
+        job, settings, folder.folder, context.progress, map_job, names, is_connected
+    )
 
 
-def _tell_groups(result: Mapped, context: Context) -> None:
+def _note_groups(result: MappingResult, context: Context) -> None:
     if len(result.models) > 1:
         counts = sorted(result.models.values(), reverse=True)
         context.progress.note(

@@ -1,4 +1,4 @@
-"""COLMAP models rebuilt from a choice of images, and models that share photos joined."""
+"""Join COLMAP models that share photos, and rebuild models from a subset of their images."""
 
 from __future__ import annotations
 
@@ -10,65 +10,67 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-_SHARED = 3  # photos that two models must share
+_MIN_SHARED = 3  # photos that two models must share
 
-_AGREEING = 0.5  # of what the shared photos see must fit
+_MIN_INLIER_SHARE = 0.5  # share of the shared photos' observations that must fit
 
 _FIT_PX = 8.0
 
-_SEEN = 30  # points that a photo must see in the joined model
+_MIN_POINTS = 30  # points that each photo must see in the joined model
 
 
 def join_models(
     models: Mapping[int, Any], database: Path, photos: Path, output: Path, options: Any
 ) -> Any | None:
-    """The largest model with every other one that can be joined to it; None where none can.
+    """Join every model that fits to the largest first; return None if no model can be joined.
 
     Parameters
     ----------
-    models : of `pycolmap.incremental_mapping`.
-    database, photos : that they were made from.
+    models : result of `pycolmap.incremental_mapping`.
+    database, photos : COLMAP's database and the folder of the photos.
     output : folder for the joined model.
     options : the mapper's `pycolmap.IncrementalPipelineOptions`.
     """
     order = sorted(models, key=lambda key: (-models[key].num_reg_images(), key))
-    whole = models[order[0]]
+    largest = models[order[0]]
     for key in order[1:]:
-        together = _together(whole, models[key])
-        if together is None:
+        joined = _merge(largest, models[key])
+        if joined is None:
             continue
         output.mkdir(parents=True, exist_ok=True)
-        again = _triangulated(together, database, photos, output, options)
-        if _holds(again, together.num_reg_images()):
-            whole = again
-    return None if whole is models[order[0]] else whole
+        result = _triangulate(joined, database, photos, output, options)
+        if _sees_points(result, joined.num_reg_images()):
+            largest = result
+    return None if largest is models[order[0]] else largest
 
 
-def _together(whole: Any, other: Any) -> Any | None:
-    """The cameras of both, in the frame of the first; None where they do not fit or add none."""
+def _merge(largest: Any, other: Any) -> Any | None:
+    """Return the cameras of both models in the first first's frame; None if they do not fit or add
+    none."""
     from walltopo.geometry.colmap import pycolmap
 
-    shared = {one for one, _ in whole.find_common_reg_image_ids(other)}
-    if len(shared) < _SHARED or other.num_reg_images() == len(shared):
+    shared = {first for first, _ in largest.find_common_reg_image_ids(other)}
+    if len(shared) < _MIN_SHARED or other.num_reg_images() == len(shared):
         return None
     move = pycolmap.align_reconstructions_via_reprojections(
-        other, whole, min_inlier_observations=_AGREEING, max_reproj_error=_FIT_PX
+        other, largest, min_inlier_observations=_MIN_INLIER_SHARE, max_reproj_error=_FIT_PX
     )
     if move is None:
         return None
     other.transform(move)
     result = pycolmap.Reconstruction()
-    for model in (whole, other):
+    for model in (largest, other):
         for number, camera in model.cameras.items():
             if not result.exists_camera(number):
                 result.add_camera_with_trivial_rig(camera)
         for number in sorted(model.reg_image_ids()):
             if not result.exists_image(number):
-                _copy_camera(result, model.images[number])
+                copy_image(result, model.images[number])
     return result
 
 
-def _copy_camera(result: Any, image: Any) -> None:
+def copy_image(result: Any, image: Any) -> None:
+    """Add an image with its keypoints, pose and ids to a model that has its camera."""
     from walltopo.geometry.colmap import pycolmap
 
     keypoints = [point.xy for point in image.points2D]
@@ -78,33 +80,34 @@ def _copy_camera(result: Any, image: Any) -> None:
     result.add_image_with_trivial_frame(copy, image.cam_from_world())
 
 
-def _triangulated(model: Any, database: Path, photos: Path, output: Path, options: Any) -> Any:
+def _triangulate(model: Any, database: Path, photos: Path, output: Path, options: Any) -> Any:
+    """Triangulate the points of a model from the matches of the database."""
     from walltopo.geometry.colmap import pycolmap
 
     return pycolmap.triangulate_points(model, database, photos, output, options=options)
 
 
-def _holds(model: Any, cameras: int) -> bool:
-    """Every camera still sees points."""
+def _sees_points(model: Any, cameras: int) -> bool:
+    """Return whether all cameras remain and each sees at least `_MIN_POINTS` points."""
     seen = [image.num_points3D for image in model.images.values() if image.has_pose]
-    return len(seen) == cameras and min(seen) >= _SEEN
+    return len(seen) == cameras and min(seen) >= _MIN_POINTS
 
 
 Floats = NDArray[np.float64]
 
-_SAME_SPOT = 0.75  # px; keypoints found again in the same photo lie this near
+_SAME_KEYPOINT_PX = 0.75  # px; maximum distance of a keypoint detected twice
 
 
 @dataclass(frozen=True, eq=False)
 class KeptImage:
-    """What an image of a model becomes in the rebuilt one.
+    """An image of a model and its new ids and keypoints in the rebuilt model.
 
     Parameters
     ----------
-    source : the `pycolmap.Image`.
-    image_id, name, camera_id : its new ones.
+    source : `pycolmap.Image` of the old model.
+    image_id, name, camera_id : new ids and name.
     keypoints : (n, 2) float, the new keypoints, pixels.
-    index : (m,) int, per keypoint of the source its number among the new ones, -1 = none.
+    index : (m,) int, for each keypoint of the source its index in `keypoints`, -1 = none.
     """
 
     source: Any
@@ -116,15 +119,16 @@ class KeptImage:
 
 
 def rebuild(model: Any, kept: Iterable[KeptImage], camera_ids: Mapping[int, int]) -> Any:
-    """A new `pycolmap.Reconstruction` of the kept images and the points two of them share.
+    """Return a new `pycolmap.Reconstruction` of the kept images and the points that two of them
+    share.
 
     Poses and intrinsics are copied, never recomputed.
 
     Parameters
     ----------
     model : the source `pycolmap.Reconstruction`.
-    kept : registered images of it.
-    camera_ids : old to new camera id, for each camera that is wanted.
+    kept : registered images to keep.
+    camera_ids : maps old to new camera ids of the cameras to keep.
     """
     from walltopo.geometry.colmap import pycolmap
 
@@ -157,10 +161,10 @@ def rebuild(model: Any, kept: Iterable[KeptImage], camera_ids: Mapping[int, int]
 
 
 def match_keypoints(old: Floats, new: Floats, wanted: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Number among `new` (n, 2) of each keypoint of `old` (m, 2), -1 where none is at its spot.
+    """Return for each keypoint of `old` (m, 2) its index in `new` (n, 2), -1 if unmatched.
 
-    The same photo with the same settings gives the same keypoints in the same order; with other
-    settings, each wanted one takes the nearest, and no two take the same.
+    The same photo and settings give the same keypoints in the same order. With other settings, each
+    wanted keypoint matches the nearest new one within `_SAME_KEYPOINT_PX`; matches are unique.
     """
     if old.shape == new.shape and np.allclose(old, new, atol=1e-3):
         return np.arange(len(old))
@@ -170,7 +174,7 @@ def match_keypoints(old: Floats, new: Floats, wanted: NDArray[np.bool_]) -> NDAr
     rows = np.flatnonzero(wanted)
     if not len(rows) or not len(new):
         return index
-    away, nearest = cKDTree(new).query(old[rows], distance_upper_bound=_SAME_SPOT)
+    away, nearest = cKDTree(new).query(old[rows], distance_upper_bound=_SAME_KEYPOINT_PX)
     order = np.argsort(away, kind="stable")
     order = order[np.isfinite(away[order])]
     _, first = np.unique(nearest[order], return_index=True)

@@ -1,4 +1,5 @@
-"""Pairs of photos to match: all, neighbours by name, and the most similar by a VLAD vector."""
+"""Choose pairs of photos to match: all, neighbours by name, and the most similar by VLAD
+vectors."""
 
 from __future__ import annotations
 
@@ -16,37 +17,38 @@ _TILE = 10
 
 
 def exhaustive(ids: Sequence[int]) -> set[Pair]:
-    """Every pair of the ids, smaller first."""
+    """Return every pair of the ids, smaller first."""
     return {(a, b) for k, a in enumerate(ids) for b in ids[k + 1 :]}
 
 
 def sequential(ids: Sequence[int], window: int) -> set[Pair]:
-    """Each id with the `window` that follow it."""
+    """Return each id paired with the `window` ids that follow it."""
     return {(a, b) for k, a in enumerate(ids) for b in ids[k + 1 : k + 1 + window]}
 
 
 def in_tiles(pairs: Iterable[Pair]) -> list[Pair]:
-    """The pairs ordered so that consecutive ones share few photos (whose index is costly)."""
+    """Return the pairs in tiles, so that consecutive pairs reuse the same photos' costly
+    indices."""
     return sorted(pairs, key=lambda p: (p[0] // _TILE, p[1] // _TILE, p))
 
 
 def choose_pairs(database: Any, pairing: Pairing, seed: int) -> set[Pair]:
-    """Pairs of image ids to match.
+    """Return the pairs of image ids to match.
 
     Parameters
     ----------
     database : an open `pycolmap.Database` that holds the features.
     pairing : `new` and `reference` (image ids), `exhaustive_max`, `sequential`, `retrieved`,
         `reference_retrieved` (counts).
-    seed : of the likeness.
+    seed : random seed of the VLAD vectors.
     """
     new, reference = pairing.new, pairing.reference
     few = len(new) <= pairing.exhaustive_max
     few_reference = len(reference) <= pairing.reference_retrieved
     if few and few_reference:
         return exhaustive(new) | {_ordered(a, b) for a in new for b in reference}
-    looks = signatures(lambda number: _descriptors(database, number), [*new, *reference], seed)
-    own, others = looks[: len(new)], looks[len(new) :]
+    vectors = vlad_vectors(lambda number: _descriptors(database, number), [*new, *reference], seed)
+    own, others = vectors[: len(new)], vectors[len(new) :]
     pairs = exhaustive(new) if few else sequential(new, pairing.sequential)
     if not few:
         pairs |= nearest_pairs(new, own, new, own, pairing.retrieved)
@@ -57,15 +59,15 @@ def choose_pairs(database: Any, pairing: Pairing, seed: int) -> set[Pair]:
 
 def nearest_pairs(
     ids: Sequence[int],
-    looks: NDArray[np.float32],
+    vectors: NDArray[np.float32],
     others: Sequence[int],
-    other_looks: NDArray[np.float32],
+    other_vectors: NDArray[np.float32],
     count: int,
 ) -> set[Pair]:
-    """Each id paired with the `count` others of the most similar signature (cosine)."""
-    likeness = looks @ other_looks.T
-    likeness[np.asarray(ids)[:, None] == np.asarray(others)[None, :]] = -np.inf
-    order = np.argsort(-likeness, axis=1, kind="stable")[:, :count]
+    """Return each id paired with the `count` others with the most similar VLAD vector (cosine)."""
+    similarity = vectors @ other_vectors.T
+    similarity[np.asarray(ids)[:, None] == np.asarray(others)[None, :]] = -np.inf
+    order = np.argsort(-similarity, axis=1, kind="stable")[:, :count]
     return {
         _ordered(a, others[k])
         for a, row in zip(ids, order.tolist(), strict=True)
@@ -87,55 +89,55 @@ Floats = NDArray[np.float32]
 
 _WORDS = 256
 
-_SAMPLE = 60_000  # descriptors that the words are learned from
+_SAMPLE = 60_000  # descriptors that the visual words are learned from
 
-_PER_PHOTO = 2000  # descriptors of a photo that count
+_PER_PHOTO = 2000  # maximum number of descriptors used per photo
 
 
-def signatures(
+def vlad_vectors(
     descriptors: Callable[[int], NDArray[np.uint8]], ids: Sequence[int], seed: int
 ) -> Floats:
-    """One vector a photo; the more alike two photos are, the larger the product of theirs.
+    """Return one VLAD vector per photo; similar photos have a large dot product.
 
-    The descriptors of one photo at a time are in memory.
+    Only one photo's descriptors are in memory at a time.
 
     Parameters
     ----------
-    descriptors : gives those of a photo by its id, (n, 128) uint8.
-    ids : the photos.
-    seed : of the samples.
+    descriptors : returns a photo's descriptors (n, 128) uint8 by its image id.
+    ids : image ids.
+    seed : random seed of the samples.
 
     Returns
     -------
-    (photos, words * 128) float32, rows of length 1 (0 for a photo without features).
+    (photos, words * 128) float32, unit rows (zeros for a photo without features).
     """
-    words = _words(descriptors, ids, seed)
+    words = _visual_words(descriptors, ids, seed)
     rows = np.zeros((len(ids), words.size), np.float32)
     for place, number in enumerate(ids):
         rng = np.random.default_rng([seed, number])
-        rows[place] = _signature(_some(descriptors(number), _PER_PHOTO, rng), words)
+        rows[place] = _vlad_vector(_sample(descriptors(number), _PER_PHOTO, rng), words)
     return rows
 
 
-def _words(
+def _visual_words(
     descriptors: Callable[[int], NDArray[np.uint8]], ids: Sequence[int], seed: int
 ) -> Floats:
-    """(words, 128) middles of a sample of all descriptors."""
+    """Return (words, 128) k-means centres of a sample of all descriptors."""
     import cv2
 
     rng = np.random.default_rng(seed)
     share = max(1, _SAMPLE // max(1, len(ids)))
-    sample = np.concatenate([_some(descriptors(number), share, rng) for number in ids])
+    sample = np.concatenate([_sample(descriptors(number), share, rng) for number in ids])
     count = min(_WORDS, max(1, len(sample) // 8))
     cv2.setRNGSeed(seed)
     stop = (cv2.TERM_CRITERIA_MAX_ITER + cv2.TERM_CRITERIA_EPS, 12, 1e-3)
     points = sample.astype(np.float32)
-    _, _, middles = cv2.kmeans(points, count, None, stop, 1, cv2.KMEANS_RANDOM_CENTERS)  # type: ignore[call-overload]
-    return np.asarray(middles, np.float32)
+    _, _, centres = cv2.kmeans(points, count, None, stop, 1, cv2.KMEANS_RANDOM_CENTERS)  # type: ignore[call-overload]
+    return np.asarray(centres, np.float32)
 
 
-def _signature(rows: NDArray[np.uint8], words: Floats) -> Floats:
-    """(words * 128,) of a photo's descriptors."""
+def _vlad_vector(rows: NDArray[np.uint8], words: Floats) -> Floats:
+    """Return the (words * 128,) VLAD vector of a photo's descriptors."""
     if not len(rows):
         return np.zeros(words.size, np.float32)
     points = rows.astype(np.float32)
@@ -143,12 +145,13 @@ def _signature(rows: NDArray[np.uint8], words: Floats) -> Floats:
     nearest = (points @ words.T - 0.5 * (words**2).sum(axis=1)).argmax(axis=1)
     own = (nearest[:, None] == np.arange(len(words))).astype(np.float32)
     away = own.T @ points - own.sum(axis=0)[:, None] * words
-    # Each word counts alike, however often a repeated thing (a bolt hole, a seam) shows it.
+    # Normalise each word, so that repeated features (bolt holes, seams) do not dominate.
     away /= np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-6)
     return np.asarray(away.ravel() / max(float(np.linalg.norm(away)), 1e-6), np.float32)
 
 
-def _some(rows: NDArray[Any], count: int, rng: np.random.Generator) -> NDArray[Any]:
+def _sample(rows: NDArray[Any], count: int, rng: np.random.Generator) -> NDArray[Any]:
+    """Return at most `count` rows, chosen at random."""
     if len(rows) <= count:
         return rows
     return rows[np.sort(rng.choice(len(rows), count, replace=False))]

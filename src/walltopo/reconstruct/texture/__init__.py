@@ -1,1 +1,1 @@
-"""Photos onto the mesh: one texture atlas without visible seams."""
+"""Texture the mesh from the photos: one atlas with levelled seams."""

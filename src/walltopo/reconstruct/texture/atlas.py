@@ -1,4 +1,4 @@
-"""The texture atlas of a mesh: choose photos, lay out charts, level colours, paint."""
+"""Make the texture atlas of a mesh: choose photos, lay out charts, level colours, paint."""
 
 from __future__ import annotations
 
@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, StageError, View
 from walltopo.core.parallel import ahead
-from walltopo.geometry.neighbours import face_neighbours, patches
+from walltopo.geometry.topology import face_neighbours, patches
 from walltopo.images.packing import fit_scale
-from walltopo.reconstruct.texture.candidates import find_candidates
+from walltopo.reconstruct.settings import TextureSettings
+from walltopo.reconstruct.texture.candidates import Hidden, choose_labels, find_candidates
 from walltopo.reconstruct.texture.colour import level_seams, photo_gains
-from walltopo.reconstruct.texture.labels import choose_labels
 from walltopo.reconstruct.texture.paint import fill_gaps, paint_colours, paint_photo, sample_points
-from walltopo.reconstruct.texture.settings import TextureSettings
 from walltopo.reconstruct.texture.unseen import (
     continue_colours,
     plane_positions,
@@ -30,23 +29,23 @@ Ints = NDArray[np.int64]
 Image = NDArray[np.uint8]
 Load = Callable[[str], Image]
 
-_GUTTER = 3  # pixels that a chart's colours run beyond its border
-_SMOOTHNESS = 1.0  # preference for large charts over the best photo of each triangle
+_GUTTER = 3  # pixels by which a chart's colours extend beyond its border
+_SMOOTHNESS = 1.0  # weight of large charts against the best photo per triangle
 
-_TINY_CHART = 10
-# Texels per photo pixel below which a texture is too poor to be of use.
-_LEAST_SCALE = 0.05
+_TINY_CHART = 10  # charts of fewer triangles get one colour per triangle
+# Minimum texels per photo pixel of a useful texture.
+_MIN_SCALE = 0.05
 
 
 @dataclass(frozen=True, eq=False)
 class Texture:
-    """A mesh's picture.
+    """The texture of a mesh.
 
     Parameters
     ----------
     image : (S, S, 3) uint8 RGB.
     uv : (F, 3, 2) float32 in [0, 1], origin at the image's top left.
-    label : (F,) int16 index of the view that each triangle was painted from, -1 = none.
+    label : (F,) int16 index of the view that painted each triangle, -1 = none.
     charts : number of charts.
     scale : texels per photo pixel.
     """
@@ -59,7 +58,12 @@ class Texture:
 
 
 def make_texture(
-    mesh: Mesh, views: Sequence[View], load: Load, settings: TextureSettings, progress: Progress
+    mesh: Mesh,
+    views: Sequence[View],
+    load: Load,
+    settings: TextureSettings,
+    progress: Progress,
+    hidden: Hidden | None = None,
 ) -> Texture:
     """Paint the mesh from the photos.
 
@@ -67,16 +71,17 @@ def make_texture(
     ----------
     mesh : the surface, outward normals.
     views : cameras (with their distortion) and poses of the photos.
-    load : gives a photo by name as (H, W, 3) uint8 RGB, as taken.
+    load : returns the distorted photo of a name as (H, W, 3) uint8 RGB.
     settings : see `TextureSettings`.
-    progress : told per photo.
+    progress : advances per photo.
+    hidden : returns the pixels of a photo that paint nothing; None: all may paint.
 
     Raises
     ------
     StageError : no photo sees the mesh, or the charts do not fit the atlas.
     """
     progress.step("finding photos of each triangle", len(views))
-    candidates = find_candidates(mesh, views, load, progress)
+    candidates = find_candidates(mesh, views, load, progress, hidden)
     progress.step("choosing one photo per triangle")
     adjacent = face_neighbours(mesh.faces)
     label = choose_labels(candidates, adjacent, _SMOOTHNESS)
@@ -92,7 +97,7 @@ def make_texture(
     chart, _ = patches(adjacent, np.where(blank, -2, label))
     painted_from = _faces_by_label(label, len(views))
     pixels = _photo_positions(mesh, views, painted_from)
-    # A chart of a few triangles would cost more in borders than in colours: one colour each.
+    # A tiny chart needs more texels for its border than for its triangles.
     tiny = (np.bincount(chart) < _TINY_CHART)[chart]
     flat = (label < 0) & ~blank | tiny
     continued = np.where(blank & ~tiny, chart, -1).astype(np.int32)
@@ -129,7 +134,7 @@ def make_texture(
 
 
 def _faces_by_label(label: NDArray[np.int16], count: int) -> list[NDArray[np.int64]]:
-    """Per label from 0 to `count` - 1, the triangles that have it, ascending."""
+    """Return the triangles of each label from 0 to `count` - 1, ascending."""
     order = np.argsort(label, kind="stable")
     borders = np.searchsorted(label[order], np.arange(count + 1))
     return [order[a:b] for a, b in pairwise(borders)]
@@ -138,7 +143,7 @@ def _faces_by_label(label: NDArray[np.int16], count: int) -> list[NDArray[np.int
 def _photo_positions(
     mesh: Mesh, views: Sequence[View], painted_from: Sequence[NDArray[np.int64]]
 ) -> NDArray[np.float32]:
-    """(F, 3, 2) float32: each corner's pixel in the photo that its triangle is painted from."""
+    """Return (F, 3, 2) float32 pixels of the corners in the photo that paints each triangle."""
     pixels = np.zeros((len(mesh.faces), 3, 2), dtype=np.float32)
     for view, which in zip(views, painted_from, strict=True):
         pixels[which] = view.project(mesh.vertices[mesh.faces[which]])
@@ -146,16 +151,16 @@ def _photo_positions(
 
 
 def _pixels_per_unit(mesh: Mesh, pixels: NDArray[np.float32]) -> float:
-    """How many photo pixels a world unit measures, in the middle.
+    """Return the median number of photo pixels per world unit.
 
     Parameters
     ----------
-    pixels : (F, 3, 2), zeros for faces that no photo shows.
+    pixels : (F, 3, 2), zeros for triangles that no photo sees.
     """
     a, b = (pixels[:, k] - pixels[:, 0] for k in (1, 2))
-    shown = 0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
-    there = (shown > 0) & (mesh.areas > 0)
-    return float(np.sqrt(np.median(shown[there] / mesh.areas[there])))
+    pixel_area = 0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    is_seen = (pixel_area > 0) & (mesh.areas > 0)
+    return float(np.sqrt(np.median(pixel_area[is_seen] / mesh.areas[is_seen])))
 
 
 def _layout(
@@ -164,10 +169,13 @@ def _layout(
     flat: NDArray[np.bool_],
     settings: TextureSettings,
 ) -> tuple[NDArray[np.float32], int, float]:
-    """(F, 3, 2) float32 texel positions, number of charts, texels per photo pixel."""
+    """Pack the charts; return the texels (F, 3, 2) float32, the number of charts and texels per
+    pixel."""
     seen = np.flatnonzero(~flat)
     if len(seen) == 0:
-        raise StageError("the mesh is in pieces too small to be textured", "Take more photos.")
+        raise StageError(
+            "the mesh consists of charts that are too small to texture", "Take more photos."
+        )
     _, number = np.unique(chart[seen], return_inverse=True)
     count = int(number.max()) + 1
     low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
@@ -175,7 +183,7 @@ def _layout(
         np.minimum.at(low, number, pixels[seen, corner])
         np.maximum.at(high, number, pixels[seen, corner])
     cells, cell_side = unseen_cells(len(flat) - len(seen))
-    scale, _, packed = fit_scale(high - low, settings.size, _GUTTER, 1.0, _LEAST_SCALE, cell_side)
+    scale, _, packed = fit_scale(high - low, settings.size, _GUTTER, 1.0, _MIN_SCALE, cell_side)
     place = packed + _GUTTER
     texels = np.zeros_like(pixels)
     shift = place[:count][number] - low[number] * scale
@@ -188,7 +196,10 @@ def _layout(
 def _nodes(
     faces: NDArray[np.int32], chart: NDArray[np.int32], label: NDArray[np.int16]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """(F, 3) node of each corner (-1 for triangles nobody saw) and (N,) vertex of each node."""
+    """Return the (F, 3) node of each corner (-1 if unseen) and the (N,) vertex of each node.
+
+    A node is a vertex in one chart; a vertex on a seam has several nodes.
+    """
     seen = label >= 0
     size = int(chart.max()) + 1
     keys = faces[seen].astype(np.int64) * size + chart[seen, None]
@@ -208,7 +219,7 @@ def _node_colours(
     gains: Floats,
     progress: Progress,
 ) -> Floats:
-    """(N, 3) colour of each node in its own photo, blurred a little, times the photo's gain."""
+    """Return the (N, 3) blurred colour of each node in its photo, times the photo's gain."""
     colour = np.zeros((count, 3))
 
     def sampled(k: int) -> tuple[Ints, Floats]:

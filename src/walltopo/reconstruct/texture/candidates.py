@@ -1,4 +1,4 @@
-"""Which photos see each triangle, how well, and in which colour."""
+"""Choose the photo that paints each triangle: visibility, quality and smoothness."""
 
 from __future__ import annotations
 
@@ -13,32 +13,35 @@ from numpy.typing import NDArray
 from walltopo.core import Mesh, Progress, View
 from walltopo.core.parallel import ahead
 from walltopo.geometry.kernels import in_ranges, kernel
-from walltopo.geometry.zbuffer import faces_before, own_vertices, render_ids
+from walltopo.geometry.topology import patches
+from walltopo.geometry.zbuffer import faces_in_view, render_ids, submesh
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
+# Returns the pixels of a photo that paint nothing, (H, W) bool, by the photo's name; None: no such.
+Hidden = Callable[[str], NDArray[np.bool_] | None]
 
-# Photos remembered per triangle: the best few bound the memory at any number of photos.
+# Candidate photos stored per triangle; the limit bounds the memory for any number of photos.
 CANDIDATES = 6
-# A triangle of which only the middle is seen counts this share of one wholly seen.
-_PARTLY_SEEN = 0.02
-# Rounds of averaging over neighbours that the normals get before photos are compared by angle.
+# Factor on the score of a triangle of which only the centroid is visible.
+_PARTLY_VISIBLE = 0.02
+# Rounds of smoothing of the normals before photos are compared by viewing angle.
 _NORMAL_ROUNDS = 4
-# A photo's frame is taken this much larger when triangles are sorted out, for its distortion.
+# Factor on a photo's frame when triangles outside it are culled, because of lens distortion.
 _FRAME_SLACK = 1.25
-# Colours of triangles are read from photos blurred by this many pixels.
+# Standard deviation of the blur before triangle colours are sampled, pixels.
 _BLUR = 1.5
 
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """The best photos of each triangle, in no order.
+    """The best photos of each triangle, unordered.
 
     Parameters
     ----------
     view : (F, K) int16 index of the view, -1 = none.
     score : (F, K) float32, pixels per unit length times the cosine of the viewing angle, squared.
-    colour : (F, K, 3) uint8 RGB at the triangle's middle.
+    colour : (F, K, 3) uint8 RGB at the triangle's centroid.
     """
 
     view: NDArray[np.int16]
@@ -65,7 +68,7 @@ def _keep_best(
     score: NDArray[np.float32],
     colour: NDArray[np.uint8],
 ) -> None:
-    """Offer one view to the triangles `which`, with their corners `near` and cosines (in place)."""
+    """Insert one view into the candidates of the triangles `which` that it scores for, in place."""
     height, width = depth.shape
     slots = view.shape[1]
     for n in range(begin, end):
@@ -90,7 +93,7 @@ def _keep_best(
             mz += z[v] / 3.0
         if not inside or mz > depth[int(my), int(mx)] + slack:
             continue
-        value = (focal * cosine / mz) ** 2 * (1.0 if whole else _PARTLY_SEEN)
+        value = (focal * cosine / mz) ** 2 * (1.0 if whole else _PARTLY_VISIBLE)
         worst = 0
         for k in range(1, slots):
             if score[f, k] < score[f, worst]:
@@ -103,40 +106,45 @@ def _keep_best(
 
 
 def find_candidates(
-    mesh: Mesh, views: Sequence[View], load: Callable[[str], Image], progress: Progress
+    mesh: Mesh,
+    views: Sequence[View],
+    load: Callable[[str], Image],
+    progress: Progress,
+    hidden: Hidden | None = None,
 ) -> Candidates:
-    """The best photos of every triangle, occluded ones left out.
+    """Return the best photos of every triangle, without occluded ones.
 
     Parameters
     ----------
     mesh : the surface, outward normals.
     views : cameras (with their distortion) and poses of the photos.
-    load : gives a photo by name as (H, W, 3) uint8 RGB, as taken.
+    load : returns the distorted photo of a name as (H, W, 3) uint8 RGB.
     progress : advanced once per view.
+    hidden : returns the pixels of a photo that paint nothing; None: all may paint.
     """
     count = len(mesh.faces)
     view = np.full((count, CANDIDATES), -1, dtype=np.int16)
     score = np.zeros((count, CANDIDATES), dtype=np.float32)
     colour = np.zeros((count, CANDIDATES, 3), dtype=np.uint8)
-    # Depth tests tolerate half an edge: more would let a hold's colour run onto the wall.
+    # Tolerance of the depth test: half an edge; more would paint a hold's colour onto the wall.
     tolerance = 0.5 * float(np.sqrt(np.median(mesh.areas) * 4.0 / np.sqrt(3.0)))
     normals = _smooth_normals(mesh)
 
-    def looked(item: View) -> _Look | None:
-        return _look(mesh, normals, item, load)
+    def drawn(item: View) -> _VisibleFaces | None:
+        return _draw(mesh, normals, item, load, hidden)
 
-    for index, look in enumerate(ahead(looked, views)):
-        if look is not None:
+    for index, faces_seen in enumerate(ahead(drawn, views)):
+        if faces_seen is not None:
             in_ranges(
-                _keep_best, len(look.which), index, views[index].camera.fx, *look, tolerance, view,
-                score, colour,
+                _keep_best, len(faces_seen.which), index, views[index].camera.fx, *faces_seen,
+                tolerance, view, score, colour,
             )  # fmt: skip
         progress.advance()
     return Candidates(view, score, colour)
 
 
-class _Look(NamedTuple):
-    """What one view offers to the triangles before it: see `_keep_best`."""
+class _VisibleFaces(NamedTuple):
+    """The triangles in a view's frame, with the view's depth and colours (see `_keep_best`)."""
 
     which: NDArray[np.int64]
     pixels: NDArray[np.float32]
@@ -148,10 +156,16 @@ class _Look(NamedTuple):
     blurred: Image
 
 
-def _look(mesh: Mesh, normals: Floats, item: View, load: Callable[[str], Image]) -> _Look | None:
-    """Draw the mesh as one view sees it; None where that shows nothing of it."""
-    which = faces_before(mesh, item.camera, item.cam_from_world)
-    vertices, near = own_vertices(mesh, which)
+def _draw(
+    mesh: Mesh,
+    normals: Floats,
+    item: View,
+    load: Callable[[str], Image],
+    hidden: Hidden | None = None,
+) -> _VisibleFaces | None:
+    """Draw the mesh in one view; return None if no triangle lies in the frame."""
+    which = faces_in_view(mesh, item.camera, item.cam_from_world)
+    vertices, near = submesh(mesh, which)
     local = item.to_camera(vertices)
     framed = _framed(local, item)
     inside = framed[near].any(axis=1)
@@ -161,22 +175,25 @@ def _look(mesh: Mesh, normals: Floats, item: View, load: Callable[[str], Image])
     pixels = np.full((len(local), 2), -1.0, dtype=np.float32)
     pixels[framed] = np.nan_to_num(item.camera.project(local[framed]), nan=-1.0)
     _, depth = render_ids(vertices, near, item.camera, item.cam_from_world)
-    # The smallest depth around each pixel: a triangle beside something nearer is not wholly
-    # seen, so that the nearer thing's border does not bleed onto it.
+    mask = hidden(item.name) if hidden is not None else None
+    if mask is not None:
+        depth[mask] = 0.0  # as if something stood right before the camera
+    # The minimum depth around each pixel: a triangle beside a nearer surface counts as partly
+    # visible, so that the nearer surface's border does not bleed onto it.
     nearest = np.asarray(cv2.erode(depth, np.ones((3, 3), np.uint8)), dtype=np.float32)
     blurred = np.asarray(cv2.GaussianBlur(load(item.name), (0, 0), _BLUR), dtype=np.uint8)
     cosines = np.zeros(len(which), dtype=np.float32)
     centre = tuple(item.centre.tolist())
     in_ranges(_cosines, len(which), which, mesh.centroids, normals, centre, cosines)
     z = local[:, 2].astype(np.float32)
-    return _Look(which, pixels, z, near, cosines, nearest, depth, blurred)
+    return _VisibleFaces(which, pixels, z, near, cosines, nearest, depth, blurred)
 
 
 def _smooth_normals(mesh: Mesh) -> Floats:
-    """(F, 3) unit normals of the surface without its finest relief.
+    """Return (F, 3) unit normals of the smoothed surface.
 
-    A mesh from stereo is a little rough; with each triangle's own normal, neighbours would
-    prefer different photos and every preference would be a seam.
+    A stereo mesh is rough. With unsmoothed normals, neighbours would prefer different photos, and
+    every change of photo is a seam.
     """
     from scipy.sparse import csr_matrix
 
@@ -192,7 +209,7 @@ def _smooth_normals(mesh: Mesh) -> Floats:
 
 
 def _framed(local: Floats, view: View) -> NDArray[np.bool_]:
-    """(V,) whether points of the camera frame may lie in the photo: a cone, a little too wide."""
+    """Return (V,) whether points of the camera frame may lie in the photo: a slightly wide cone."""
     camera = view.camera
     corner = np.array([max(camera.cx, camera.width - camera.cx) / camera.fx,
                        max(camera.cy, camera.height - camera.cy) / camera.fy])  # fmt: skip
@@ -205,7 +222,7 @@ def _framed(local: Floats, view: View) -> NDArray[np.bool_]:
 def _cosines(
     begin: Any, end: Any, which: Any, centroids: Any, normals: Any, centre: Any, cosines: Any
 ) -> None:
-    """Cosine of the angle between each triangle's normal and the ray to the camera (in place)."""
+    """Fill the cosine of the angle between each triangle's normal and the ray to the camera."""
     for n in range(begin, end):
         f = which[n]
         x, y = centre[0] - centroids[f, 0], centre[1] - centroids[f, 1]
@@ -213,3 +230,92 @@ def _cosines(
         length = np.sqrt(x * x + y * y + z * z)
         along = x / length * normals[f, 0] + y / length * normals[f, 1] + z / length * normals[f, 2]
         cosines[n] = along
+
+
+# Number of sweeps; the smoothness weight grows over them, so that good photos spread first.
+_SWEEPS = 12
+# Charts of fewer triangles take a neighbouring chart's photo, if that photo sees them.
+_MIN_CHART = 200
+
+
+@kernel
+def _sweep(
+    view: NDArray[np.int16],
+    gain: NDArray[np.float32],
+    adjacent: NDArray[np.int32],
+    strength: float,
+    label: NDArray[np.int16],
+    forward: bool,
+) -> int:
+    """Give every triangle the candidate with the best score plus smoothness, in place."""
+    changed = 0
+    count = len(label)
+    for step in range(count):
+        f = step if forward else count - 1 - step
+        best, best_value = label[f], -np.inf
+        for k in range(view.shape[1]):
+            if view[f, k] < 0:
+                continue
+            value = gain[f, k]
+            for n in range(3):
+                other = adjacent[f, n]
+                if other >= 0 and label[other] == view[f, k]:
+                    value += strength
+            if value > best_value:
+                best, best_value = view[f, k], value
+        if best != label[f]:
+            label[f] = best
+            changed += 1
+    return changed
+
+
+def choose_labels(
+    candidates: Candidates, adjacent: NDArray[np.int32], smoothness: float
+) -> NDArray[np.int16]:
+    """Return the (F,) int16 view of each triangle, -1 if no photo sees it.
+
+    Iterated conditional modes maximise log(score) plus `smoothness` per equal neighbour: a local
+    optimum of the energy of Lempitsky and Ivanov, "Seamless mosaicing of image-based texture
+    maps", 2007.
+    """
+    view = candidates.view
+    gain = np.log(np.maximum(candidates.score, 1e-6)).astype(np.float32)
+    best = np.where(view >= 0, gain, -np.inf).argmax(axis=1)
+    label = view[np.arange(len(view)), best].copy()
+    for sweep in range(_SWEEPS):
+        strength = smoothness * (sweep + 1) / _SWEEPS
+        _sweep(view, gain, adjacent, strength, label, sweep % 2 == 0)
+    _absorb_small(view, adjacent, label)
+    return label
+
+
+@kernel
+def _relabel(
+    view: NDArray[np.int16],
+    adjacent: NDArray[np.int32],
+    small: NDArray[np.bool_],
+    label: NDArray[np.int16],
+) -> None:
+    """Give triangles of small charts the label of a neighbour outside, if that view sees them."""
+    for f in range(len(label)):
+        if not small[f]:
+            continue
+        for n in range(3):
+            other = adjacent[f, n]
+            if other < 0 or small[other] or label[other] == label[f]:
+                continue
+            for k in range(view.shape[1]):
+                if view[f, k] >= 0 and view[f, k] == label[other]:
+                    label[f] = label[other]
+                    small[f] = False
+
+
+def _absorb_small(
+    view: NDArray[np.int16], adjacent: NDArray[np.int32], label: NDArray[np.int16]
+) -> None:
+    """Merge small charts into their neighbours, in place."""
+    for _ in range(3):
+        chart, _ = patches(adjacent, label)
+        small = (np.bincount(chart) < _MIN_CHART)[chart] & (label >= 0)
+        for _ in range(8):
+            _relabel(view, adjacent, small, label)

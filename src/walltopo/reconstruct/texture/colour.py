@@ -1,4 +1,4 @@
-"""Even colours: one gain per photo, then a smooth correction that closes the seams."""
+"""Level colours: one gain per photo, then a smooth correction that closes the seams."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from walltopo.reconstruct.texture.candidates import Candidates
 
 Floats = NDArray[np.float64]
 
-# Colours darker or brighter than these say nothing of the exposure.
+# Darker or brighter colours are clipped and say nothing about the exposure.
 _DARK, _BRIGHT = 12, 243
-# Logarithm of a ratio from which on it is a highlight's, not an exposure's.
-_UNSTEADY = 0.7
-# Seam levelling: weight of smoothness and of staying near the photo, against closing seams.
+# Maximum log ratio; a larger one is due to a highlight, not to exposure.
+_MAX_LOG_RATIO = 0.7
+# Seam levelling: weights of smoothness and of small corrections.
 _SMOOTH = 1.0
-_STAY = 2e-3
+_DAMP = 2e-3
 
 
 def photo_gains(candidates: Candidates, count: int) -> Floats:
-    """(count, 3) factor per photo and channel that makes photos of the same spot agree.
+    """Return the (count, 3) factor per photo and channel that equalises the photos.
 
-    The mean logarithm of ratios is taken over all triangles that two photos share, trimmed of
-    its outliers (highlights), and the gains solved by least squares with mean zero.
+    The mean log ratio of two photos is taken over their shared triangles without outliers
+    (highlights). The log gains are solved by least squares with mean zero.
     """
     total = np.zeros((count, count, 3))
     number = np.zeros((count, count))
@@ -43,7 +43,7 @@ def photo_gains(candidates: Candidates, count: int) -> Floats:
 
 @kernel
 def _sum_ratios(view: Any, colour: Any, logs: Any, total: Any, number: Any) -> None:
-    """Add up, for photos i and j that show a triangle, log(c_j / c_i), and how many there were."""
+    """Sum log(c_j / c_i) over triangles that photos i and j both see, and count them."""
     slots = view.shape[1]
     for a in range(slots):
         for b in range(a + 1, slots):
@@ -53,7 +53,7 @@ def _sum_ratios(view: Any, colour: Any, logs: Any, total: Any, number: Any) -> N
                 for channel in range(3):
                     one, two = colour[f, a, channel], colour[f, b, channel]
                     usable = usable and min(one, two) >= _DARK and max(one, two) <= _BRIGHT
-                    usable = usable and abs(logs[two] - logs[one]) < _UNSTEADY
+                    usable = usable and abs(logs[two] - logs[one]) < _MAX_LOG_RATIO
                 if usable:
                     number[i, j] += 1.0
                     for channel in range(3):
@@ -67,11 +67,11 @@ def level_seams(
     node_colour: Floats,
     node_count: int,
 ) -> Floats:
-    """(N, 3) correction per node that closes the seams between charts.
+    """Return the (N, 3) colour correction per node that closes the seams between charts.
 
-    A node is a vertex as one chart sees it; a vertex on a seam has several. Minimises the
-    squared differences of the corrected colours of one vertex's nodes, plus the squared
-    differences of corrections along edges, as Lempitsky and Ivanov, 2007.
+    A node is a vertex in one chart; a vertex on a seam has several. The solution minimises the
+    squared differences of the corrected colours of a vertex's nodes, plus the squared differences
+    of corrections along edges (Lempitsky and Ivanov, 2007).
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def level_seams(
 
     seams = laplacian(one, two)
     smooth = laplacian(edges[:, 0], edges[:, 1])
-    system = (10.0 * seams + _SMOOTH * smooth + _STAY * identity(node_count)).tocsr()  # type: ignore[operator]
+    system = (10.0 * seams + _SMOOTH * smooth + _DAMP * identity(node_count)).tocsr()  # type: ignore[operator]
     inverse = diags(1.0 / system.diagonal())
     right = -10.0 * (seams @ node_colour)  # type: ignore[operator]
 

@@ -1,7 +1,7 @@
-"""The `openmvs` backend of the texture: OpenMVS's TextureMesh paints the mesh as it is.
+"""Texture the mesh with OpenMVS's TextureMesh (the `openmvs` backend).
 
-TextureMesh keeps the order of vertices and triangles where it neither decimates nor closes holes;
-that it did is checked on every run.
+TextureMesh keeps the order of vertices and triangles if it neither decimates nor closes holes.
+Every run checks this.
 """
 
 from __future__ import annotations
@@ -13,31 +13,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, StageError
-from walltopo.geometry.ply import write_ply
+from walltopo.geometry.mesh_files import write_ply
 from walltopo.images.files import read_rgb
 from walltopo.reconstruct.openmvs import (
     find_programs,
     import_scene,
     run_program,
-    undistorted_workspace,
+    write_undistorted_workspace,
 )
+from walltopo.reconstruct.settings import TextureSettings
 from walltopo.reconstruct.texture.paint import fill_gaps
-from walltopo.reconstruct.texture.settings import TextureSettings
 
 Image = NDArray[np.uint8]
 Corners = NDArray[np.float32]
 
-# The atlas is made as large as the photos want and then, once, as large as it may be.
-_ANY_SIZE = 0
-# Patches are packed by the fastest way: with the many of a fine mesh its best takes hours.
+# OpenMVS chooses the atlas size; the finished atlas is then reduced to the setting.
+_UNLIMITED_SIZE = 0
+# The fastest packing heuristic: the best one takes hours on the many patches of a fine mesh.
 _FASTEST_PACKING = 100
-# Photos that neighbouring triangles must share to be painted as one (its own advice): one by one,
-# the triangles of a fine mesh end in a hundred thousand patches.
+# Photos that neighbouring triangles must share to be textured as one (OpenMVS's advice). Otherwise
+# a fine mesh ends in a hundred thousand patches.
 _SHARED_PHOTOS = 3
-# Triangles that no photo saw lie on one spot: twice their area in the atlas is below this, texels.
-_LEAST_SPAN = 1e-4
-# Photos larger than this are made smaller before they are painted from, pixels.
-_WHOLE_PHOTOS = 8000
+# Unseen triangles are collapsed in the atlas: twice their area is below this, square texels.
+_MIN_DOUBLE_AREA = 1e-4
+# Larger photos are reduced to this longer side, pixels.
+_MAX_PHOTO_SIDE = 8000
 _PROPERTIES = [
     *(f"property float32 {axis}" for axis in "xyz"),
     "property list uint8 uint32 vertex_indices",
@@ -47,12 +47,12 @@ _FACE = np.dtype([("n", "u1"), ("vertices", "<i4", 3), ("m", "u1"), ("texcoord",
 
 
 def texture_arguments(scene: Path, mesh: Path, textured: Path, blend: bool) -> list[str]:
-    """TextureMesh: one atlas, the mesh untouched.
+    """Return the arguments of TextureMesh: one atlas, unchanged mesh.
 
     Parameters
     ----------
     scene, mesh, textured : absolute paths of the .mvs and .ply read and of the .ply written; the
-        atlas is written beside it.
+        atlas is written beside the latter.
     blend : level colours between photos and at seams.
     """
     level = str(int(blend))
@@ -62,23 +62,23 @@ def texture_arguments(scene: Path, mesh: Path, textured: Path, blend: bool) -> l
         *("--global-seam-leveling", level, "--local-seam-leveling", level),
         *("--virtual-face-images", str(_SHARED_PHOTOS)),
         *("--patch-packing-heuristic", str(_FASTEST_PACKING)),
-        *("--max-texture-size", str(_ANY_SIZE)),
+        *("--max-texture-size", str(_UNLIMITED_SIZE)),
     ]
 
 
 def read_corners(path: Path) -> tuple[Mesh, Corners]:
-    """The mesh and its (F, 3, 2) texture coordinates, origin top left, as TextureMesh wrote them.
+    """Read TextureMesh's mesh and its (F, 3, 2) texture coordinates, origin top left.
 
     Raises
     ------
-    StageError : the file is of another form than that of OpenMVS 2.3.
+    StageError : the file does not have the format of OpenMVS 2.3.
     """
     head, _, body = path.read_bytes().partition(b"end_header\n")
     lines = head.decode("ascii", "replace").splitlines()
     found = [line for line in lines if line.startswith("property")]
     counts = [int(line.split()[2]) for line in lines if line.startswith("element")]
     if found != _PROPERTIES or len(body) != counts[0] * 12 + counts[1] * _FACE.itemsize:
-        raise StageError(f"{path}: not as OpenMVS 2.3 writes textured meshes: {found}")
+        raise StageError(f"{path}: not in the format of OpenMVS 2.3; properties: {found}")
     vertices = np.frombuffer(body, np.dtype("<f4"), counts[0] * 3).reshape(-1, 3)
     faces = np.frombuffer(body, _FACE, counts[1], counts[0] * 12)
     corners = faces["texcoord"].reshape(-1, 3, 2) * np.array([1, -1], np.float32) + np.array(
@@ -95,21 +95,21 @@ def openmvs_texture(
     settings: TextureSettings,
     progress: Progress,
 ) -> tuple[Image, Corners, NDArray[np.bool_]]:
-    """The atlas, its coordinates and which triangles a photo saw.
+    """Texture a mesh with OpenMVS.
 
     Parameters
     ----------
-    mesh : the surface; its own triangles are painted.
+    mesh : mesh to texture; it stays unchanged.
     sparse, photos : the COLMAP model and the folder of its photos.
     work : an empty folder for intermediate files.
-    settings : `size` bounds the atlas's longer side; `blend` as everywhere; the rest is OpenMVS's.
-    progress : told of its percents.
+    settings : `size` is the maximum longer side of the atlas; `blend` levels colours.
+    progress : receives TextureMesh's percentage.
 
     Returns
     -------
     image : (H, W, 3) uint8 RGB.
     uv : (F, 3, 2) float32 in [0, 1], origin at the image's top left.
-    seen : (F,) bool; the others take the colour of the nearest triangle that was seen.
+    seen : (F,) bool; unseen triangles take the colour of the nearest seen triangle.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def openmvs_texture(
     """
     programs = find_programs(settings.openmvs_bin)
     work = work.resolve()
-    undistorted_workspace(sparse.resolve(), photos.resolve(), work, _WHOLE_PHOTOS, progress)
+    write_undistorted_workspace(sparse.resolve(), photos.resolve(), work, _MAX_PHOTO_SIDE, progress)
     scene = import_scene(programs["InterfaceCOLMAP"], work, progress)
     plain, textured = work / "mesh.ply", work / "textured.ply"
     write_ply(plain, mesh)
@@ -131,35 +131,35 @@ def openmvs_texture(
             "Use texture.backend = embedded.",
         )
     image = read_rgb(work / "textured0.png")
-    seen = _span(uv * _texels(image)) > _LEAST_SPAN
+    seen = _double_area(uv * _size_of(image)) > _MIN_DOUBLE_AREA
     if not seen.any():
         raise StageError("TextureMesh saw no triangle", "Use texture.backend = embedded.")
     image = fill_gaps(image, _painted(image, uv[seen]))
-    return _at_most(image, settings.size), _with_unseen(mesh, uv, seen), seen
+    return _reduce_to(image, settings.size), _with_unseen(mesh, uv, seen), seen
 
 
-def _texels(image: Image) -> NDArray[np.float32]:
-    """(2,) width and height."""
+def _size_of(image: Image) -> NDArray[np.float32]:
+    """Return (2,) width and height of an image."""
     return np.array(image.shape[1::-1], dtype=np.float32)
 
 
-def _span(texels: Corners) -> NDArray[np.float32]:
-    """(F,) twice the area of triangles in the image."""
+def _double_area(texels: Corners) -> NDArray[np.float32]:
+    """Return (F,) twice the area of triangles in the atlas, square texels."""
     a, b = texels[:, 1] - texels[:, 0], texels[:, 2] - texels[:, 0]
     return np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
 
 
 def _painted(image: Image, uv: Corners) -> NDArray[np.uint8]:
-    """(H, W) 1 where a triangle lies, else 0: TextureMesh leaves one colour between patches."""
+    """Return (H, W), 1 inside triangles, else 0: TextureMesh fills the rest with one colour."""
     result = np.zeros(image.shape[:2], dtype=np.uint8)
-    texels = np.rint(uv * _texels(image) - 0.5).astype(np.int32)
+    texels = np.rint(uv * _size_of(image) - 0.5).astype(np.int32)
     for triangle in texels:
         cv2.fillConvexPoly(result, triangle, 1)
     return result
 
 
 def _with_unseen(mesh: Mesh, uv: Corners, seen: NDArray[np.bool_]) -> Corners:
-    """The coordinates, those of unseen triangles all in the middle of the nearest seen one's."""
+    """Return the coordinates with unseen triangles at the centroid of the nearest seen triangle."""
     from scipy.spatial import cKDTree
 
     known = np.flatnonzero(seen)
@@ -169,8 +169,8 @@ def _with_unseen(mesh: Mesh, uv: Corners, seen: NDArray[np.bool_]) -> Corners:
     return result
 
 
-def _at_most(image: Image, size: int) -> Image:
-    """The image, made smaller where its longer side exceeds `size`."""
+def _reduce_to(image: Image, size: int) -> Image:
+    """Return the image, reduced if its longer side exceeds `size`."""
     scale = size / max(image.shape[:2])
     if scale >= 1.0:
         return image

@@ -1,4 +1,4 @@
-"""Drawing the atlas: every triangle's texels from its photo."""
+"""Paint the atlas: every triangle's texels from its photo."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from walltopo.geometry.kernels import in_ranges, kernel
 Image = NDArray[np.uint8]
 Single = NDArray[np.float32]
 
-_BAND = 64  # rows of the atlas that one thread paints at a time
+_BAND = 64  # rows of the atlas per unit of parallel work
 
 
 @kernel
 def _sample(photo: Image, x: float, y: float, channel: int) -> float:
-    """Bilinear colour at a pixel position (corner convention)."""
+    """Return the bilinear colour at a pixel position; integer coordinates are pixel corners."""
     height, width = photo.shape[:2]
     fx, fy = min(max(x - 0.5, 0.0), width - 1.001), min(max(y - 0.5, 0.0), height - 1.001)
     i, j = int(fx), int(fy)
@@ -36,13 +36,13 @@ def paint_photo(
     atlas: Image,
     painted: NDArray[np.uint8],
 ) -> None:
-    """Paint triangles from one photo (in place).
+    """Paint triangles from one photo, in place.
 
     Parameters
     ----------
     photo : (H, W, 3) uint8.
     gain : (3,) factor on the photo's colours.
-    which : (n,) indices into the next three.
+    which : (n,) indices of the triangles, into the next three arrays.
     pixels : (F, 3, 2) position of each corner in the photo.
     texels : (F, 3, 2) position of each corner in the atlas, texels.
     correction : (F, 3, 3) colour added at each corner.
@@ -50,8 +50,8 @@ def paint_photo(
     """
     side = atlas.shape[0]
     rows = _rows(which, texels, side)
-    # Neighbours claim the texels on their common edge both: by bands of rows, in the order of
-    # the triangles, the same one has the last word whatever the threads do.
+    # Both neighbours cover the texels on their common edge. Bands of rows, each painted in the
+    # order of the triangles, make the result independent of the threads.
     in_ranges(
         _paint_bands, (side + _BAND - 1) // _BAND,
         photo, gain, which, rows, pixels, texels, correction, atlas, painted,
@@ -72,7 +72,7 @@ def _paint_bands(
     atlas: Image,
     painted: NDArray[np.uint8],
 ) -> None:
-    """Paint the triangles on some bands of rows of the atlas."""
+    """Paint the triangles in some bands of the atlas's rows."""
     for band in range(begin, end):
         top, bottom = band * _BAND, min((band + 1) * _BAND, len(atlas)) - 1
         for n in range(len(which)):
@@ -86,7 +86,7 @@ def _paint_bands(
 
 @kernel
 def _rows(which: NDArray[np.int64], texels: Single, side: int) -> NDArray[np.int32]:
-    """(n, 2) first and last row of each triangle in the atlas."""
+    """Return the (n, 2) first and last row of each triangle in the atlas."""
     rows = np.empty((len(which), 2), dtype=np.int32)
     for n in range(len(which)):
         t = texels[which[n]]
@@ -107,7 +107,10 @@ def _paint_rows(
     atlas: Image,
     painted: NDArray[np.uint8],
 ) -> None:
-    """Paint rows y0 to y1 of one triangle: (3, 2) places in photo and atlas, (3, 3) correction."""
+    """Paint rows y0 to y1 of one triangle.
+
+    p, t : (3, 2) corners in the photo and in the atlas. g : (3, 3) colour correction at them.
+    """
     side = atlas.shape[1]
     det = (t[1, 0] - t[0, 0]) * (t[2, 1] - t[0, 1]) - (t[1, 1] - t[0, 1]) * (t[2, 0] - t[0, 0])
     if abs(det) < 1e-9:
@@ -139,7 +142,7 @@ def paint_colours(
     atlas: Image,
     painted: NDArray[np.uint8],
 ) -> None:
-    """Paint triangles of one colour each, (n, 3), over their texels' bounding box (in place)."""
+    """Fill the bounding box of each triangle's texels with one colour (n, 3), in place."""
     side = atlas.shape[0]
     for n in range(len(which)):
         t = texels[which[n]]
@@ -160,16 +163,16 @@ def _sample_all(photo: Image, points: Single, out: Single) -> None:
 
 
 def sample_points(photo: Image, points: Single) -> Single:
-    """(n, 3) float32 colours of a slightly blurred photo at (n, 2) pixel positions."""
+    """Return the (n, 3) float32 colours of a blurred photo at (n, 2) pixel positions."""
     out = np.zeros((len(points), 3), dtype=np.float32)
     _sample_all(np.asarray(cv2.GaussianBlur(photo, (0, 0), 1.5), dtype=np.uint8), points, out)
     return out
 
 
 def fill_gaps(atlas: Image, painted: NDArray[np.uint8]) -> Image:
-    """The atlas with every unpainted texel in the colour of the nearest painted one.
+    """Return the atlas with every unpainted texel in the colour of the nearest painted one.
 
-    Filters and mipmaps then never mix in the background at a chart's border.
+    So filters and mipmaps never mix the background into a chart's border.
     """
     if not painted.any():
         return atlas

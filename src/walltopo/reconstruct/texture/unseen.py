@@ -1,4 +1,4 @@
-"""Colours for triangles that no photo saw: the surroundings continued into them."""
+"""Extend the surrounding colours into triangles that no photo sees."""
 
 from __future__ import annotations
 
@@ -19,23 +19,24 @@ Single = NDArray[np.float32]
 
 Ints = NDArray[np.int64]
 
-# Rings of triangles around a chart whose colours are continued, and the margin they get, texels.
+# Rings of triangles incidence a chart that its colours are extended from, and their margin, texels.
 _RINGS = 2
 
 _MARGIN = 12
 
-# Texels around each that its colour is made from.
-_REACH = 4
+# Radius of the inpainting, texels.
+_INPAINT_RADIUS = 4
 
 _WHITE = np.ones(3, dtype=np.float32)
 
 
 def plane_positions(mesh: Mesh, chart: NDArray[np.int32], pixels_per_unit: float) -> Single:
-    """(F, 3, 2) corners of charts in the planes that suit them, in pixels; zeros elsewhere.
+    """Project charts onto their best-fitting planes; return (F, 3, 2) pixels, zeros elsewhere.
 
     Parameters
     ----------
-    chart : (F,) number of each face's chart, -1 = none.
+    chart : (F,) chart of each face, -1 = none.
+    pixels_per_unit : photo pixels per world unit.
     """
     result = np.zeros((len(mesh.faces), 3, 2), dtype=np.float32)
     for faces in _members(chart):
@@ -49,19 +50,19 @@ def plane_positions(mesh: Mesh, chart: NDArray[np.int32], pixels_per_unit: float
 def continue_colours(
     mesh: Mesh, chart: NDArray[np.int32], texels: Single, atlas: Image, painted: NDArray[np.uint8]
 ) -> None:
-    """Paint charts of `plane_positions` from what is around them (in place).
+    """Paint charts of `plane_positions` by inpainting from their surroundings, in place.
 
     Parameters
     ----------
-    chart : (F,) number of each face's chart, -1 = painted already.
+    chart : (F,) chart of each face, -1 = already painted.
     texels : (F, 3, 2) corners of all faces in the atlas.
     atlas, painted : (S, S, 3) and (S, S).
     """
-    around = _corners(mesh)
-    at_vertex = around.T.tocsr()
+    incidence = _incidence(mesh)
+    incidence_t = incidence.T.tocsr()
     source = atlas.copy()
     for faces in _members(chart):
-        ring = _ring(around, at_vertex, faces)
+        ring = _ring(incidence, incidence_t, faces)
         ring = ring[chart[ring] < 0]
         low = np.floor(texels[faces].min(axis=(0, 1))) - _MARGIN
         width, height = (np.ceil(texels[faces].max(axis=(0, 1))) + _MARGIN - low).astype(int)
@@ -70,28 +71,32 @@ def continue_colours(
         place[len(faces) :] = _projected(mesh, faces, place[: len(faces)], ring)
         canvas = np.zeros((height, width, 3), dtype=np.uint8)
         known = np.zeros((height, width), dtype=np.uint8)
-        own, beside = np.arange(len(faces)), np.arange(len(faces), len(place))
-        _copy(source, np.concatenate([texels[faces], texels[ring]]), beside, place, canvas, known)
+        own, ring_rows = np.arange(len(faces)), np.arange(len(faces), len(place))
+        _copy(
+            source, np.concatenate([texels[faces], texels[ring]]), ring_rows, place, canvas, known
+        )
         for triangle in np.rint(place[own] - 0.5).astype(np.int32):
             cv2.fillConvexPoly(known, triangle, 0)
         if not known.any():
-            # All around lies behind or before it in its plane: the colour of the ring's middle.
+            # The ring projects onto the chart itself; use the mean colour of the ring.
             middle = np.rint(texels[ring].mean(axis=1) - 0.5).astype(int)
             canvas[:] = source[middle[:, 1], middle[:, 0]].mean(axis=0)
             known[:] = 1
-        filled = np.asarray(cv2.inpaint(canvas, 1 - known, _REACH, cv2.INPAINT_TELEA), np.uint8)
+        filled = np.asarray(
+            cv2.inpaint(canvas, 1 - known, _INPAINT_RADIUS, cv2.INPAINT_TELEA), np.uint8
+        )
         _copy(filled, place, own, texels[faces], atlas, painted)
 
 
 def _members(chart: NDArray[np.int32]) -> list[Ints]:
-    """The faces of each chart."""
+    """Return the faces of each chart."""
     own = np.flatnonzero(chart >= 0)
     own = own[np.argsort(chart[own], kind="stable")]
     return np.split(own, np.flatnonzero(np.diff(chart[own])) + 1) if len(own) else []
 
 
-def _corners(mesh: Mesh) -> Any:
-    """(F, V) sparse: which vertices each face has."""
+def _incidence(mesh: Mesh) -> Any:
+    """Return the sparse (F, V) incidence matrix of faces and vertices."""
     from scipy.sparse import csr_matrix
 
     count = len(mesh.faces)
@@ -100,26 +105,27 @@ def _corners(mesh: Mesh) -> Any:
     return csr_matrix((ones, mesh.faces.ravel(), starts), shape=(count, len(mesh.vertices)))
 
 
-def _ring(around: Any, at_vertex: Any, faces: Ints) -> Ints:
-    """Faces within some rings of vertices around some faces, those among them.
+def _ring(incidence: Any, incidence_t: Any, faces: Ints) -> Ints:
+    """Return the faces within some vertex rings around the given faces, including these.
 
     Parameters
     ----------
-    around, at_vertex : of `_corners`, and its transpose.
+    incidence, incidence_t : result of `_incidence`, and its transpose.
     """
     found = faces
     for _ in range(_RINGS):
-        vertices = np.unique(around[found].indices)
-        found = np.unique(at_vertex[vertices].indices).astype(np.int64)
+        vertices = np.unique(incidence[found].indices)
+        found = np.unique(incidence_t[vertices].indices).astype(np.int64)
     return found
 
 
 def _projected(mesh: Mesh, faces: Ints, place: Single, others: Ints) -> Single:
-    """(n, 3, 2) where other faces lie in the plane of a chart: its map from space, continued."""
+    """Map other faces into a chart's plane by extending the chart's linear map; return (n, 3,
+    2)."""
     points = mesh.vertices[mesh.faces[faces]].reshape(-1, 3)
     target = place.reshape(-1, 2).astype(np.float64)
     middle, centre = points.mean(axis=0), target.mean(axis=0)
-    # Where the chart is flat, the map of least norm is the one along its normal.
+    # For a flat chart, the least-norm map projects along the normal.
     linear = np.linalg.lstsq(points - middle, target - centre, rcond=1e-6)[0]
     corners = mesh.vertices[mesh.faces[others]] - middle
     return np.asarray(corners @ linear + centre, dtype=np.float32)
@@ -133,7 +139,7 @@ def _copy(
     canvas: Image,
     painted: NDArray[np.uint8],
 ) -> None:
-    """Paint triangles `which` of one picture into another, as they are."""
+    """Paint triangles `which` of one image into another, without colour changes."""
     plain = np.zeros((len(pixels), 3, 3), dtype=np.float32)
     paint_photo(photo, _WHITE, which, pixels, texels, plain, canvas, painted)
 
@@ -142,7 +148,8 @@ _CELL = 2
 
 
 def unseen_cells(count: int) -> tuple[NDArray[np.float32], int]:
-    """A square of cells, one per triangle: (count, 3, 2) corners, and the square's side."""
+    """Return (count, 3, 2) corners of triangles packed in a square of cells, and the square's
+    side."""
     columns = int(np.ceil(np.sqrt(count)))
     index = np.arange(count)
     if count == 0:
@@ -158,14 +165,14 @@ def spread_colours(
     known_vertex: NDArray[np.int64],
     known_colour: Floats,
 ) -> Floats:
-    """(V, 3) colours: the known ones, and around them the mean of neighbours, ring by ring.
+    """Return (V, 3) colours; unknown vertices get the mean of known neighbours, ring by ring.
 
     Parameters
     ----------
     faces : (F, 3).
     vertex_count : V.
-    known_vertex, known_colour : (N,) and (N, 3); a vertex named twice gets the mean. Parts of
-        the mesh without any get the mean of all.
+    known_vertex, known_colour : (N,) and (N, 3); a repeated vertex gets the mean. Components
+        without a known colour get the mean of all.
     """
     from scipy.sparse import coo_matrix
 

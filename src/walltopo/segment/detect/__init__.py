@@ -1,1 +1,1 @@
-"""Seeing holds in photos: detectors behind one protocol, and the stage that runs them."""
+"""Detect holds in photos: detectors behind one protocol, and the detection of a photo set."""

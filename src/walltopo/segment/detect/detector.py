@@ -1,4 +1,4 @@
-"""The protocol of all detectors, and how a name on the command line becomes one."""
+"""The protocol of all detectors, and the choice of a detector by name."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError
 from walltopo.core.files import shipped_file
-from walltopo.segment.detect.found import Found
-from walltopo.segment.detect.settings import DetectSettings
+from walltopo.segment.detect.photo_detections import PhotoDetections
+from walltopo.segment.settings import DetectSettings
 
 
 class Detector(Protocol):
-    """Something that sees objects in a photo."""
+    """A model that detects objects in a photo."""
 
     @property
     def classes(self) -> dict[int, str]:
-        """Class names by label (>= 1)."""
+        """Return the class names by label (>= 1)."""
 
     @property
     def description(self) -> str:
-        """The model in a few words, for reports."""
+        """Return a short name of the model, for reports."""
 
-    def detect(self, photo: NDArray[np.uint8]) -> Found:
-        """Objects of a photo.
+    def detect(self, photo: NDArray[np.uint8]) -> PhotoDetections:
+        """Return the objects of a photo.
 
         Parameters
         ----------
@@ -36,35 +36,35 @@ class Detector(Protocol):
 
         Returns
         -------
-        Found, in the photo's own pixels, with masks, best first.
+        The objects in the photo's own pixels, with masks, highest score first.
         """
 
 
 def shipped_model() -> Path:
-    """The weights that come with the package."""
+    """Return the path of the weights that come with the package."""
     return shipped_file("holds.onnx")
 
 
-def _shipped(settings: DetectSettings) -> Detector:
+def _open_shipped(settings: DetectSettings) -> Detector:
     from walltopo.segment.detect.onnx_detector import OnnxDetector
 
     return OnnxDetector(shipped_model(), settings)
 
 
-BUILT_IN: dict[str, Callable[[DetectSettings], Detector]] = {"onnx": _shipped}
+BUILT_IN: dict[str, Callable[[DetectSettings], Detector]] = {"onnx": _open_shipped}
 
-# Detectors of other distributions: an entry point of this group is called with its own name and
-# the settings, and gives a `Detector`.
+# Other distributions register detectors in this entry-point group. An entry point is called with
+# its own name and the settings, and returns a `Detector`.
 ENTRY_POINTS = "walltopo.detectors"
 
 
 def open_detector(settings: DetectSettings) -> Detector:
-    """The detector that `settings.model` names.
+    """Return the detector that `settings.model` names.
 
     Raises
     ------
-    InputError : neither a known name nor a model file.
-    EnvironmentLacksError : an extra or weights that the named detector needs are absent.
+    InputError : the name is neither a known detector nor a model file.
+    EnvironmentLacksError : an extra or the weights that the detector needs are missing.
     """
     if settings.model in BUILT_IN:
         return BUILT_IN[settings.model](settings)
@@ -78,7 +78,7 @@ def open_detector(settings: DetectSettings) -> Detector:
         detector: Detector = others[settings.model].load()(settings.model, settings)
         return detector
     raise InputError(
-        f"{settings.model!r} is no known detector and no .onnx file",
+        f"{settings.model!r} is neither a known detector nor an .onnx file",
         f"Known detectors: {', '.join([*BUILT_IN, *sorted(others)])}; or the path of an ONNX "
         "file. More come with walltopo-lab.",
     )

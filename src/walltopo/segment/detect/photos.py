@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import colorsys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,18 +19,19 @@ from walltopo.images.files import read_rgb
 from walltopo.scans.detections import Detections
 from walltopo.scans.manifest import Metrics
 from walltopo.segment.detect.detector import Detector
-from walltopo.segment.detect.found import Found
+from walltopo.segment.detect.photo_detections import PhotoDetections
 
+_MAX_ON_PEOPLE = 0.5  # share of a detection's pixels
 PHOTO_SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp")
 
 
 def photos_in(folder: Path) -> list[Path]:
-    """The photos of a folder, sorted by name."""
+    """Return the photos of a folder, sorted by name."""
     if not folder.is_dir():
-        raise InputError(f"{folder}: no such folder of photos")
+        raise InputError(f"{folder}: the folder of photos does not exist")
     photos = sorted(p for p in folder.iterdir() if p.suffix.lower() in PHOTO_SUFFIXES)
     if not photos:
-        raise InputError(f"{folder}: holds no photos ({', '.join(PHOTO_SUFFIXES)})")
+        raise InputError(f"{folder}: contains no photos ({', '.join(PHOTO_SUFFIXES)})")
     return photos
 
 
@@ -40,25 +41,51 @@ def _save_drawing(path: Path, picture: NDArray[np.uint8]) -> None:
 
 
 @dataclass(frozen=True)
-class _Look:
-    """What was seen in one photo, and how long it took."""
+class _PhotoResult:
+    """The detections of one photo, and the run time."""
 
-    found: Found
+    found: PhotoDetections
     size: tuple[int, int]
     seconds: float
     model: str
     classes: dict[int, str]
 
 
-def _look(drawings: Path | None, detector: Detector, path: Path) -> _Look:
+def _detect_photo(
+    drawings: Path | None, detector: Detector, path: Path, people: NDArray[np.bool_] | None
+) -> _PhotoResult:
     photo = read_rgb(path)
     begin = time.perf_counter()
     found = detector.detect(photo)
     seconds = time.perf_counter() - begin
+    if people is not None:
+        found = without_people(found, people)
     if drawings is not None:
         _save_drawing(drawings / path.name, draw_found(photo, found))
     size = (photo.shape[1], photo.shape[0])
-    return _Look(found, size, seconds, detector.description, dict(detector.classes))
+    return _PhotoResult(found, size, seconds, detector.description, dict(detector.classes))
+
+
+def without_people(found: PhotoDetections, people: NDArray[np.bool_]) -> PhotoDetections:
+    """Return the detections that do not lie mostly on people, such as shoes.
+
+    Parameters
+    ----------
+    people : (H, W) bool, the pixels of people in the photo.
+    """
+    height, width = people.shape
+    kept = []
+    for k, box in enumerate(found.boxes):
+        x0, y0 = (max(0, int(value)) for value in box[:2])
+        x1, y1 = min(width, int(box[2]) + 1), min(height, int(box[3]) + 1)
+        on = people[y0:y1, x0:x1]
+        if found.masks:
+            mask = found.masks[k]
+            h, w = mask.bitmap.shape
+            on = people[mask.y : mask.y + h, mask.x : mask.x + w][mask.bitmap]
+        if not on.size or on.mean() < _MAX_ON_PEOPLE:
+            kept.append(k)
+    return found.pick(kept)
 
 
 def detect_photos(
@@ -66,46 +93,50 @@ def detect_photos(
     detector: Detector,
     progress: Progress,
     drawings: Path | None = None,
+    hidden: Callable[[str], NDArray[np.bool_] | None] | None = None,
 ) -> tuple[Detections, Metrics]:
-    """Detect in every photo; masks are in each photo's own pixels.
+    """Detect objects in every photo; the masks are in each photo's own pixels.
 
     Parameters
     ----------
     photos : files; their names (without folder) become the file names in COCO.
-    drawings : folder for pictures of the result, or None.
+    drawings : folder for pictures of the masks, or None.
+    hidden : returns the pixels of people by the photo's name, None without any; objects that lie
+        mostly on them are left out.
 
     Returns
     -------
-    What was found, and counts and times for the stage's summary.
+    The detections, and counts and times for the stage's summary.
     """
     progress.step("detect", len(photos))
-    looks: list[_Look] = []
+    results: list[_PhotoResult] = []
     for path in photos:
-        look = _look(drawings, detector, path)
-        looks.append(look)
+        result = _detect_photo(drawings, detector, path, hidden(path.name) if hidden else None)
+        results.append(result)
         progress.advance()
-        progress.detail(f"{path.name}: {len(look.found)} objects in {look.seconds:.2f} s")
-    masks = {path.name: look.found.masks for path, look in zip(photos, looks, strict=True)}
-    sizes = {path.name: look.size for path, look in zip(photos, looks, strict=True)}
+        progress.detail(f"{path.name}: {len(result.found)} objects in {result.seconds:.2f} s")
+    masks = {path.name: result.found.masks for path, result in zip(photos, results, strict=True)}
+    sizes = {path.name: result.size for path, result in zip(photos, results, strict=True)}
     empty = [name for name, found in masks.items() if not found]
     if empty:
         progress.note(f"nothing found in {len(empty)} photos: {', '.join(empty[:5])}")
     counts = [len(found) for found in masks.values()]
     metrics: Metrics = {
-        "model": looks[0].model,
+        "model": results[0].model,
         "photos": len(photos),
         "masks": sum(counts),
         "masks_per_photo": round(float(np.mean(counts)), 1),
         "photos_without_masks": len(empty),
-        "seconds_per_photo": round(float(np.median([look.seconds for look in looks])), 3),
+        "seconds_per_photo": round(float(np.median([r.seconds for r in results])), 3),
     }
-    return Detections(masks, sizes, looks[0].classes, f"walltopo: {looks[0].model}"), metrics
+    source = f"walltopo: {results[0].model}"
+    return Detections(masks, sizes, results[0].classes, source), metrics
 
 
-def draw_found(photo: NDArray[np.uint8], found: Found) -> NDArray[np.uint8]:
-    """The photo with each mask tinted and outlined, (H, W, 3) uint8 RGB.
+def draw_found(photo: NDArray[np.uint8], found: PhotoDetections) -> NDArray[np.uint8]:
+    """Return the photo with each mask tinted and outlined, (H, W, 3) uint8 RGB.
 
-    Holds are outlined in white, volumes in black; the tint only tells neighbours apart.
+    Holds are outlined in white, volumes in black; the tint only separates neighbours.
     """
     tinted = photo.astype(np.float32)
     outlines: list[tuple[list[Any], tuple[int, int, int]]] = []

@@ -1,18 +1,19 @@
-"""Large photos in overlapping tiles, and one object again where a seam cut it."""
+"""Overlapping tiles of large photos, batches limited by memory, and fusion of two passes."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mask
-from walltopo.segment.detect.found import Found, box_iou
+from walltopo.core.memory import free_memory
+from walltopo.segment.detect.photo_detections import PhotoDetections, box_iou
 
-_AT_SEAM = 3.0  # px: a box that ends this near to an inner tile border was cut by it
-_SAME = 0.5  # share of the smaller one, within what both tiles see, that makes two one object
+_SEAM_PX = 3.0  # a box that ends this close to an inner tile border was cut by it
+_SAME = 0.5  # overlap above which two detections are one object: IoU, or share of the smaller mask
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ def _starts(length: int, tile: int, overlap: int) -> list[int]:
 
 
 def tiles_of(width: int, height: int, tile: int, overlap: int) -> list[Tile]:
-    """Tiles of at most `tile` px that cover the photo, neighbours sharing >= `overlap` px."""
+    """Return tiles of at most `tile` px that cover the photo; neighbours share >= `overlap` px."""
     overlap = min(overlap, tile // 2)
     return [
         Tile(x, y, min(x + tile, width), min(y + tile, height))
@@ -44,10 +45,10 @@ def tiles_of(width: int, height: int, tile: int, overlap: int) -> list[Tile]:
 
 def _is_cut(box: NDArray[np.float64], tile: Tile, width: int, height: int) -> bool:
     return bool(
-        (tile.x0 > 0 and box[0] <= tile.x0 + _AT_SEAM)
-        or (tile.y0 > 0 and box[1] <= tile.y0 + _AT_SEAM)
-        or (tile.x1 < width and box[2] >= tile.x1 - _AT_SEAM)
-        or (tile.y1 < height and box[3] >= tile.y1 - _AT_SEAM)
+        (tile.x0 > 0 and box[0] <= tile.x0 + _SEAM_PX)
+        or (tile.y0 > 0 and box[1] <= tile.y0 + _SEAM_PX)
+        or (tile.x1 < width and box[2] >= tile.x1 - _SEAM_PX)
+        or (tile.y1 < height and box[3] >= tile.y1 - _SEAM_PX)
     )
 
 
@@ -67,7 +68,7 @@ def _union(a: Mask, b: Mask) -> Mask:
 
 
 def _window(mask: Mask, x0: int, y0: int, x1: int, y1: int) -> NDArray[np.bool_]:
-    """The mask within a rectangle of the photo, as a bitmap of the rectangle's size."""
+    """Return the mask within a rectangle of the photo, as a bitmap of the rectangle's size."""
     out = np.zeros((max(0, y1 - y0), max(0, x1 - x0)), np.bool_)
     h, w = mask.bitmap.shape
     u0, u1 = max(x0, mask.x), min(x1, mask.x + w)
@@ -87,7 +88,7 @@ def _same_object(
     tile_a: Tile,
     tile_b: Tile,
 ) -> bool:
-    """Whether two detections agree within the strip that both tiles see."""
+    """Return whether two detections agree within the strip that both tiles contain."""
     x0, y0 = max(tile_a.x0, tile_b.x0), max(tile_a.y0, tile_b.y0)
     x1, y1 = min(tile_a.x1, tile_b.x1), min(tile_a.y1, tile_b.y1)
     if x1 <= x0 or y1 <= y0:
@@ -102,14 +103,17 @@ def _same_object(
         )
         return bool(box_iou(clip_a[None], clip_b[None])[0, 0] > _SAME)
     in_a, in_b = _window(a, x0, y0, x1, y1), _window(b, x0, y0, x1, y1)
-    least = min(np.count_nonzero(in_a), np.count_nonzero(in_b))
-    return bool(least > 0 and np.count_nonzero(in_a & in_b) > _SAME * least)
+    smaller = min(np.count_nonzero(in_a), np.count_nonzero(in_b))
+    return bool(smaller > 0 and np.count_nonzero(in_a & in_b) > _SAME * smaller)
 
 
-def merge_tiles(parts: Sequence[tuple[Tile, Found]], width: int, height: int) -> Found:
-    """One `Found` of the whole photo.
+def merge_tiles(
+    parts: Sequence[tuple[Tile, PhotoDetections]], width: int, height: int
+) -> PhotoDetections:
+    """Return the detections of the whole photo from those of its tiles.
 
-    Whole objects beat cut ones; two cut parts that agree in the strip both tiles see are joined.
+    Whole objects win over cut ones. Two cut parts that agree in the strip that both tiles contain
+    are joined.
     """
     boxes, scores, labels, cut, tiles = [], [], [], [], []
     masks: list[Mask | None] = []
@@ -145,11 +149,135 @@ def merge_tiles(parts: Sequence[tuple[Tile, Found]], width: int, height: int) ->
             chosen.append(k)
     chosen.sort(key=lambda k: -scores[k])
     kept = [m for m in (masks[k] for k in chosen) if m is not None]
-    return Found(
+    return PhotoDetections(
         width,
         height,
         np.array([boxes[k] for k in chosen], dtype=np.float64).reshape(-1, 4),
         np.array([scores[k] for k in chosen], dtype=np.float64),
         np.array([labels[k] for k in chosen], dtype=np.int64),
+        tuple(kept),
+    )
+
+
+_BYTES_PER_PIXEL = 160  # of input, outputs included; 100 measured for the shipped network
+_MEMORY_SHARE = 0.5  # of free memory
+_MAX_BATCH = 16
+
+Arrays = list[NDArray[np.float32]]
+
+
+def in_batches(
+    inputs: Sequence[NDArray[np.generic]], max_batch: int, free: int
+) -> Iterator[list[int]]:
+    """Yield the positions of inputs that form a batch: consecutive inputs of one shape.
+
+    Parameters
+    ----------
+    inputs : arrays without the batch axis.
+    max_batch : largest batch; 0 means as many as fit into half of `free` bytes.
+    """
+    batch: list[int] = []
+    for k, values in enumerate(inputs):
+        need = _BYTES_PER_PIXEL * values.size / 3
+        limit = max(1, max_batch or min(int(_MEMORY_SHARE * free / need), _MAX_BATCH))
+        if batch and (values.shape != inputs[batch[0]].shape or len(batch) >= limit):
+            yield batch
+            batch = []
+        batch.append(k)
+    if batch:
+        yield batch
+
+
+def run_batched(
+    run: Callable[[NDArray[np.generic]], Arrays],
+    inputs: Sequence[NDArray[np.generic]],
+    max_batch: int,
+) -> list[Arrays]:
+    """Return the outputs of each input; halve a batch that does not fit into GPU memory.
+
+    Parameters
+    ----------
+    run : maps (n, ...) inputs to outputs with n first.
+    """
+    outputs: list[Arrays] = []
+    waiting = list(in_batches(inputs, max_batch, free_memory()))
+    while waiting:
+        batch = waiting.pop(0)
+        try:
+            results = run(np.stack([inputs[k] for k in batch]))
+        except Exception as error:  # ONNX Runtime has no exception type for lack of memory
+            if len(batch) == 1 or "alloc" not in str(error).lower():
+                raise
+            half = len(batch) // 2
+            waiting[:0] = [batch[:half], batch[half:]]
+            continue
+        outputs += [[part[k] for part in results] for k in range(len(batch))]
+    return outputs
+
+
+def mirrored(found: PhotoDetections) -> PhotoDetections:
+    """Return the detections in the photo mirrored left to right."""
+    boxes = found.boxes[:, [2, 1, 0, 3]].copy()
+    boxes[:, [0, 2]] = found.width - boxes[:, [0, 2]]
+    masks = tuple(
+        replace(m, bitmap=m.bitmap[:, ::-1], x=m.width - m.x - m.bitmap.shape[1])
+        for m in found.masks
+    )
+    return replace(found, boxes=boxes, masks=masks)
+
+
+def _groups(
+    passes: Sequence[PhotoDetections], boxes: NDArray[np.float64]
+) -> list[NDArray[np.int64]]:
+    """Return, per object, its positions in `boxes` (all passes in turn), highest score first."""
+    scores = np.concatenate([found.scores for found in passes])
+    labels = np.concatenate([found.labels for found in passes])
+    source = np.repeat(np.arange(len(passes)), [len(found) for found in passes])
+    overlap = box_iou(boxes, boxes)
+    free = np.ones(len(boxes), np.bool_)
+    groups = []
+    for first in np.argsort(-scores, kind="stable"):
+        if not free[first]:
+            continue
+        free[first] = False
+        group = [int(first)]
+        for other in range(len(passes)):
+            if other == source[first]:
+                continue
+            same = free & (source == other) & (labels == labels[first])
+            near = np.flatnonzero(same & (overlap[first] > _SAME))
+            if len(near):
+                group.append(int(near[overlap[first, near].argmax()]))
+                free[group[-1]] = False
+        groups.append(np.array(group))
+    return groups
+
+
+def fuse(passes: Sequence[PhotoDetections]) -> PhotoDetections:
+    """Return the fused detections of several passes over one photo, highest score first.
+
+    Weighted boxes fusion (Solovyev, Wang, Gabruseva, Image and Vision Computing 2021). An object's
+    box is the mean of its boxes, weighted by score. Its score is the mean over all passes, with 0
+    for a pass that misses it. Its mask is the one with the highest score.
+    """
+    if len(passes) == 1:
+        return passes[0]
+    boxes = np.concatenate([found.boxes for found in passes])
+    scores = np.concatenate([found.scores for found in passes])
+    labels = np.concatenate([found.labels for found in passes])
+    masks = [mask for found in passes for mask in found.masks]
+    groups = _groups(passes, boxes)
+    fused = np.array([scores[group].sum() / len(passes) for group in groups])
+    order = np.argsort(-fused, kind="stable")
+    means = [np.average(boxes[groups[k]], axis=0, weights=scores[groups[k]]) for k in order]
+    kept: list[Mask] = []
+    if masks:
+        kept = [replace(masks[groups[k][0]], score=float(fused[k])) for k in order]
+    return PhotoDetections(
+        passes[0].width,
+        passes[0].height,
+        np.array(means).reshape(-1, 4),
+        fused[order],
+        np.array([labels[groups[k][0]] for k in order], dtype=np.int64),
         tuple(kept),
     )

@@ -1,10 +1,10 @@
-"""Objects from the three outputs of the shipped network (`walltopo_lab.train.net`).
+"""Decode the three outputs of the shipped network (`walltopo_lab.train.net`) into objects.
 
-A peak of the heat is an object and the vote at the peak its first box; every cell belongs to the
-object whose box it votes for, and these votes together give the final box. Its mask is the part
-of its cells, and of those beside them that vote for nothing, that the mask output calls this class,
-at the level at which it fills the box; its score is the heat at the peak times the root
-of how sure the mask is there.
+A peak of the heat map is an object, and the vote at the peak is its first box. Every cell belongs
+to the object whose box it votes for, and the votes of an object's cells are averaged to its final
+box. The mask is taken from the mask output, within the object's cells and the cells beside them
+that vote for no object. It is cut at the level at which it fills the box best. The score is the
+heat at the peak times the square root of the mask confidence.
 """
 
 from __future__ import annotations
@@ -14,24 +14,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mask
-from walltopo.segment.detect.found import Found, box_iou, keep_best, tight_mask
+from walltopo.segment.detect.photo_detections import (
+    PhotoDetections,
+    box_iou,
+    suppress_overlaps,
+    tight_mask,
+)
 
 Floats = NDArray[np.float32]
 _CELL = 4  # px of a heat or vote cell
-_MOST = 2000  # peaks looked at; the densest photo known has under 400 objects
-_LEAST_VOTE = 0.45  # IoU with the detection that a pixel's vote must reach
-# Mask probabilities that an object is drawn at: the middle one, unless another fills the box better
-# by this. Votes place borders better than a mask output that is faint where the network has not
-# seen the like. On photos that chose nothing before (57 of hold-boxes/train held out, 25 of
-# hold-polygons) levels and the cells beside raised the AP50 of boxes around masks, mean of classes,
-# from .60 to .67, that of outlines from .27 to .31; without the difference rendered walls, whose
-# masks are sure, lost in AP.
+_MAX_PEAKS = 2000  # the densest photo known has under 400 objects
+_MIN_VOTE = 0.45  # minimum IoU of a cell's vote with the box it belongs to
+# Levels of mask probability at which a mask may be cut: the default, unless another level fills
+# the box better by `_LEVEL_MARGIN` of IoU. Votes place borders better than the mask output, which
+# is faint on unfamiliar photos. Levels and the cells beside an object raised the AP50 of boxes
+# around masks (mean of classes) from .60 to .67 and that of outlines from .27 to .31, on held-out
+# photos (57 of hold-boxes/train, 25 of hold-polygons). Without the margin, rendered walls, whose
+# masks are confident, lost AP.
 _LEVELS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)
-_MIDDLE, _BETTER = 0.5, 0.05
+_DEFAULT_LEVEL, _LEVEL_MARGIN = 0.5, 0.05
 
 
 def vote_boxes(votes: Floats) -> NDArray[np.float64]:
-    """Boxes (C, h, w, 4) x0, y0, x1, y1 in pixels from votes (4 C, h, w) of distances."""
+    """Return boxes (C, h, w, 4) x0, y0, x1, y1 in pixels from votes (4 C, h, w) of distances."""
     channels, h, w = votes.shape
     split = votes.reshape(channels // 4, 4, h, w).astype(np.float64)
     x = (np.arange(w) * _CELL + _CELL / 2)[None, None, :]
@@ -41,17 +46,17 @@ def vote_boxes(votes: Floats) -> NDArray[np.float64]:
 
 
 def _peaks(heat: Floats, threshold: float) -> tuple[NDArray[np.int64], ...]:
-    """Class, row and column of local maxima above the threshold, best first."""
+    """Return class, row and column of the local maxima above the threshold, highest first."""
     top = np.stack([cv2.dilate(layer, np.ones((3, 3), np.uint8)) for layer in heat])
     c, i, j = np.nonzero((heat >= top) & (heat > threshold))
-    order = np.argsort(-heat[c, i, j], kind="stable")[:_MOST]
+    order = np.argsort(-heat[c, i, j], kind="stable")[:_MAX_PEAKS]
     return c[order], i[order], j[order]
 
 
 def _assign(cells: NDArray[np.float64], boxes: NDArray[np.float64]) -> NDArray[np.int32]:
-    """(h, w) position of the box each cell votes for, -1 where for none; cells (h, w, 4)."""
+    """Return the (h, w) position of the box each cell (h, w, 4) votes for, -1 = none."""
     h, w = cells.shape[:2]
-    best = np.full((h, w), _LEAST_VOTE)
+    best = np.full((h, w), _MIN_VOTE)
     owner = np.full((h, w), -1, np.int32)
     area = np.prod(cells[..., 2:] - cells[..., :2], axis=-1)
     for k, (x0, y0, x1, y1) in enumerate(boxes):
@@ -68,16 +73,16 @@ def _assign(cells: NDArray[np.float64], boxes: NDArray[np.float64]) -> NDArray[n
     return owner
 
 
-def _agree(
+def _average_votes(
     owner: NDArray[np.int32],
     cells: NDArray[np.float64],
     heat: Floats,
     mask: Floats,
     boxes: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Boxes (n, 4) on which the cells of each object agree, and how sure its mask is (n,).
+    """Return the mean box of each object's votes (n, 4), and its mask confidence (n,).
 
-    One vote is noisy; their mean, weighted by the heat, is not. On held-out photos it raised
+    One vote is noisy; the mean, weighted by the heat, is not. On held-out photos the mean raised
     AP at 0.75 IoU from 0.15 to 0.22.
     """
     mine = owner >= 0
@@ -87,14 +92,14 @@ def _agree(
     known = total > 1e-6
     safe = np.where(known, total, 1.0)
     sums = [np.bincount(index, weight * cells[mine][:, k], count) for k in range(4)]
-    agreed = np.where(known[:, None], np.stack(sums, axis=1) / safe[:, None], boxes)
+    mean_boxes = np.where(known[:, None], np.stack(sums, axis=1) / safe[:, None], boxes)
     h, w = owner.shape
     coarse = mask.reshape(h, 2, w, 2).mean(axis=(1, 3))
-    sure = np.bincount(index, weight * coarse[mine], count) / safe
-    return agreed, np.where(known, sure, 0.0)
+    confidence = np.bincount(index, weight * coarse[mine], count) / safe
+    return mean_boxes, np.where(known, confidence, 0.0)
 
 
-def _sureness(
+def _mask_confidence(
     mask: Floats,
     owner: NDArray[np.int32],
     k: int,
@@ -102,8 +107,10 @@ def _sureness(
     scale: float,
     size: tuple[int, int],
 ) -> tuple[Floats, int, int] | None:
-    """How sure the mask is of one object, in a window of the photo, and the window's corner; None
-    where no pixel of the photo is its own."""
+    """Return the mask confidence of one object in a window, and the window's column and row.
+
+    Return None if the window contains no pixel of the photo.
+    """
     width, height = size
     h, w = owner.shape
     j0, i0 = max(0, int(box[0] / _CELL) - 1), max(0, int(box[1] / _CELL) - 1)
@@ -132,42 +139,44 @@ def _sureness(
     return np.asarray(photo, np.float32), x0, y0
 
 
-def _fill(sure: Floats, box: NDArray[np.float64]) -> NDArray[np.bool_] | None:
-    """The largest connected part above the level at which it fills the box; None if empty.
+def _fill(confidence: Floats, box: NDArray[np.float64]) -> NDArray[np.bool_] | None:
+    """Return the largest connected component above the level that fills the box best.
+
+    Return None if no component is found.
 
     Parameters
     ----------
-    sure : (h, w).
-    box : (4,) in its pixels.
+    confidence : (h, w) mask confidence.
+    box : (4,) in pixels of `confidence`.
     """
     best, found = -1.0, None
     for level in _LEVELS:
         count, parts, stats, _ = cv2.connectedComponentsWithStats(
-            (sure > level).view(np.uint8), connectivity=4
+            (confidence > level).view(np.uint8), connectivity=4
         )
         if count < 2:
             break
         part = 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
         left, top, wide, tall = stats[part, :4]
         extent = np.array([[left, top, left + wide, top + tall]], np.float64)
-        iou = float(box_iou(extent, box[None])[0, 0]) + _BETTER * (level == _MIDDLE)
+        iou = float(box_iou(extent, box[None])[0, 0]) + _LEVEL_MARGIN * (level == _DEFAULT_LEVEL)
         if iou > best:
             best, found = iou, np.asarray(parts == part)
     return found
 
 
 def _object_mask(
-    sure: tuple[Floats, int, int] | None,
+    window: tuple[Floats, int, int] | None,
     box: NDArray[np.float64],
     size: tuple[int, int],
     label: int,
     score: float,
 ) -> Mask | None:
-    """The mask of one object, whose box is in photo pixels; None where no pixel is its own."""
-    if sure is None:
+    """Return the mask of one object with a box in photo pixels, or None if it has no pixel."""
+    if window is None:
         return None
-    field, x, y = sure
-    bitmap = _fill(field, box - np.array([x, y, x, y]))
+    confidence, x, y = window
+    bitmap = _fill(confidence, box - np.array([x, y, x, y]))
     return None if bitmap is None else tight_mask(bitmap, x, y, size, label, score)
 
 
@@ -179,51 +188,51 @@ def decode_votes(
     scale: float,
     size: tuple[int, int],
     overlap: float = 0.5,
-) -> Found:
-    """Objects of one photo.
+) -> PhotoDetections:
+    """Return the objects of one photo.
 
     Parameters
     ----------
     heat : (C, H/4, W/4) float32 in [0, 1].
     votes : (4 C, H/4, W/4) float32, distances in input pixels.
     mask : (C, H/2, W/2) float32 in [0, 1].
-    threshold : least score.
+    threshold : minimum score.
     scale : input pixels per photo pixel; the input's corner is the photo's corner.
     size : width and height of the photo in pixels.
-    overlap : IoU above which the weaker of two boxes of a class goes.
+    overlap : IoU above which a box suppresses a weaker box of its class.
 
     Returns
     -------
-    Found, in photo pixels; labels are class numbers from 1.
+    The objects in photo pixels; labels are class numbers from 1.
     """
     c, i, j = _peaks(heat, threshold)
     cells = vote_boxes(votes)
     limit = np.array([size[0], size[1], size[0], size[1]]) * scale
     boxes = np.clip(cells[c, i, j], 0.0, limit)
     scores = heat[c, i, j].astype(np.float64)
-    kept = keep_best(boxes, scores, c + 1, overlap)
+    kept = suppress_overlaps(boxes, scores, c + 1, overlap)
     kept = kept[np.prod(boxes[kept, 2:] - boxes[kept, :2], axis=1) > 1.0]
     c, boxes, scores = c[kept], boxes[kept], scores[kept]
-    stay: list[int] = []
+    kept_members: list[int] = []
     masks: list[Mask] = []
     for k in np.unique(c):
         members = np.flatnonzero(c == k)
         owner = _assign(cells[k], boxes[members])
-        agreed, sure = _agree(owner, cells[k], heat[k], mask[k], boxes[members])
-        boxes[members] = np.clip(agreed, 0.0, limit)
-        scores[members] = np.minimum(scores[members] * np.sqrt(sure), 1.0)
+        mean_boxes, confidence = _average_votes(owner, cells[k], heat[k], mask[k], boxes[members])
+        boxes[members] = np.clip(mean_boxes, 0.0, limit)
+        scores[members] = np.minimum(scores[members] * np.sqrt(confidence), 1.0)
         for n, member in enumerate(members):
             if scores[member] < threshold:
                 continue
             box = boxes[member]
-            sure_of_it = _sureness(mask[k], owner, n, box, scale, size)
-            found = _object_mask(sure_of_it, box / scale, size, int(k) + 1, float(scores[member]))
+            window = _mask_confidence(mask[k], owner, n, box, scale, size)
+            found = _object_mask(window, box / scale, size, int(k) + 1, float(scores[member]))
             if found is not None:
-                stay.append(int(member))
+                kept_members.append(int(member))
                 masks.append(found)
-    order = np.argsort(-scores[stay], kind="stable")
-    index = np.asarray(stay, dtype=np.int64)[order]
-    return Found(
+    order = np.argsort(-scores[kept_members], kind="stable")
+    index = np.asarray(kept_members, dtype=np.int64)[order]
+    return PhotoDetections(
         size[0],
         size[1],
         boxes[index] / scale,

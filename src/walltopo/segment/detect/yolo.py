@@ -1,4 +1,4 @@
-"""Objects from the outputs of networks that Ultralytics exports: YOLO boxes, YOLO masks, RT-DETR.
+"""Decode the outputs of networks that Ultralytics exports: YOLO boxes, YOLO masks, RT-DETR.
 
 Formats as in Ultralytics' documentation of its ONNX export (YOLOv8, YOLO11; RT-DETR):
 
@@ -15,14 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mask
-from walltopo.segment.detect.found import Found, keep_best, tight_mask
+from walltopo.segment.detect.photo_detections import PhotoDetections, suppress_overlaps, tight_mask
 
 Floats = NDArray[np.float32]
-_GREY = 114  # the padding Ultralytics trains with
+_GREY = 114  # Ultralytics pads with this grey in training
 
 
 def letterbox(photo: NDArray[np.uint8], scale: float, rows: int, cols: int) -> Floats:
-    """(1, 3, rows, cols) float32 in [0, 1]: the photo at `scale` in the top left, grey around."""
+    """Return the photo at `scale` in the top left of a grey (1, 3, rows, cols) float32 image.
+
+    Values are in [0, 1].
+    """
     height, width = photo.shape[:2]
     inner = (min(cols, max(1, round(width * scale))), min(rows, max(1, round(height * scale))))
     method = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
@@ -39,11 +42,11 @@ def _corners(xywh: NDArray[np.float64]) -> NDArray[np.float64]:
 def _split(
     output: Floats, classes: int, coefficients: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], Floats]:
-    """Corners (n, 4), scores, labels (from 1) and mask coefficients (n, K) of one photo."""
+    """Return corners (n, 4), scores, labels (from 1) and mask coefficients (n, K) of one photo."""
     if output.ndim != 2:
-        raise InputError(f"YOLO output: expected two axes for a photo, got {output.shape}")
-    # Exported with nms=True the rows are corners, score, class and mask coefficients, and there
-    # are at most a few hundred of them; raw outputs have thousands of columns.
+        raise InputError(f"YOLO output: expected two axes per photo, got {output.shape}")
+    # With nms=True the rows are corners, score, class and mask coefficients, and there are at most
+    # a few hundred of them. Raw outputs have thousands of columns.
     if output.shape[1] == 6 + coefficients and output.shape[0] != 4 + classes + coefficients:
         boxes = output[:, :4].astype(np.float64)
         labels = output[:, 5].astype(np.int64) + 1
@@ -68,18 +71,18 @@ def _finish(
     overlap: float,
     size: tuple[int, int],
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Positions of what stays, best first, and its boxes clipped to the photo."""
+    """Return the positions of the boxes to keep, highest score first, and these boxes clipped."""
     above = np.flatnonzero(scores >= threshold)
     boxes = np.clip(boxes, 0.0, [size[0], size[1], size[0], size[1]])
     above = above[np.prod(boxes[above, 2:] - boxes[above, :2], axis=1) > 0]
-    kept = above[keep_best(boxes[above], scores[above], labels[above], overlap)]
+    kept = above[suppress_overlaps(boxes[above], scores[above], labels[above], overlap)]
     return kept, boxes[kept]
 
 
 def _prototype_mask(
     field: Floats, box: NDArray[np.float64], step: float, size: tuple[int, int]
 ) -> tuple[NDArray[np.bool_], int, int]:
-    """The prototype field (logits) within a box of the photo, at the photo's resolution."""
+    """Return a mask within a box of the photo, from logits, and the mask's column and row."""
     x0, y0 = (max(0, int(np.floor(v))) for v in box[:2])
     x1, y1 = min(size[0], int(np.ceil(box[2]))), min(size[1], int(np.ceil(box[3])))
     matrix = np.array([[step, 0, (x0 + 0.5) * step - 0.5], [0, step, (y0 + 0.5) * step - 0.5]])
@@ -99,7 +102,7 @@ def box_masks(
     labels: NDArray[np.int64],
     size: tuple[int, int],
 ) -> tuple[Mask, ...]:
-    """For networks that only give boxes: the ellipse inscribed in each box as its mask."""
+    """Return the ellipse inscribed in each box as its mask, for networks without masks."""
     masks = []
     for box, score, label in zip(boxes, scores, labels, strict=True):
         x0, y0 = (max(0, int(np.floor(v))) for v in box[:2])
@@ -121,19 +124,19 @@ def decode_yolo(
     scale: float,
     size: tuple[int, int],
     overlap: float = 0.6,
-) -> Found:
-    """Objects of one photo from a YOLO network.
+) -> PhotoDetections:
+    """Return the objects of one photo from the output of a YOLO network.
 
     Parameters
     ----------
-    output : (4 + C + K, N) or (N, 6 + K), see the module's text.
+    output : (4 + C + K, N) or (N, 6 + K), see the module's docstring.
     prototypes : (K, h, w), or None for a network without masks.
     scale : input pixels per photo pixel; the photo lies in the input's top left.
     size : width and height of the photo.
 
     Returns
     -------
-    Found in photo pixels; without prototypes its masks are inscribed ellipses.
+    The objects in photo pixels; without prototypes the masks are inscribed ellipses.
     """
     coefficients = 0 if prototypes is None else prototypes.shape[0]
     boxes, scores, labels, weights = _split(output, classes, coefficients)
@@ -141,7 +144,7 @@ def decode_yolo(
     scores, labels = np.clip(scores[kept], 1e-6, 1.0), labels[kept]
     if prototypes is None:
         masks = box_masks(clipped, scores, labels, size)
-        return Found(size[0], size[1], clipped, scores, labels, masks)
+        return PhotoDetections(size[0], size[1], clipped, scores, labels, masks)
     fields = np.tensordot(weights[kept], prototypes, axes=1)
     drawn: list[Mask] = []
     seen: list[int] = []
@@ -153,11 +156,15 @@ def decode_yolo(
             seen.append(k)
             drawn.append(mask)
     index = np.asarray(seen, dtype=np.int64)
-    return Found(size[0], size[1], clipped[index], scores[index], labels[index], tuple(drawn))
+    return PhotoDetections(
+        size[0], size[1], clipped[index], scores[index], labels[index], tuple(drawn)
+    )
 
 
-def decode_rtdetr(output: Floats, classes: int, threshold: float, size: tuple[int, int]) -> Found:
-    """Objects of one photo from RT-DETR, which saw the photo stretched to its input.
+def decode_rtdetr(
+    output: Floats, classes: int, threshold: float, size: tuple[int, int]
+) -> PhotoDetections:
+    """Return the objects of one photo from RT-DETR, whose input is the stretched photo.
 
     Parameters
     ----------
@@ -171,6 +178,6 @@ def decode_rtdetr(output: Floats, classes: int, threshold: float, size: tuple[in
     scores = output[np.arange(len(output)), 4 + labels].astype(np.float64)
     kept, clipped = _finish(boxes, scores, labels + 1, threshold, 0.9, size)
     scores, labels = np.clip(scores[kept], 1e-6, 1.0), labels[kept] + 1
-    return Found(
+    return PhotoDetections(
         size[0], size[1], clipped, scores, labels, box_masks(clipped, scores, labels, size)
     )

@@ -1,4 +1,4 @@
-"""2D masks to 3D instances, on any mesh with posed cameras."""
+"""Lift 2D masks to 3D instances, on any mesh with posed cameras."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ def lift(
     params: LiftParams | None = None,
     progress: Progress | None = None,
 ) -> Instances:
-    """Find the objects that the masks of the views show on the mesh.
+    """Return the objects that the masks of the views show on the mesh.
 
     Parameters
     ----------
-    mesh : triangles, world frame.
-    views : posed photos with their masks; masks need no correspondence between photos.
-    params : see `LiftParams`; the defaults where None.
-    progress : told of the steps.
+    mesh : triangles in the world frame.
+    views : posed photos with their masks. Masks need no correspondence between photos.
+    params : see `LiftParams`; None means the defaults.
+    progress : receives the steps.
 
     Returns
     -------
@@ -34,12 +34,12 @@ def lift(
 
     Raises
     ------
-    InputError : the mesh has no triangles; or lengths are normalised and no mask meets the mesh.
+    InputError : the mesh has no triangles; or lengths are normalised and no mask hits the mesh.
 
     Examples
     --------
-    A plate of 1 x 1 m, 64 squares in two triangles each; three cameras 2 m before it, in each of
-    which a mask shows a square of a quarter metre:
+    A plate of 1 x 1 m with 64 squares of two triangles each. Three cameras 2 m in front of it
+    each have a mask of the same square, a quarter metre wide:
 
     >>> import numpy as np
     >>> from walltopo.core import Camera, Mask, Mesh, View

@@ -1,4 +1,4 @@
-"""A mesh prepared for many views: triangles grouped into small cubes that are culled together."""
+"""A mesh prepared for many views: triangles grouped into blocks that are culled together."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from walltopo.geometry.kernels import in_ranges, kernel
 Floats = NDArray[np.float64]
 
 FACES_PER_BLOCK = 128
-MOST_CELLS = 1 << 22
+MAX_CELLS = 1 << 22
 
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """Triangles of a mesh in the order of the cubes of a grid.
+    """The triangles of a mesh, ordered by the cell of a grid that contains them.
 
     Parameters
     ----------
-    vertices : (V, 3) float64, world frame, in block order; those that several blocks use are
-        repeated, so that each block's lie together.
+    vertices : (V, 3) float64, world frame, in block order. A vertex of several blocks is repeated,
+        so that the vertices of each block are contiguous.
     faces : (F, 3) int32, indices into `vertices`, in block order.
-    original : (F,) int32, the mesh's face index of each.
+    original : (F,) int32, index of each face in the mesh.
     centroids : (F, 3) float64; areas, longest (edge) : (F,) float64; all in block order.
-    starts, vertex_starts : (B + 1,) int64, where each block's faces and vertices begin.
-    spheres : (B, 4) float64, centre and radius of a ball around each block.
+    starts, vertex_starts : (B + 1,) int64, first face and first vertex of each block.
+    spheres : (B, 4) float64, centre and radius of a bounding sphere of each block.
     """
 
     vertices: Floats
@@ -44,7 +44,7 @@ class Blocks:
 
 
 def blocks_of(mesh: Mesh) -> Blocks:
-    """Group the triangles of a mesh; triangles without area are left out (nothing sees them)."""
+    """Return the triangles of a mesh in blocks, without degenerate ones (no view sees them)."""
     count = len(mesh.faces)
     middles, areas = np.zeros((count, 3)), np.zeros(count)
     in_ranges(_middles, count, mesh.vertices, mesh.faces, middles, areas)
@@ -67,15 +67,15 @@ def blocks_of(mesh: Mesh) -> Blocks:
 
 
 def _in_grid(middles: Floats, areas: Floats) -> tuple[NDArray[np.int32], int]:
-    """(F,) number of the cube that each triangle is in, -1 without area; how many cubes."""
+    """Return the (F,) grid cell of each triangle, -1 = degenerate, and the number of cells."""
     low, high = middles.min(axis=0), middles.max(axis=0)
-    # Surfaces fill few cells of a grid: its cell is sized by area, not by volume.
+    # Surfaces fill few cells of a grid, so the cell size follows from area, not from volume.
     side = np.sqrt(areas.sum() * FACES_PER_BLOCK / len(areas))
     extent = np.maximum(high - low, 1e-300)
-    side = max(side, float(np.cbrt(np.prod(np.maximum(extent, side)) / MOST_CELLS)), 1e-300)
+    side = max(side, float(np.cbrt(np.prod(np.maximum(extent, side)) / MAX_CELLS)), 1e-300)
     shape = np.floor(extent / side).astype(np.int64) + 1
-    if np.prod(shape.astype(np.float64)) > 2 * MOST_CELLS:  # a few far outliers
-        side = float(extent.max()) / np.cbrt(MOST_CELLS)
+    if np.prod(shape.astype(np.float64)) > 2 * MAX_CELLS:  # the mesh has a few far outliers
+        side = float(extent.max()) / np.cbrt(MAX_CELLS)
         shape = np.floor(extent / side).astype(np.int64) + 1
     cells = np.full(len(areas), -1, dtype=np.int32)
     in_ranges(_cells, len(areas), middles, areas, low, side, shape, cells)
@@ -138,7 +138,7 @@ def _cells(
 
 @kernel
 def _counting_sort(cells: Any, count: Any) -> Any:
-    """Indices grouped by cell (cell -1 left out), and the starts of the non-empty cells."""
+    """Return face indices grouped by cell (without cell -1), and the starts of non-empty cells."""
     places = np.zeros(count + 1, dtype=np.int64)
     for f in range(len(cells)):
         if cells[f] >= 0:
@@ -165,7 +165,7 @@ def _counting_sort(cells: Any, count: Any) -> Any:
 def _count_vertices(
     begin: Any, end: Any, faces: Any, order: Any, starts: Any, total: Any, counts: Any
 ) -> None:
-    """How many different vertices each block has."""
+    """Count the distinct vertices of each block."""
     met = np.full(total, -1, dtype=np.int32)
     for b in range(begin, end):
         for f in range(starts[b], starts[b + 1]):
@@ -181,14 +181,14 @@ def _gather(
     begin_block: Any, end_block: Any, vertices: Any, faces: Any, order: Any, starts: Any,
     vertex_starts: Any, gathered: Any, own: Any, spheres: Any,
 ) -> None:  # fmt: skip
-    """Vertices block by block, the faces that point at them, and a ball around each block."""
+    """Write the vertices block by block, faces that index them, and bounding spheres."""
     place = np.full(len(vertices), -1, dtype=np.int32)
     for b in range(begin_block, end_block):
         begin, end = vertex_starts[b], vertex_starts[b]
         for f in range(starts[b], starts[b + 1]):
             for corner in range(3):
                 vertex = faces[order[f], corner]
-                # Blocks are filled in order: a place before this block's is an older one's.
+                # Blocks are filled in order: an index below `begin` belongs to an earlier block.
                 if place[vertex] < begin:
                     place[vertex] = end
                     for axis in range(3):

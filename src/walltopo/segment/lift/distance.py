@@ -1,4 +1,4 @@
-"""The mean camera-to-object distance: the yardstick of scans without a scale."""
+"""The mean camera-to-object distance: the unit of length in scans without a scale."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from walltopo.segment.lift.settings import LiftParams, length_of_share
 
 Floats = NDArray[np.float64]
 
-MOST_RAYS = 96
+MAX_RAYS = 96
 CHUNKS = 64
 
 
 def resolve_lengths(params: LiftParams, mesh: Mesh, views: Sequence[View]) -> LiftParams:
-    """The same parameters with lengths in the mesh's unit, whether they were normalised or not."""
+    """Return the parameters with lengths in the mesh's unit, resolving normalised lengths."""
     if not params.normalised:
         return params
     mean = mean_object_distance(mesh, views, params.seed)
@@ -32,16 +32,17 @@ def resolve_lengths(params: LiftParams, mesh: Mesh, views: Sequence[View]) -> Li
 
 
 def mean_object_distance(mesh: Mesh, views: Sequence[View], seed: int) -> float:
-    """Mean distance from cameras to what their masks show, in the mesh's unit.
+    """Return the mean distance from cameras to the objects of their masks, in the mesh's unit.
 
-    Rays through the centres of up to 96 masks, drawn at random by `seed`, to the first triangle.
+    Cast a ray through the centroid of up to 96 masks, drawn at random by `seed`, and take the
+    distance to the first triangle.
 
     Raises
     ------
-    InputError : no ray meets the mesh.
+    InputError : no ray hits the mesh.
     """
     pairs = [(v, m) for v, view in enumerate(views) for m, k in enumerate(view.masks) if k.area]
-    chosen = np.random.default_rng(seed).permutation(len(pairs))[:MOST_RAYS]
+    chosen = np.random.default_rng(seed).permutation(len(pairs))[:MAX_RAYS]
     origins, directions = np.zeros((len(chosen), 3)), np.zeros((len(chosen), 3))
     for row, pick in enumerate(chosen):
         view, mask = views[pairs[pick][0]], views[pairs[pick][0]].masks[pairs[pick][1]]
@@ -57,14 +58,14 @@ def mean_object_distance(mesh: Mesh, views: Sequence[View], seed: int) -> float:
     hits = hits[np.isfinite(hits)]
     if len(hits) == 0:
         raise InputError(
-            "no ray through the centre of a mask meets the mesh",
-            "Are cameras and mesh in the same coordinate frame?",
+            "no ray through the centre of a mask hits the mesh",
+            "Check that the cameras and the mesh are in the same coordinate frame.",
         )
     return float(hits.mean())
 
 
 def _slope_of(camera: Camera, x: float, y: float) -> Floats:
-    """(2,) x/z and y/z of the ray through a pixel."""
+    """Return (2,) x/z and y/z of the ray through a pixel."""
     from walltopo.geometry.colmap import pycolmap
 
     if camera.is_pinhole:
@@ -80,8 +81,10 @@ def _slope_of(camera: Camera, x: float, y: float) -> Floats:
 def _first_hits(
     begin: Any, end: Any, vertices: Any, faces: Any, origins: Any, directions: Any, nearest: Any
 ) -> None:
-    """Per chunk of faces the distance of each ray's first hit, by brute force: for so few rays no
-    tree pays off."""
+    """Find each ray's first hit per chunk of faces, by brute force.
+
+    For so few rays, building a tree costs more than it saves.
+    """
     chunks = len(nearest)
     for chunk in range(begin, end):
         for f in range(chunk * len(faces) // chunks, (chunk + 1) * len(faces) // chunks):
@@ -106,13 +109,13 @@ def _first_hits(
 
 
 def ease(distance: Floats, visibility_distance: float, power: float) -> Floats:
-    """Weight of evidence at a distance, falling from 1 at the camera to 0 at the limit.
+    """Return the weight of evidence at a distance, from 1 at the camera to 0 at the limit.
 
     Parameters
     ----------
     distance : (n,) float, from the camera centre, in the unit of `visibility_distance`.
-    power : in [-1, 1]. The formula is (1 - x) ** (4 ** power) with x the share of the limit:
-        0 is linear, -1 stays high until close to the limit, 1 falls early.
+    power : in [-1, 1]. The weight is (1 - x) ** (4 ** power), x = distance / limit. Power 0 is
+        linear, -1 stays high until close to the limit, 1 falls early.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What all views say about the triangles: one sparse table, gathered view by view."""
+"""The evidence of all views for the triangles: one sparse table, gathered view by view."""
 
 from __future__ import annotations
 
@@ -16,19 +16,18 @@ from walltopo.core import Camera, Progress, View
 from walltopo.core.parallel import cores
 from walltopo.geometry.screen import lens_of, valid_slope
 from walltopo.segment.lift.blocks import Blocks
-from walltopo.segment.lift.by_face import Seen, by_face
 from walltopo.segment.lift.distance import ease
-from walltopo.segment.lift.label_image import STEPS, Canvas, mask_windows
+from walltopo.segment.lift.label_image import STEPS, Canvas, ViewEvidence, by_face, mask_windows
 from walltopo.segment.lift.visibility import (
     cull_blocks,
     distances,
+    find_hidden,
     mark_candidates,
     place_samples,
-    strike_hidden,
-    tell_evidence,
+    sum_samples,
 )
 
-# Side of the cells in which masks are looked for before their pixels are.
+# Side of the cells in which `mark_candidates` looks up masks before it looks up pixels.
 WINDOW_PX = 16
 
 Floats = NDArray[np.float64]
@@ -37,16 +36,16 @@ Ints = NDArray[np.int32]
 
 @dataclass(frozen=True)
 class Sampling:
-    """How triangles are sampled: what is far, and what is large.
+    """How triangles are sampled, and from which distance.
 
     Parameters
     ----------
-    visibility_distance : metres.
+    visibility_distance : metres; a triangle farther away is unseen.
     easing_power : see `ease`.
     mask_resolution : see `label_size`.
-    band : pixels around mask borders in which distances to them are told apart; 0 = in or out.
-    sample_px : a triangle whose longest edge measures more pixels gets several samples.
-    most_splits : at most this number squared; 1 = the centroid alone, as published.
+    band : pixels around mask borders in which the distance to the border counts; 0 = hard borders.
+    sample_px : a triangle whose longest edge is longer than this in pixels gets several samples.
+    max_splits : square root of the maximum number of samples; 1 = the centroid alone, as published.
     """
 
     visibility_distance: float
@@ -54,27 +53,27 @@ class Sampling:
     mask_resolution: int = 0
     band: float = 0.0
     sample_px: float = 8.0
-    most_splits: int = 1
+    max_splits: int = 1
 
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """Every time a view saw a triangle, grouped by triangle, in the order of views.
+    """All observations of triangles by views, grouped by triangle, in the order of views.
 
     Parameters
     ----------
-    faces : (C,) int32, indices into the mesh's faces: all that some mask lies on.
+    faces : (C,) int32, mesh indices of the faces that some mask covers.
     areas : (C,) float64, their areas.
-    starts : (C + 1,) int64, where each face's entries begin.
-    projection : (N,) int32, number of the mask that was on it; on no mask: -2 - number of one
-        whose border is within the band, -1 = of none.
+    starts : (C + 1,) int64, first entry of each face.
+    projection : (N,) int32, number of the mask that covers the face in this view. If none does:
+        -2 - m for mask m with a border within the band, else -1.
     view : (N,) int32.
-    share : (N,) float32, the share of the face's seen samples that this entry stands for.
+    share : (N,) float32, the share of the face's visible samples that this entry represents.
     ease : (N,) float32, weight by distance.
     border : (N,) float32, distance to the mask's border in pixels, at most the band.
-    detail : (N,) float32, pixels of the label image that a metre at the triangle measures.
+    detail : (N,) float32, pixels of the label image per metre at the triangle.
     first_mask : (views + 1,) int64; mask m of view v is projection `first_mask[v] + m`.
-    label : (P,) int32 class, score : (P,) float64 of each mask.
+    label : (P,) int32, class; score : (P,) float64; of each mask.
     """
 
     faces: Ints
@@ -92,7 +91,7 @@ class Evidence:
 
     @property
     def view_of(self) -> Ints:
-        """(P,) int32, the view of each projection."""
+        """Return the view of each projection, (P,) int32."""
         counts = np.diff(self.first_mask)
         return np.repeat(np.arange(len(counts), dtype=np.int32), counts)
 
@@ -104,31 +103,31 @@ def gather_evidence(
     sampling: Sampling,
     progress: Progress,
 ) -> Evidence:
-    """Ask every view what it sees of the triangles that lie under some mask.
+    """Return what every view sees of the triangles that lie under some mask.
 
     Parameters
     ----------
-    drawing : the order in which a view's masks are drawn, later ones on top.
+    drawing : returns the order in which a view's masks are drawn, later ones on top.
 
     Notes
     -----
     Two rounds over the views. The first finds the candidates: triangles under a mask, hidden or
-    not (all others can never get a label). The second asks for the visibility of candidates
-    alone. Views are spread over threads; each gives its own table, put together in their order.
+    not. All other triangles can never get a label. The second tests the visibility of the
+    candidates alone. Views are spread over threads, and their tables are joined in view order.
     """
     workers = cores()
-    lookers = [_Looker(blocks, view, drawing(view), sampling) for view in views]
+    samplers = [_ViewSampler(blocks, view, drawing(view), sampling) for view in views]
     mark = np.zeros(len(blocks.faces), dtype=np.bool_)
     with ThreadPoolExecutor(workers) as pool:
         progress.step("find triangles under masks", len(views))
         canvases = _Canvases()
-        for _ in pool.map(lambda looker: looker.mark(mark, canvases), lookers):
+        for _ in pool.map(lambda sampler: sampler.mark(mark, canvases), samplers):
             progress.advance()
         candidates = np.flatnonzero(mark).astype(np.int32)
         targets = _Targets(blocks, candidates)
-        progress.step("see them from every view", len(views))
+        progress.step("test visibility in every view", len(views))
         tables = []
-        for table in pool.map(lambda looker: looker.see(targets), lookers):
+        for table in pool.map(lambda sampler: sampler.observe(targets), samplers):
             tables.append(table)
             progress.advance()
     first_mask = np.cumsum([0, *(len(view.masks) for view in views)]).astype(np.int64)
@@ -151,7 +150,7 @@ def gather_evidence(
 
 
 class _Canvases(local):
-    """A canvas for each thread of the first round."""
+    """One canvas per thread of the first round."""
 
     def __init__(self) -> None:
         self.canvas = Canvas()
@@ -161,7 +160,7 @@ class _Canvases(local):
 
 
 class _Targets:
-    """The candidates, and where those of each block begin."""
+    """The candidates, and the first candidate of each block."""
 
     def __init__(self, blocks: Blocks, candidates: Ints) -> None:
         self.candidates = candidates
@@ -171,7 +170,7 @@ class _Targets:
         self.buffers = local()
 
     def worker_buffers(self) -> Any:
-        """Buffers of the calling thread: kept from view to view, never shared."""
+        """Return the buffers of the calling thread, which are reused from view to view."""
         own = self.buffers
         if not hasattr(own, "canvas"):
             own.canvas = Canvas()
@@ -182,13 +181,13 @@ class _Targets:
         return own
 
 
-class _Looker:
-    """One view at work."""
+class _ViewSampler:
+    """Samples the triangles in one view."""
 
     def __init__(self, blocks: Blocks, view: View, order: list[int], sampling: Sampling) -> None:
         self.blocks, self.view, self.order, self.sampling = blocks, view, order, sampling
         camera = view.camera
-        # Tuples, not arrays: kernels keep them in registers.
+        # Tuples, not arrays: kernels keep tuples in registers.
         self.lens = tuple(lens_of(camera).tolist())
         self.pose = tuple(view.cam_from_world.ravel().tolist())
         self.reach = min(valid_slope(camera), 1e9) if not camera.is_pinhole else 1e9
@@ -198,7 +197,7 @@ class _Looker:
         return canvas
 
     def _size(self, labels: Ints) -> tuple[float, float, float, float]:
-        """Width and height of the photo, and label pixels per photo pixel along both."""
+        """Return width and height of the photo, and label pixels per photo pixel along both."""
         camera = self.view.camera
         across, down = labels.shape[1] / camera.width, labels.shape[0] / camera.height
         return float(camera.width), float(camera.height), across, down
@@ -219,11 +218,11 @@ class _Looker:
             self._in_photo(), blocks.starts, blocks.spheres, blocks.vertices, blocks.faces,
             blocks.centroids, blocks.longest, self.pose, self.lens, self.reach,
             self._size(labels), labels, sampling.visibility_distance, sampling.sample_px,
-            sampling.most_splits, windows, WINDOW_PX, mark,
+            sampling.max_splits, windows, WINDOW_PX, mark,
         )  # fmt: skip
 
-    def see(self, targets: _Targets) -> Seen:
-        """The candidates that this view sees."""
+    def observe(self, targets: _Targets) -> ViewEvidence:
+        """Return the evidence of this view for the candidates that it sees."""
         blocks, sampling, pose = self.blocks, self.sampling, self.pose
         in_photo = self._in_photo()
         own = targets.worker_buffers()
@@ -233,7 +232,7 @@ class _Looker:
             count = place_samples(
                 in_photo, targets.starts, targets.candidates, blocks.vertices, blocks.faces,
                 blocks.centroids, blocks.longest, pose, self.lens, self.reach, size, labels,
-                distance, sampling.visibility_distance, sampling.sample_px, sampling.most_splits,
+                distance, sampling.visibility_distance, sampling.sample_px, sampling.max_splits,
                 own.where, own.owner, own.label, own.border,
             )  # fmt: skip
             if count <= len(own.owner):
@@ -245,25 +244,25 @@ class _Looker:
         where, owner = own.where[:count], own.owner[:count]
         hidden = np.zeros(0, dtype=np.bool_)
         if count:
-            hidden = strike_hidden(
+            hidden = find_hidden(
                 in_photo, blocks.starts, blocks.vertex_starts, blocks.spheres, blocks.vertices,
                 blocks.faces, targets.number, pose, self.view.camera.fx, where, owner,
             )  # fmt: skip
-        face, label, share, border = tell_evidence(
+        face, label, share, border = sum_samples(
             owner, own.label[:count], own.border[:count], hidden
         )
         centre = tuple(self.view.centre.tolist())
         range_ = distances(blocks.centroids, targets.candidates, face, centre)
         eased = ease(range_, sampling.visibility_distance, sampling.easing_power)
         focal = self.view.camera.fx * labels.shape[1] / self.view.camera.width
-        return Seen(
+        return ViewEvidence(
             face, label, share, eased.astype(np.float32), border / np.float32(STEPS),
             (focal / np.maximum(range_, 1e-300)).astype(np.float32),
         )  # fmt: skip
 
 
 def slope_bounds(camera: Camera) -> Floats:
-    """(4,) least and greatest x/z, then y/z, of what the photo shows; infinite if unknown."""
+    """Return (4,) minimum and maximum x/z, then y/z, of the photo; infinite if unknown."""
     if camera.is_pinhole:
         x = (np.array([0.0, camera.width]) - camera.cx) / camera.fx
         y = (np.array([0.0, camera.height]) - camera.cy) / camera.fy
@@ -279,7 +278,7 @@ def slope_bounds(camera: Camera) -> Floats:
     slopes = np.asarray(lens.cam_from_img(border), dtype=np.float64)
     if not np.isfinite(slopes).all():
         return np.array([-np.inf, np.inf, -np.inf, np.inf])
-    # The border is sampled, and barrel distortion bows it between samples: a little more.
+    # The border is sampled, and barrel distortion bows it outwards between samples.
     margin = 0.02 * np.ptp(slopes, axis=0)
     low, high = slopes.min(axis=0) - margin, slopes.max(axis=0) + margin
     return np.array([low[0], high[0], low[1], high[1]])

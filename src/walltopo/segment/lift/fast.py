@@ -1,4 +1,4 @@
-"""The published method, fast: distance easing, merging and thresholds of projections."""
+"""The published method, compiled: distance easing, merging and thresholds of projections."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
 
-def nothing(faces: int) -> Instances:
-    """No instance at all: what a lift without views or masks gives."""
+def no_instances(faces: int) -> Instances:
+    """Return the result of a lift without views or masks: every face unlabelled."""
     return Instances(np.zeros(faces, dtype=np.int32), np.zeros(faces, dtype=np.float32), ())
 
 
 def literal_graph(evidence: Evidence) -> tuple[Ints, Ints, Floats]:
-    """Edges between projections of one class, weight = IoU of areas times both mean scores."""
+    """Return edges between projections of a class: area IoU times both mean scores."""
     overlaps = overlaps_of(evidence)
     mean = projection_scores(evidence)
     p, q = overlaps.first, overlaps.second
@@ -45,14 +45,14 @@ def literal_clusters(
     partition: Partition,
     graph: tuple[Ints, Ints, Floats] | None = None,
 ) -> Ints:
-    """(P,) cluster of each projection, class by class, numbered by first member.
+    """Return the (P,) cluster of each projection, found per class, numbered by first member.
 
-    `graph` is that of `literal_graph`, where it is known already.
+    `graph` is the result of `literal_graph`, if the caller has it already.
     """
     first, second, weight = literal_graph(evidence) if graph is None else graph
     count = len(evidence.label)
-    # A mask on no triangle is a cluster of its own, and is kept from Louvain: vertices without
-    # edges change the order in which it visits the others, and so which optimum it settles in.
+    # A mask on no triangle is a cluster of its own and is kept out of Louvain: vertices without
+    # edges change the order in which Louvain visits the others, and so its local optimum.
     clusters = np.arange(count, 2 * count, dtype=np.int64)
     sizes = np.bincount(evidence.projection[evidence.projection >= 0], minlength=count)
     used = 0
@@ -76,22 +76,22 @@ def literal_kept(
     params: LiftParams,
     progress: Progress | None = None,
     partition: Partition = louvain,
-) -> tuple[Evidence, Ints, Kept]:
-    """What the published algorithm returns: clusters of projections, and the faces each keeps.
+) -> tuple[Evidence, Ints, KeptFaces]:
+    """Return the clusters of projections and the faces that each keeps, as published.
 
     Parameters
     ----------
-    params : lengths in the mesh's unit (`normalised` is resolved by the caller).
-    partition : how the graph is divided; for the comparison with the reference.
+    params : lengths in the mesh's unit (the caller resolves `normalised`).
+    partition : the graph clustering; a test passes the reference's.
 
     Returns
     -------
-    The evidence; (P,) int32, the cluster of each projection; the faces, which clusters of
+    The evidence; (P,) int32, the cluster of each projection; the kept faces, which clusters of
     different classes may share.
     """
     progress = progress or Silent()
     if len(mesh.faces) == 0:
-        raise InputError("the mesh has no triangles", "Is it a point cloud?")
+        raise InputError("the mesh has no triangles", "Check that it is not a point cloud.")
     sampling = Sampling(params.visibility_distance, params.easing_power, params.mask_resolution)
     evidence = gather_evidence(
         blocks_of(mesh), views, lambda view: drawing_order(view, params.on_top), sampling, progress
@@ -109,31 +109,31 @@ def lift_literal(
     progress: Progress | None = None,
     partition: Partition = louvain,
 ) -> Instances:
-    """The published algorithm, fast, with one instance a face: equal to `lift_reference`.
+    """Return the instances of the published algorithm, one per face; equal to `lift_reference`.
 
     See `literal_kept` for the parameters.
     """
     if not any(mask.area for view in views for mask in view.masks):
-        return nothing(len(mesh.faces))
+        return no_instances(len(mesh.faces))
     evidence, cluster, kept = literal_kept(mesh, views, params, progress, partition)
-    winner, shares = one_each(kept, len(evidence.faces))
+    winner, shares = best_cluster(kept, len(evidence.faces))
     return literal_instances(evidence, cluster, winner, shares, len(mesh.faces), params.confidence)
 
 
-# Shares within this of the threshold count as reaching it, so that the order in which floats
-# are summed decides nothing.
+# Shares within this tolerance of the threshold reach it, so that the order of summing floats has
+# no influence.
 TIE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Kept:
+class KeptFaces:
     """The faces that each cluster keeps; clusters of different classes may keep the same face.
 
     Parameters
     ----------
     face : (n,) int64, indices into `Evidence.faces`, ascending.
     cluster : (n,) int32, ascending within a face.
-    share : (n,) float32, of positive evidence.
+    share : (n,) float32, share of positive evidence.
     """
 
     face: NDArray[np.int64]
@@ -142,7 +142,7 @@ class Kept:
 
 
 def projection_scores(evidence: Evidence) -> Floats:
-    """(P,) `p.score`: the mean of its triangles' scores; 0 for a projection without triangles."""
+    """Return (P,) `p.score`: the mean of its triangles' scores; 0 for a projection without any."""
     positive = evidence.projection >= 0
     owner = evidence.projection[positive]
     scores = evidence.ease[positive].astype(np.float64) * evidence.score[owner]
@@ -151,8 +151,8 @@ def projection_scores(evidence: Evidence) -> Floats:
     return np.asarray(np.bincount(owner, scores, minlength=count) / np.maximum(sizes, 1))
 
 
-def keep_faces(evidence: Evidence, cluster: Ints, threshold: float) -> Kept:
-    """Every face with every cluster that keeps it (the publication's Algorithms 5 to 7).
+def keep_faces(evidence: Evidence, cluster: Ints, threshold: float) -> KeptFaces:
+    """Return every face with every cluster that keeps it (the publication's Algorithms 5 to 7).
 
     Parameters
     ----------
@@ -164,26 +164,26 @@ def keep_faces(evidence: Evidence, cluster: Ints, threshold: float) -> Kept:
         projection_scores(evidence), evidence.label, cluster, threshold,
     )  # fmt: skip
     places = np.zeros(len(evidence.starts), dtype=np.int64)
-    found = np.zeros(len(evidence.faces), dtype=np.int64)
-    nothing = np.zeros(0, dtype=np.int32), np.zeros(0, dtype=np.float32)
-    in_ranges(*common, places, found, *nothing)
-    np.cumsum(found, out=places[1:])
+    counts = np.zeros(len(evidence.faces), dtype=np.int64)
+    empty = np.zeros(0, dtype=np.int32), np.zeros(0, dtype=np.float32)
+    in_ranges(*common, places, counts, *empty)
+    np.cumsum(counts, out=places[1:])
     owner = np.zeros(places[-1], dtype=np.int32)
     share = np.zeros(places[-1], dtype=np.float32)
-    found[:] = 0
-    in_ranges(*common, places, found, owner, share)
+    counts[:] = 0
+    in_ranges(*common, places, counts, owner, share)
     face = np.repeat(np.arange(len(places) - 1), np.diff(places))
     order = np.lexsort((owner, face))
-    return Kept(face, owner[order], share[order])
+    return KeptFaces(face, owner[order], share[order])
 
 
 @kernel
 def _keep(
     first_face: Any, end_face: Any, starts: Any, projection: Any, ease: Any, score: Any,
-    mean: Any, label: Any, cluster: Any, threshold: Any, places: Any, found: Any, owner: Any,
+    mean: Any, label: Any, cluster: Any, threshold: Any, places: Any, counts: Any, owner: Any,
     share: Any,
 ) -> None:  # fmt: skip
-    """How many clusters keep each face; where `owner` is not empty, which, from `places` on."""
+    """Count the clusters that keep each face; if `owner` is not empty, store them in it."""
     for face in range(first_face, end_face):
         begin, end = starts[face], starts[face + 1]
         uncovered = 0.0
@@ -208,42 +208,42 @@ def _keep(
             total = positive + negative
             if first and positive > 0 and positive >= (threshold - TIE) * total:
                 if len(owner):
-                    owner[places[face] + found[face]] = cluster[p]
-                    share[places[face] + found[face]] = positive / total
-                found[face] += 1
+                    owner[places[face] + counts[face]] = cluster[p]
+                    share[places[face] + counts[face]] = positive / total
+                counts[face] += 1
 
 
-def one_each(kept: Kept, count: int) -> tuple[Ints, NDArray[np.float32]]:
-    """One cluster a face: the greatest share, then the lowest number.
+def best_cluster(kept: KeptFaces, count: int) -> tuple[Ints, NDArray[np.float32]]:
+    """Return one cluster per face: the one with the greatest share, or lowest number if equal.
 
-    This is not in the publication, whose instances of two classes may overlap: a labelled mesh
-    has one label a triangle.
+    This step is not in the publication, where instances of two classes may overlap. A labelled
+    mesh has one label per triangle.
 
     Returns
     -------
-    (count,) int32, -1 = none keeps it, and (count,) float32.
+    (count,) int32, the cluster of each face, -1 = none; and (count,) float32, its share.
     """
     winner = np.full(count, -1, dtype=np.int32)
     shares = np.zeros(count, dtype=np.float32)
-    # Shares within a tie are equal, whatever rounding says. The last write wins.
+    # Shares within `TIE` are equal. NumPy keeps the last write.
     order = np.lexsort((-kept.cluster, np.round(kept.share / TIE), kept.face))
     winner[kept.face[order]] = kept.cluster[order]
     shares[kept.face[order]] = kept.share[order]
     return winner, shares
 
 
-def confidence_of(way: Confidence, scores: Floats, shares: Floats, areas: Floats) -> float:
-    """How sure an instance is, in [0, 1].
+def confidence_of(rule: Confidence, scores: Floats, shares: Floats, areas: Floats) -> float:
+    """Return the confidence of an instance, in [0, 1].
 
     Parameters
     ----------
-    scores : (n,) `p.score` of its projections. Their sum is told as s / (1 + s).
+    scores : (n,) `p.score` of its projections. For "sum", a sum s gives s / (1 + s).
     shares, areas : (m,) share of positive evidence, and area, of its faces.
     """
-    if way == "share":
+    if rule == "share":
         return min(float(np.average(shares, weights=areas)), 1.0)
     total = float(scores.sum())
-    return total / len(scores) if way == "mean" else total / (1 + total)
+    return total / len(scores) if rule == "mean" else total / (1 + total)
 
 
 def literal_instances(
@@ -252,13 +252,13 @@ def literal_instances(
     winner: Ints,
     shares: NDArray[np.float32],
     faces: int,
-    way: Confidence,
+    rule: Confidence,
 ) -> Instances:
-    """Instances of the clusters that have a face, numbered in the order of clusters.
+    """Return the instances of the clusters that own a face, numbered in the order of clusters.
 
     Parameters
     ----------
-    winner, shares : of `one_each`; faces : of the mesh.
+    winner, shares : the result of `best_cluster`; faces : number of faces of the mesh.
     """
     face_instance = np.zeros(faces, dtype=np.int32)
     face_score = np.zeros(faces, dtype=np.float32)
@@ -271,9 +271,9 @@ def literal_instances(
         face_score[evidence.faces[mine]] = shares[mine]
         members = np.flatnonzero(cluster == found)
         label = int(evidence.label[members[0]])
-        sure = confidence_of(
-            way, scores[members], shares[mine].astype(np.float64), evidence.areas[mine]
+        confidence = confidence_of(
+            rule, scores[members], shares[mine].astype(np.float64), evidence.areas[mine]
         )
         views = tuple((int(view_of[p]), int(p - evidence.first_mask[view_of[p]])) for p in members)
-        records.append(Instance(number, label, sure, views, {label: 1.0}))
+        records.append(Instance(number, label, confidence, views, {label: 1.0}))
     return Instances(face_instance, face_score, tuple(records))

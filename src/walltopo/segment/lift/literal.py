@@ -1,10 +1,10 @@
 """The published lift, slow and plain: the oracle of the tests.
 
-The publication's Algorithms 3 to 7, each step with loops, sets and dictionaries, NumPy and ray
-casting by trimesh. It shares no kernel with the fast one; only the drawing of label images, the
-easing and the settings are common. The caller says who clusters: the tests hand both methods
-networkx. docs/publication.md tells where the text leaves a choice, or contradicts itself, and what
-is done here.
+The publication's Algorithms 3 to 7 with loops, sets and dictionaries, NumPy and ray casting by
+trimesh. This module shares no kernel with the fast one; only the drawing of label images, the
+easing and the settings are common. The caller passes the clustering: the tests pass networkx to
+both methods. docs/publication.md lists where the text is ambiguous or contradictory, and the
+choice made here.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ from walltopo.segment.lift.settings import Confidence, LiftParams
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
-# A ray "hits the triangle itself" also where it meets another one within this share of the
-# distance: duplicates of a triangle are seen together, and Embree's rays are float32.
-NEARER = 1e-5
-# Cells of the spatial hash along the visibility distance; their size changes no result.
+# A ray that hits another triangle within this share of the distance counts as hitting its target:
+# duplicates of a triangle are all visible, and Embree's rays are float32.
+HIT_TOLERANCE = 1e-5
+# Number of cells of the spatial hash per visibility distance. The cell size changes no result.
 CELLS = 80
 
 
 @dataclass
 class Projection:
-    """One mask on the mesh: its triangles with a score each (`p.triangle_scores`)."""
+    """One mask projected onto the mesh: its triangles with their scores (`p.triangle_scores`)."""
 
     view: int
     mask: int
@@ -46,14 +46,14 @@ class Projection:
 
     @cached_property
     def score(self) -> float:
-        """Mean of the scores of its triangles; asked for when all of them are there."""
+        """Return the mean score of the triangles; read this only once all triangles are added."""
         return float(np.mean(list(self.triangles.values())))
 
 
 def project_view(
     number: int, view: View, mesh: Mesh, params: LiftParams, tracer: object
 ) -> tuple[list[Projection], dict[int, float]]:
-    """Steps 1: the projections of one view, and its negative evidence (triangle to d).
+    """Return the projections of one view, and its negative evidence per triangle (step 1).
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def project_view(
 
 
 def _before_fold(view: View, points: Floats) -> NDArray[np.bool_]:
-    """Points within the range where the camera's distortion model is one-to-one."""
+    """Return which points lie where the camera's distortion model is one-to-one."""
     if view.camera.is_pinhole:
         return np.ones(len(points), dtype=np.bool_)
     from walltopo.geometry.screen import valid_slope
@@ -103,7 +103,7 @@ def _before_fold(view: View, points: Floats) -> NDArray[np.bool_]:
 def _seen(
     tracer: object, centre: Floats, rays: Floats, distance: Floats, targets: NDArray[np.int64]
 ) -> NDArray[np.bool_]:
-    """Is the first hit of the ray to a triangle's centroid that triangle itself?"""
+    """Return whether the ray to each triangle's centroid hits that triangle first."""
     seen = np.zeros(len(rays), dtype=np.bool_)
     if len(rays) == 0:
         return seen
@@ -111,10 +111,10 @@ def _seen(
     places, ray, triangle = tracer.intersects_location(  # type: ignore[attr-defined]
         origins, rays, multiple_hits=False
     )
-    reached = np.linalg.norm(places - centre, axis=1)
+    hit_distance = np.linalg.norm(places - centre, axis=1)
     itself = triangle == targets[ray]
-    level = reached >= distance[ray] * (1 - NEARER)
-    # A ray that meets nothing slipped between the edges of its own triangle by rounding.
+    level = hit_distance >= distance[ray] * (1 - HIT_TOLERANCE)
+    # A ray without a hit slipped between the edges of its own triangle by rounding.
     seen[:] = True
     seen[ray] = itself | level
     return seen
@@ -123,7 +123,7 @@ def _seen(
 def _candidate_pairs(
     projections: list[Projection], mesh: Mesh, cell: float
 ) -> set[tuple[int, int]]:
-    """Pairs that meet in a cell of the spatial hash of their triangles' centroids."""
+    """Return pairs of projections with a common cell in the spatial hash of triangle centroids."""
     table: dict[tuple[int, ...], set[int]] = defaultdict(set)
     for number, projection in enumerate(projections):
         cells = np.floor(mesh.centroids[list(projection.triangles)] / cell).astype(np.int64)
@@ -135,17 +135,17 @@ def _candidate_pairs(
 def projection_graph(
     projections: list[Projection], mesh: Mesh, cell: float
 ) -> list[tuple[int, int, float]]:
-    """Step 2: edges (p, q, weight) between projections of one class, p < q, sorted."""
+    """Return edges (p, q, weight) between projections of one class, p < q, sorted (step 2)."""
     edges = []
     for p, q in sorted(_candidate_pairs(projections, mesh, cell)):
         one, other = projections[p], projections[q]
         if one.label != other.label:
             continue
-        both = sum(mesh.areas[t] for t in one.triangles if t in other.triangles)
-        if both <= 0:
+        shared = sum(mesh.areas[t] for t in one.triangles if t in other.triangles)
+        if shared <= 0:
             continue
-        either = sum(mesh.areas[list(one.triangles)]) + sum(mesh.areas[list(other.triangles)])
-        edges.append((p, q, both / (either - both) * one.score * other.score))
+        total = sum(mesh.areas[list(one.triangles)]) + sum(mesh.areas[list(other.triangles)])
+        edges.append((p, q, shared / (total - shared) * one.score * other.score))
     return edges
 
 
@@ -155,7 +155,7 @@ def _clusters(
     params: LiftParams,
     partition: Partition,
 ) -> list[list[int]]:
-    """Louvain in each class; clusters in the order of their first projection."""
+    """Return the Louvain clusters of each class, in the order of their first projection."""
     clusters = []
     for label in sorted({p.label for p in projections}):
         members = [k for k, p in enumerate(projections) if p.label == label]
@@ -179,7 +179,9 @@ def _clusters(
 def lift_reference(
     mesh: Mesh, views: Sequence[View], params: LiftParams, partition: Partition
 ) -> Instances:
-    """Masks to instances as published, with one instance a triangle; lengths in the mesh's unit.
+    """Return the instances of the published algorithm, one per triangle.
+
+    Lengths in `params` are in the mesh's unit.
 
     See `reference_kept` for the parameters.
     """
@@ -187,7 +189,7 @@ def lift_reference(
     winner: dict[int, tuple[int, int]] = {}
     for number, shares in enumerate(kept):
         for triangle, share in shares.items():
-            # The greatest share; of equals (`TIE`) the lowest number.
+            # Shares within `TIE` are equal; then the lowest number wins.
             rank = round(share / TIE), -number
             winner[triangle] = max(winner.get(triangle, rank), rank)
     faces = [[t for t in kept[k] if winner[t][1] == -k] for k in range(len(kept))]
@@ -197,17 +199,17 @@ def lift_reference(
 def reference_kept(
     mesh: Mesh, views: Sequence[View], params: LiftParams, partition: Partition
 ) -> tuple[list[Projection], list[list[int]], list[dict[int, float]]]:
-    """What the published algorithm returns: instances, which may overlap across classes.
+    """Return the result of the published algorithm: instances that may overlap across classes.
 
     Parameters
     ----------
-    partition : how the graph of projections is divided. Both the fast method and this one take
-        it, so that a test can compare everything else exactly.
+    partition : the clustering of the graph. Both this method and the fast one take it, so that a
+        test can compare all other steps exactly.
 
     Returns
     -------
-    All projections; the clusters, as numbers of projections; and the triangles that each cluster
-    keeps, with the share of positive evidence.
+    All projections; the clusters, as lists of projection numbers; and per cluster the triangles
+    that it keeps, with their share of positive evidence.
     """
     import trimesh
 
@@ -230,12 +232,12 @@ def _merge(
     uncovered: dict[int, float],
     threshold: float,
 ) -> list[dict[int, float]]:
-    """Algorithm 7: the triangles that each cluster keeps, with their share."""
-    others: dict[int, list[tuple[int, Projection]]] = defaultdict(list)
+    """Return the triangles that each cluster keeps, with their share (Algorithm 7)."""
+    by_triangle: dict[int, list[tuple[int, Projection]]] = defaultdict(list)
     for number, members in enumerate(clusters):
         for k in members:
             for triangle in projections[k].triangles:
-                others[triangle].append((number, projections[k]))
+                by_triangle[triangle].append((number, projections[k]))
     kept: list[dict[int, float]] = []
     for number, members in enumerate(clusters):
         label = projections[members[0]].label
@@ -246,9 +248,9 @@ def _merge(
                 positive[triangle] += projections[k].score
         kept.append({})
         for triangle, plus in positive.items():
-            # Algorithm 6: views that see no object there, and what other clusters say.
+            # Algorithm 6: views without a mask there, and masks of other clusters.
             minus = uncovered.get(triangle, 0.0)
-            for other, projection in others[triangle]:
+            for other, projection in by_triangle[triangle]:
                 if other != number and projection.label == label:
                     minus += projection.triangles[triangle]
             if plus > 0 and plus >= (threshold - TIE) * (plus + minus):
@@ -262,9 +264,9 @@ def _instances(
     clusters: list[list[int]],
     kept: list[dict[int, float]],
     faces: list[list[int]],
-    way: Confidence,
+    rule: Confidence,
 ) -> Instances:
-    """The instances, numbered as their clusters; those without a triangle of their own go."""
+    """Return the instances, numbered as their clusters, without those that own no triangle."""
     face_instance = np.zeros(len(mesh.faces), dtype=np.int32)
     face_score = np.zeros(len(mesh.faces), dtype=np.float32)
     records: list[Instance] = []
@@ -276,8 +278,8 @@ def _instances(
         scores = np.array([p.score for p in members])
         pairs = tuple((p.view, p.mask) for p in members)
         label = members[0].label
-        sure = confidence_of(way, scores, shares, mesh.areas[mine])
-        record = Instance(len(records) + 1, label, sure, pairs, {label: 1.0})
+        confidence = confidence_of(rule, scores, shares, mesh.areas[mine])
+        record = Instance(len(records) + 1, label, confidence, pairs, {label: 1.0})
         face_instance[mine] = record.id
         face_score[mine] = shares
         records.append(record)

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Instances, Mesh, Progress, Silent, View
-from walltopo.geometry.neighbours import face_neighbours, parts
+from walltopo.geometry.topology import face_components, face_neighbours
 from walltopo.segment.lift.distance import resolve_lengths
-from walltopo.segment.lift.fast import lift_literal, nothing
+from walltopo.segment.lift.fast import lift_literal, no_instances
 from walltopo.segment.lift.robust import lift_robust
 from walltopo.segment.lift.settings import LiftParams
 
@@ -18,12 +18,12 @@ from walltopo.segment.lift.settings import LiftParams
 def run_method(
     mesh: Mesh, views: Sequence[View], params: LiftParams, progress: Progress | None
 ) -> Instances:
-    """Lift by the method that `params` names; see `walltopo.segment.lift.lift`."""
+    """Return the instances by the method that `params` names; see `walltopo.segment.lift.lift`."""
     progress = progress or Silent()
     if len(mesh.faces) == 0:
         raise InputError("the mesh has no triangles", "Is it a point cloud? Mesh it first.")
     if not any(mask.area for view in views for mask in view.masks):
-        return nothing(len(mesh.faces))
+        return no_instances(len(mesh.faces))
     if mesh.guessed is not None:
         found = run_method(mesh.without_guesses(), views, params, progress)
         return with_guesses(found, mesh)
@@ -34,14 +34,13 @@ def run_method(
 
 
 def with_guesses(found: Instances, mesh: Mesh) -> Instances:
-    """The labels of the whole mesh, from those of its measured triangles.
+    """Return the labels of the whole mesh from those of its measured triangles.
 
-    Guessed triangles that hang together get the instance that they lie in, where all measured
-    triangles around are of one, with score 0; else none.
-
+    A connected component of guessed triangles gets an instance, with score 0, if all measured
+    triangles around it belong to that instance. Otherwise it stays unlabelled.
     Parameters
     ----------
-    found : of `mesh.without_guesses()`.
+    found : the instances of `mesh.without_guesses()`.
     """
     label = np.zeros(len(mesh.faces), dtype=np.int32)
     score = np.zeros(len(mesh.faces), dtype=np.float32)
@@ -55,8 +54,8 @@ def with_guesses(found: Instances, mesh: Mesh) -> Instances:
 def _enclosing(
     label: NDArray[np.int32], mesh: Mesh, guessed: NDArray[np.int64]
 ) -> NDArray[np.int32]:
-    """(n,) the one label around each guessed face's part, 0 where there are several."""
-    part = parts(mesh.faces[guessed])
+    """Return the (n,) label around each guessed face's component, 0 if the labels differ."""
+    part = face_components(mesh.faces[guessed])
     across = face_neighbours(mesh.faces)[guessed]
     row, side = np.nonzero(across >= 0)
     other = across[row, side]

@@ -1,4 +1,4 @@
-"""From labelled faces to instances with a score, a class and the masks that support them."""
+"""Build instances from labelled faces: score, class and the masks that support each."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from walltopo.segment.lift.vote import Claims, claims_of
 Ints = NDArray[np.int32]
 Floats = NDArray[np.float64]
 
-# A view should have found an instance if it saw this share of it.
-EXPECTED = 0.5
+# A view is expected to have a mask of an instance if it saw at least this share of it.
+MIN_SEEN_SHARE = 0.5
 
 
 def scored_instances(
@@ -27,16 +27,16 @@ def scored_instances(
     pairs: Covisible,
     params: LiftParams,
 ) -> Instances:
-    """Number, score and describe the instances; drop those with too little support.
+    """Return the numbered and scored instances; drop those with too little support.
 
     Parameters
     ----------
     cluster, winner : (P,) cluster of each projection and (C,) cluster of each face, -1 = none.
-    shares : (C,) agreement on each face; pairs : the projections' comparison.
+    shares : (C,) agreement on each face; pairs : the comparison of the projections.
     """
     count = int(max(cluster.max(initial=-1), winner.max(initial=-1))) + 1
     claims = claims_of(evidence, pairs, winner, count)
-    scores = _scores(evidence, claims, cluster, pairs.area, params.least_support)
+    scores = _scores(evidence, claims, cluster, pairs.area, params.min_support)
     kept = np.flatnonzero((scores > 0) & (claims.area > 0))
     number = np.zeros(count + 1, dtype=np.int32)  # the last entry serves cluster -1
     number[kept] = np.arange(1, len(kept) + 1)
@@ -53,13 +53,13 @@ def scored_instances(
 
 
 def _scores(
-    evidence: Evidence, claims: Claims, cluster: Ints, area: Floats, least_support: float
+    evidence: Evidence, claims: Claims, cluster: Ints, area: Floats, min_support: float
 ) -> Floats:
-    """(K,) support x mean mask score x mean agreement of each cluster; 0 = to be dropped.
+    """Return (K,) support x mean mask score x mean agreement of each cluster; 0 = drop it.
 
-    Support is the share of the views that saw at least half of the instance and hold a mask of
-    it, with one view of doubt; agreement is the overlap of each mask with the instance over what
-    its view saw.
+    Support is hits / (expected + 1). Hits are the views with a mask of the instance; expected
+    views also include those that saw at least half of it. The 1 is a prior of one view without a
+    mask. Agreement is the IoU of each mask with the instance over what the mask's view saw.
     """
     count = len(claims.area)
     own = cluster[claims.projection] == claims.cluster
@@ -67,17 +67,18 @@ def _scores(
     iou = claims.shared[own] / (area[p] + claims.seen[own] - claims.shared[own])
     votes = np.maximum(np.bincount(c, minlength=count), 1)
     agreement = np.bincount(c, iou, minlength=count) / votes
-    certainty = np.bincount(c, evidence.score[p], minlength=count) / votes
+    mask_score = np.bincount(c, evidence.score[p], minlength=count) / votes
     found = np.zeros(claims.visible.shape, dtype=np.bool_)
     found[c, evidence.view_of[p]] = True
-    expected = found | (claims.visible >= EXPECTED * np.maximum(claims.area, 1e-300)[:, None])
-    hits, chances = found.sum(axis=1), expected.sum(axis=1)
-    enough = hits >= least_support * chances
-    return np.where(enough, hits / (chances + 1.0) * certainty * agreement, 0.0)
+    visible_area = np.maximum(claims.area, 1e-300)[:, None]
+    expected = found | (claims.visible >= MIN_SEEN_SHARE * visible_area)
+    hits, expected_views = found.sum(axis=1), expected.sum(axis=1)
+    enough = hits >= min_support * expected_views
+    return np.where(enough, hits / (expected_views + 1.0) * mask_score * agreement, 0.0)
 
 
 def _record(evidence: Evidence, number: int, members: NDArray[np.int64], score: float) -> Instance:
-    """Class by the votes of all masks, whatever their class, each with its score."""
+    """Return a record whose class is voted by all masks, each with the weight of its score."""
     labels, inverse = np.unique(evidence.label[members], return_inverse=True)
     weight = np.bincount(inverse, evidence.score[members], minlength=len(labels))
     votes = {int(k): float(w) for k, w in zip(labels, weight / weight.sum(), strict=True)}

@@ -1,7 +1,7 @@
-"""A finer mesh along the borders of instances, so that a coarse mesh has sharp objects.
+"""Refine the mesh along the borders of instances, so that objects on a coarse mesh are sharp.
 
-Around each border, triangles are cut at the midpoints of their edges and asked again which masks
-lie on them. The surface stays where it was; only its division changes.
+Triangles around each border are cut at the midpoints of their edges, and the masks label the
+pieces. The surface does not move; only its division changes.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Bools = NDArray[np.bool_]
 Ints = NDArray[np.int32]
 Rows = NDArray[np.int64]
 
-MOST_LEVELS = 8
+MAX_LEVELS = 8
 
 
 def refine_borders(
@@ -36,8 +36,8 @@ def refine_borders(
 
     Parameters
     ----------
-    mesh, views, params : what `instances` was lifted from.
-    levels : how often; each halves the edges along borders.
+    mesh, views, params : the inputs of the lift that returned `instances`.
+    levels : number of passes; each halves the edges along borders.
 
     Returns
     -------
@@ -45,21 +45,21 @@ def refine_borders(
 
     Notes
     -----
-    Pieces are labelled by the robust vote of the masks that each instance rests on, whatever
-    `params.method` is. Pieces of other triangles keep their label. An instance whose pieces would
-    all go to others or to none keeps them as they were.
+    The robust vote labels the pieces, with the masks of each instance, whatever `params.method`
+    is. Triangles away from borders keep their label. If an instance would lose all its pieces, it
+    keeps them as they were.
 
     Raises
     ------
-    InputError : `levels` is out of range, or `instances` is not of this mesh.
+    InputError : `levels` is out of range, or `instances` belongs to another mesh.
     """
-    if not 0 <= levels <= MOST_LEVELS:
-        raise InputError(f"refine borders: levels must be 0..{MOST_LEVELS}, got {levels}")
+    if not 0 <= levels <= MAX_LEVELS:
+        raise InputError(f"refine borders: levels must be 0..{MAX_LEVELS}, got {levels}")
     if len(instances.face_instance) != len(mesh.faces):
         raise InputError(
-            f"refine borders: the mesh has {len(mesh.faces)} triangles, the instances are of "
+            f"refine borders: the mesh has {len(mesh.faces)} triangles, the instances label "
             f"{len(instances.face_instance)}",
-            "Give the mesh that the instances were lifted onto.",
+            "Pass the mesh that the instances were lifted onto.",
         )
     if levels == 0 or not instances.records:
         return mesh, instances
@@ -73,12 +73,12 @@ def refine_borders(
         inherited = Instances(
             instances.face_instance[parent], instances.face_score[parent], instances.records
         )
-        instances = _ask_again(mesh, views, inherited, cluster, crossed[parent], params, progress)
+        instances = _relabel(mesh, views, inherited, cluster, crossed[parent], params, progress)
     return mesh, instances
 
 
 def _cluster_of(views: Sequence[View], instances: Instances) -> Ints:
-    """(P,) the instance's id less one of each mask that supports one, -1 for the others."""
+    """Return (P,) instance id - 1 of the masks that support an instance, -1 for the others."""
     first = np.cumsum([0, *(len(view.masks) for view in views)])
     cluster = np.full(int(first[-1]), -1, dtype=np.int32)
     for record in instances.records:
@@ -88,10 +88,10 @@ def _cluster_of(views: Sequence[View], instances: Instances) -> Ints:
 
 
 def _at_borders(mesh: Mesh, label: Ints) -> Bools:
-    """(F,) the faces with a vertex where faces of several labels meet.
+    """Return (F,) whether a face has a vertex at which faces with several labels meet.
 
-    A true border runs through triangles on both sides of the labelled one, and through those that
-    touch it with no more than a corner.
+    A true border may run through the triangles on both sides of the labelled one, and through
+    those that touch it with a corner only.
     """
     low = np.full(len(mesh.vertices), np.iinfo(np.int32).max, dtype=np.int32)
     high = np.full(len(mesh.vertices), -1, dtype=np.int32)
@@ -103,7 +103,7 @@ def _at_borders(mesh: Mesh, label: Ints) -> Bools:
     return mixed[a] | mixed[b] | mixed[c]
 
 
-def _ask_again(
+def _relabel(
     mesh: Mesh,
     views: Sequence[View],
     inherited: Instances,
@@ -112,7 +112,7 @@ def _ask_again(
     params: LiftParams,
     progress: Progress,
 ) -> Instances:
-    """Label the pieces of cut triangles by the views."""
+    """Return the instances after the views voted on the pieces of cut triangles."""
     evidence = robust_evidence(mesh, views, params, progress)
     winner, shares = vote(evidence, cluster, params)
     found = np.zeros(len(mesh.faces), dtype=np.int32)
@@ -131,11 +131,11 @@ def _ask_again(
 
 
 def split_faces(mesh: Mesh, chosen: Bools) -> tuple[Mesh, Rows]:
-    """Cut faces into four at the midpoints of their edges; neighbours are cut to fit.
+    """Cut faces into four at the midpoints of their edges, and cut neighbours to fit.
 
     A face that shares one or two edges with chosen ones is cut into two or three, so that no
-    vertex lies on another face's edge. Orientation and area are kept; midpoints get the mean
-    colour of the edge's ends. Vertices of `mesh` keep their numbers.
+    vertex lies on another face's edge. Orientation and area are preserved. A midpoint gets the
+    mean colour of the edge's ends. Vertices of `mesh` keep their numbers.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def split_faces(mesh: Mesh, chosen: Bools) -> tuple[Mesh, Rows]:
 
     Returns
     -------
-    The mesh, and (F',) int64: the face of `mesh` that each face is a piece of, ascending.
+    The mesh, and (F',) int64: the face of `mesh` from which each face was cut, ascending.
     """
     ends = np.stack([mesh.faces, np.roll(mesh.faces, -1, axis=1)], axis=-1).astype(np.int64)
     ends.sort(axis=2)
@@ -163,23 +163,22 @@ def split_faces(mesh: Mesh, chosen: Bools) -> tuple[Mesh, Rows]:
 
 
 def _pieces(faces: Rows, middle: Rows, vertices: NDArray[np.float64]) -> tuple[Rows, Rows]:
-    """The pieces of all faces, and which face each is of.
+    """Return the pieces of all faces, and the face from which each piece was cut.
 
     Parameters
     ----------
-    faces : (F, 3); middle : (F, 3), the vertex in the middle of the edge from corner k to corner
+    faces : (F, 3); middle : (F, 3), the midpoint vertex of the edge from corner k to corner
         k + 1, -1 = the edge is not cut.
     """
     cuts = (middle >= 0).sum(axis=1)
-    # Turn each face so that its only cut edge is the first, or its only whole edge the last.
+    # Rotate each face so that its only cut edge is the first, or its only whole edge the last.
     turn = np.where(cuts == 1, (middle >= 0).argmax(axis=1), 0)
     turn = np.where(cuts == 2, ((middle < 0).argmax(axis=1) + 1) % 3, turn)
     columns = (turn[:, None] + np.arange(3)) % 3
     a, b, c = np.take_along_axis(faces, columns, axis=1).T
     ab, bc, ca = np.take_along_axis(middle, columns, axis=1).T
 
-    # With two cuts a corner comes off; what is left has four corners and is cut across the
-    # shorter way.
+    # Two cuts take off a corner; the remaining quadrilateral is cut along the shorter diagonal.
     one_way = np.linalg.norm(vertices[a] - vertices[bc], axis=1)
     other_way = np.linalg.norm(vertices[ab] - vertices[c], axis=1)
     shorter = one_way <= other_way

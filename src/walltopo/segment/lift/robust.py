@@ -1,4 +1,4 @@
-"""The robust method: the same evidence as the published one, other decisions."""
+"""The robust method: the evidence of the published method, with other decisions."""
 
 from __future__ import annotations
 
@@ -9,32 +9,30 @@ from numpy.typing import NDArray
 
 from walltopo.core import Instances, Mesh, Progress, View
 from walltopo.geometry.graphs import louvain, renumber
-from walltopo.geometry.neighbours import face_neighbours, patches
+from walltopo.geometry.topology import face_neighbours, patches
 from walltopo.segment.lift.blocks import blocks_of
 from walltopo.segment.lift.evidence import Evidence, Sampling, gather_evidence
-from walltopo.segment.lift.potts import potts_clusters
 from walltopo.segment.lift.records import scored_instances
 from walltopo.segment.lift.settings import LiftParams
 from walltopo.segment.lift.similarity import Covisible, compare_projections
-from walltopo.segment.lift.tidy import tidy_order
-from walltopo.segment.lift.vote import Claims, claims_of, vote
+from walltopo.segment.lift.vote import Claims, claims_of, potts_clusters, tidy_order, vote
 
 Ints = NDArray[np.int32]
 
 Floats = NDArray[np.float64]
 
-# Two masks are compared if either's view saw this share of the other.
-JUDGES = 0.3
+# Two masks are compared only if the view of one saw at least this share of the other.
+MIN_COMPARED_SHARE = 0.3
 
-# Masks that overlap less are not connected.
-TOUCHES = 0.1
+# Two masks are connected only if their IoU is at least this.
+MIN_EDGE_IOU = 0.1
 
-# A mask belongs to the instance that it overlaps most, at least this much.
-FITS = 0.25
+# A mask joins the instance with which its IoU is greatest, if that is at least this.
+MIN_MATCH_IOU = 0.25
 
 
 def _cluster(pairs: Covisible, label: Ints, usable: NDArray[np.bool_], params: LiftParams) -> Ints:
-    """(P,) cluster of each projection, -1 for those that are not usable.
+    """Return the (P,) cluster of each projection, -1 for those that are not usable.
 
     Parameters
     ----------
@@ -43,13 +41,13 @@ def _cluster(pairs: Covisible, label: Ints, usable: NDArray[np.bool_], params: L
     count = len(usable)
     if params.overlap == "covisible":
         weight = pairs.iou
-        edge = (pairs.p_seen >= JUDGES * pairs.area[pairs.p]) | (
-            pairs.q_seen >= JUDGES * pairs.area[pairs.q]
+        edge = (pairs.p_seen >= MIN_COMPARED_SHARE * pairs.area[pairs.p]) | (
+            pairs.q_seen >= MIN_COMPARED_SHARE * pairs.area[pairs.q]
         )
     else:
         weight = pairs.iou_of_all
         edge = np.ones(len(weight), dtype=np.bool_)
-    edge &= (pairs.p < pairs.q) & (weight >= TOUCHES)
+    edge &= (pairs.p < pairs.q) & (weight >= MIN_EDGE_IOU)
     if params.by_class:
         edge &= label[pairs.p] == label[pairs.q]
     edge &= usable[pairs.p] & usable[pairs.q]
@@ -64,11 +62,11 @@ def _cluster(pairs: Covisible, label: Ints, usable: NDArray[np.bool_], params: L
 
 
 def _reassign(evidence: Evidence, claims: Claims, area: Floats, usable: NDArray[np.bool_]) -> Ints:
-    """Each usable projection to the cluster it agrees with best, over what its view saw."""
+    """Return the cluster that each usable projection fits best, over what its view saw."""
     iou = claims.shared / (area[claims.projection] + claims.seen - claims.shared)
-    good = (iou >= FITS) & usable[claims.projection]
+    good = (iou >= MIN_MATCH_IOU) & usable[claims.projection]
     cluster = np.full(len(usable), -1, dtype=np.int32)
-    # The last write wins: ascending overlap, and the lower cluster last among equals.
+    # NumPy keeps the last write: sort by ascending IoU, and the lower cluster last if equal.
     order = np.lexsort((-claims.cluster[good], iou[good]))
     cluster[claims.projection[good][order]] = claims.cluster[good][order]
     return cluster
@@ -77,10 +75,10 @@ def _reassign(evidence: Evidence, claims: Claims, area: Floats, usable: NDArray[
 def robust_evidence(
     mesh: Mesh, views: Sequence[View], params: LiftParams, progress: Progress
 ) -> Evidence:
-    """What the views say, with soft borders and several samples a triangle."""
+    """Return the views' evidence, with soft borders and several samples per triangle."""
     sampling = Sampling(
         params.visibility_distance, params.easing_power, params.mask_resolution,
-        params.border_band, params.sample_px, params.most_splits,
+        params.border_band, params.sample_px, params.max_splits,
     )  # fmt: skip
 
     def drawing(view: View) -> list[int]:
@@ -92,11 +90,11 @@ def robust_evidence(
 def lift_robust(
     mesh: Mesh, views: Sequence[View], params: LiftParams, progress: Progress
 ) -> Instances:
-    """Masks to instances, with defences against masks that are wrong.
+    """Return the instances, with safeguards against wrong masks.
 
     Parameters
     ----------
-    params : lengths in the mesh's unit (`normalised` is resolved by the caller).
+    params : lengths in the mesh's unit (the caller resolves `normalised`).
     """
     evidence = robust_evidence(mesh, views, params, progress)
     progress.step("compare masks")
@@ -106,11 +104,11 @@ def lift_robust(
 def robust_instances(
     mesh: Mesh, evidence: Evidence, pairs: Covisible, params: LiftParams, progress: Progress
 ) -> Instances:
-    """All that follows the look at the scene: what tuning repeats for other settings.
+    """Return the instances from gathered evidence: the steps that tuning repeats.
 
     Parameters
     ----------
-    evidence, pairs : of `robust_evidence` and `compare_projections`.
+    evidence, pairs : results of `robust_evidence` and `compare_projections`.
     """
     usable = pairs.area > 0
     progress.step("cluster")
@@ -128,15 +126,15 @@ def robust_instances(
     return scored_instances(mesh, evidence, cluster, winner, shares, pairs, params)
 
 
-# A hole this small, against the instance around it, is filled.
-PINHOLE = 0.05
+# A hole is filled if its area is at most this share of the instance around it.
+MAX_PINHOLE_SHARE = 0.05
 
 
 def fill_pinholes(neighbours: Ints, areas: Floats, winner: Ints) -> Ints:
-    """Give small holes that one cluster encloses to it.
+    """Assign each small hole that one cluster encloses to that cluster.
 
-    Holes are regions of faces that some mask lies on but no cluster keeps; where the mesh, or
-    what any mask ever touched, ends there, it is no hole.
+    A hole is a region of faces under some mask that no cluster keeps. A region at the border of
+    the mesh, or of the faces under masks, is not a hole.
 
     Returns
     -------
@@ -146,7 +144,7 @@ def fill_pinholes(neighbours: Ints, areas: Floats, winner: Ints) -> Ints:
     size = np.bincount(inverse, areas, minlength=len(regions))
     around = np.where(neighbours >= 0, winner[neighbours], -2)
     own = winner[:, None]
-    # Of every region: the lowest and highest label across its border; -2 where the mesh ends.
+    # Per region: the lowest and highest label across its border; -2 at the border of the mesh.
     across = around != own
     low = np.full(len(regions), np.iinfo(np.int32).max, dtype=np.int64)
     high = np.full(len(regions), -3, dtype=np.int64)
@@ -155,5 +153,5 @@ def fill_pinholes(neighbours: Ints, areas: Floats, winner: Ints) -> Ints:
     np.maximum.at(high, region[across], around[across])
     total = np.bincount(np.maximum(winner, 0), np.where(winner >= 0, areas, 0.0))
     hole = (winner[regions] < 0) & (low == high) & (high >= 0)
-    hole[hole] &= size[hole] <= PINHOLE * total[high[hole]]
+    hole[hole] &= size[hole] <= MAX_PINHOLE_SHARE * total[high[hole]]
     return np.where(hole[inverse], high[inverse], winner).astype(np.int32)

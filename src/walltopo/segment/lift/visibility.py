@@ -1,10 +1,11 @@
-"""Which triangles does one view see, and what lies on them? Kernels for numba.
+"""Find the triangles that one view sees, and the masks that cover them. Kernels for numba.
 
-Seen means: the ray from the camera to a sample of the triangle (its centroid; for triangles that
-are large in the photo the centroids of its regular subdivision) meets nothing before it. Rather
-than cast rays, samples are sorted into the cells of an image grid and every triangle strikes out
-the samples it covers (an irregular z-buffer: Johnson et al., TOG 2005). That is exact, in
-float64, for every camera model, because straight lines stay straight in undistorted coordinates.
+A sample is visible if the ray from the camera to it hits nothing before it. The sample of a
+triangle is its centroid; a triangle that is large in the photo gets the centroids of its regular
+subdivision. Instead of casting rays, the kernels sort samples into the cells of an image grid, and
+every triangle removes the samples behind it (an irregular z-buffer: Johnson et al., TOG 2005). The
+result is exact in float64 for every camera model, because straight lines stay straight in
+undistorted coordinates.
 """
 
 from __future__ import annotations
@@ -16,15 +17,15 @@ import numpy as np
 from walltopo.geometry.kernels import kernel
 from walltopo.geometry.screen import distort
 
-# A surface hides a sample if it is nearer by this share of the distance: covers the rounding of
-# duplicate triangles and of the float32 rays of the reference.
-NEARER = 1e-5
-MOST_GRID = 512
+# A surface hides a sample only if it is nearer by more than this share of the distance. The
+# tolerance covers rounding of duplicate triangles and the float32 rays of the reference.
+HIT_TOLERANCE = 1e-5
+MAX_GRID = 512
 
 
 @kernel
 def cull_blocks(spheres: Any, pose: Any, bounds: Any, limit: Any) -> Any:
-    """Indices of blocks that may be in the photo and within `limit` of the camera."""
+    """Return the indices of blocks that may be in the photo and within `limit` of the camera."""
     kept = np.zeros(len(spheres), dtype=np.int32)
     count = 0
     planes = np.zeros((4, 3))  # normals pointing inwards, camera frame
@@ -49,7 +50,7 @@ def cull_blocks(spheres: Any, pose: Any, bounds: Any, limit: Any) -> Any:
 
 @kernel
 def _to_camera(px: Any, py: Any, pz: Any, pose: Any) -> Any:
-    # `pose` is cam_from_world as a flat tuple: tuples live in registers, arrays do not.
+    # `pose` is cam_from_world as a flat tuple, because numba keeps tuples in registers.
     x = pose[0] * px + pose[1] * py + pose[2] * pz + pose[3]
     y = pose[4] * px + pose[5] * py + pose[6] * pz + pose[7]
     z = pose[8] * px + pose[9] * py + pose[10] * pz + pose[11]
@@ -58,9 +59,9 @@ def _to_camera(px: Any, py: Any, pz: Any, pose: Any) -> Any:
 
 @kernel
 def _pixel(u: Any, v: Any, lens: Any, reach: Any, size: Any, labels: Any) -> Any:
-    """Row and column of the label image in direction (u, v, 1); row -1 = outside the photo.
+    """Return the label image's row and column in direction (u, v, 1); row -1 = outside the photo.
 
-    `size` holds the photo's width and height and the label image's pixels per photo pixel.
+    `size` contains the photo's width and height, and the label image's pixels per photo pixel.
     """
     if u * u + v * v >= reach * reach:
         return -1, -1
@@ -73,17 +74,17 @@ def _pixel(u: Any, v: Any, lens: Any, reach: Any, size: Any, labels: Any) -> Any
 
 
 @kernel
-def _splits(longest: Any, z: Any, lens: Any, sample_px: Any, most_splits: Any) -> Any:
-    """Into how many parts each edge is divided for sampling: 1 = the centroid alone."""
-    if most_splits <= 1:
+def _splits(longest: Any, z: Any, lens: Any, sample_px: Any, max_splits: Any) -> Any:
+    """Return the number of parts into which each edge is divided; 1 = the centroid alone."""
+    if max_splits <= 1:
         return 1
-    return min(most_splits, max(1, int(np.ceil(longest * lens[1] / z / sample_px))))
+    return min(max_splits, max(1, int(np.ceil(longest * lens[1] / z / sample_px))))
 
 
 @kernel
 def _sample(corners: Any, k: Any, s: Any) -> Any:
-    """x/z, y/z and z of the k-th of s*s sub-triangles' centroids; only z where z <= 0."""
-    # Row i of the subdivision holds 2 (s - i) - 1 sub-triangles, upright and inverted in turn.
+    """Return x/z, y/z and z of the k-th of s*s sub-triangle centroids; only z if z <= 0."""
+    # Row i of the subdivision has 2 (s - i) - 1 sub-triangles, alternately upright and inverted.
     i = 0
     while k >= 2 * (s - i) - 1:
         k -= 2 * (s - i) - 1
@@ -103,12 +104,12 @@ def _sample(corners: Any, k: Any, s: Any) -> Any:
 def mark_candidates(
     blocks: Any, starts: Any, spheres: Any, vertices: Any, faces: Any, centroids: Any,
     longest: Any, pose: Any, lens: Any, reach: Any, size: Any, labels: Any, limit: Any,
-    sample_px: Any, most_splits: Any, windows: Any, cell: Any, mark: Any,
+    sample_px: Any, max_splits: Any, windows: Any, cell: Any, mark: Any,
 ) -> None:  # fmt: skip
-    """Set `mark` for faces with a sample on some mask, hidden or not.
+    """Set `mark` for faces with a sample under some mask, hidden or not.
 
-    `windows` is the table of `canvas.mask_windows`: blocks away from all masks are passed over
-    (where the lens does not distort: elsewhere a block's outline in the photo is not known).
+    `windows` is the table of `mask_windows`. Blocks away from all masks are skipped if the lens has
+    no distortion; otherwise the block's outline in the photo is unknown.
     """
     rows, cols = windows.shape[0] - 1, windows.shape[1] - 1
     for b in blocks:
@@ -127,9 +128,9 @@ def mark_candidates(
             x, y, z = _to_camera(centroids[f, 0], centroids[f, 1], centroids[f, 2], pose)
             if not (z > 0 and x * x + y * y + z * z <= limit * limit):
                 continue
-            s = _splits(longest[f], z, lens, sample_px, most_splits)
+            s = _splits(longest[f], z, lens, sample_px, max_splits)
             if s == 1:
-                # Never write False: another thread may have set it in the meantime.
+                # Never write False: another thread may have written True in the meantime.
                 row, col = _pixel(x / z, y / z, lens, reach, size, labels)
                 if row >= 0 and labels[row, col] >= 0:
                     mark[f] = True
@@ -157,20 +158,20 @@ def _corners(vertices: Any, faces: Any, f: Any, pose: Any) -> Any:
 def place_samples(
     blocks: Any, block_starts: Any, candidates: Any, vertices: Any, faces: Any, centroids: Any,
     longest: Any, pose: Any, lens: Any, reach: Any, size: Any, labels: Any, distance: Any,
-    limit: Any, sample_px: Any, most_splits: Any, where: Any, owner: Any, label: Any, border: Any,
+    limit: Any, sample_px: Any, max_splits: Any, where: Any, owner: Any, label: Any, border: Any,
 ) -> Any:  # fmt: skip
-    """Put the samples of candidate faces that lie in the photo into the buffers.
+    """Write the samples of candidate faces that lie in the photo into the buffers.
 
     Parameters
     ----------
-    block_starts : (B + 1,) where each block's candidates begin in `candidates`.
-    labels, distance : the label image and distances to its borders, as `soften` gives them.
+    block_starts : (B + 1,), first of each block's candidates in `candidates`.
+    labels, distance : the label image, and distances to mask borders, see `stamp_borders`.
     where : (n, 3) float64 buffer for u, v and 1/z; owner : the candidate's number; label and
-        border : the pixel of both images there.
+        border : the values of both images at the sample.
 
     Returns
     -------
-    How many samples there are; more than the buffers hold means: call again with larger ones.
+    The number of samples. If it exceeds the buffers, call again with larger ones.
     """
     count = 0
     for b in blocks:
@@ -179,7 +180,7 @@ def place_samples(
             x, y, z = _to_camera(centroids[f, 0], centroids[f, 1], centroids[f, 2], pose)
             if not (z > 0 and x * x + y * y + z * z <= limit * limit):
                 continue
-            s = _splits(longest[f], z, lens, sample_px, most_splits)
+            s = _splits(longest[f], z, lens, sample_px, max_splits)
             if s == 1:
                 row, col = _pixel(x / z, y / z, lens, reach, size, labels)
                 if row >= 0:
@@ -206,12 +207,12 @@ def place_samples(
 
 @kernel
 def _grid(where: Any, focal: Any) -> Any:
-    """Sort samples into square cells of about 4 px: u0, v0, 1/cell, shape, starts, order."""
+    """Sort samples into square cells of at least 4 px: u0, v0, 1/cell, shape, starts, order."""
     u0, v0, u1, v1 = np.inf, np.inf, -np.inf, -np.inf
     for k in range(len(where)):
         u0, u1 = min(u0, where[k, 0]), max(u1, where[k, 0])
         v0, v1 = min(v0, where[k, 1]), max(v1, where[k, 1])
-    cell = max(4.0 / focal, max(u1 - u0, v1 - v0) / MOST_GRID)
+    cell = max(4.0 / focal, max(u1 - u0, v1 - v0) / MAX_GRID)
     cols, rows = int((u1 - u0) / cell) + 1, int((v1 - v0) / cell) + 1
     starts = np.zeros(cols * rows + 1, dtype=np.int32)
     home = np.zeros(len(where), dtype=np.int32)
@@ -231,8 +232,8 @@ def _grid(where: Any, focal: Any) -> Any:
 
 
 @kernel
-def _filled(starts: Any, cols: Any, rows: Any) -> Any:
-    """Summed-area table of the number of samples: (rows + 1, cols + 1) int32."""
+def _count_table(starts: Any, cols: Any, rows: Any) -> Any:
+    """Return the summed-area table of the number of samples: (rows + 1, cols + 1) int32."""
     table = np.zeros((rows + 1, cols + 1), dtype=np.int32)
     for row in range(rows):
         along = 0
@@ -244,7 +245,7 @@ def _filled(starts: Any, cols: Any, rows: Any) -> Any:
 
 @kernel
 def _cell_range(low: Any, high: Any, origin: Any, per_cell: Any, count: Any) -> Any:
-    """First and last cell that an interval touches; last < first if none."""
+    """Return the first and last cell that an interval touches; last < first if none."""
     first, last = (low - origin) * per_cell, (high - origin) * per_cell
     if not (last >= 0 and first < count):
         return 1, 0
@@ -253,7 +254,7 @@ def _cell_range(low: Any, high: Any, origin: Any, per_cell: Any, count: Any) -> 
 
 @kernel
 def _outline(x: Any, y: Any, z: Any, r: Any) -> Any:
-    """Bounds of x/z and y/z over a ball that lies before the camera (z > r)."""
+    """Return the bounds of x/z and y/z over a ball in front of the camera (z > r)."""
     near, far = z - r, z + r
     left, right, top, bottom = x - r, x + r, y - r, y + r
     return (
@@ -266,38 +267,39 @@ def _outline(x: Any, y: Any, z: Any, r: Any) -> Any:
 
 @kernel
 def _sum(table: Any, r0: Any, r1: Any, c0: Any, c1: Any) -> Any:
-    """Sum over rows r0..r1 and columns c0..c1, inclusive, from a summed-area table."""
+    """Return the sum over rows r0..r1 and columns c0..c1, inclusive, of a summed-area table."""
     return table[r1 + 1, c1 + 1] - table[r0, c1 + 1] - table[r1 + 1, c0] + table[r0, c0]
 
 
 @kernel
-def strike_hidden(
+def find_hidden(
     blocks: Any, starts: Any, vertex_starts: Any, spheres: Any, vertices: Any, faces: Any,
     candidate_of: Any, pose: Any, focal: Any, where: Any, owner: Any,
 ) -> Any:  # fmt: skip
-    """Find the samples that another triangle hides.
+    """Return which samples another triangle hides.
 
     Parameters
     ----------
-    candidate_of : (F,) int32, number of the candidate each face is, -1 = none.
+    candidate_of : (F,) int32, candidate number of each face, -1 = none.
 
     Returns
     -------
-    (n,) bool, the hidden samples.
+    (n,) bool, whether each sample is hidden.
     """
     hidden = np.zeros(len(where), dtype=np.bool_)
     u0, v0, per_cell, cols, rows, cell_starts, order = _grid(where, focal)
-    table = _filled(cell_starts, cols, rows)
+    table = _count_table(cell_starts, cols, rows)
     us, vs, limits = np.zeros(len(order)), np.zeros(len(order)), np.zeros(len(order))
     owners = np.zeros(len(order), dtype=np.int32)
-    most = 0
+    max_vertices = 0
     for k in range(len(order)):
         us[k], vs[k], owners[k] = where[order[k], 0], where[order[k], 1], owner[order[k]]
-        # What hides a sample has a larger 1/z than its limit; hidden ones get an infinite limit.
-        limits[k] = where[order[k], 2] * (1.0 + NEARER)
+        # A triangle hides a sample if its 1/z exceeds the limit. Hidden samples get limit inf.
+        limits[k] = where[order[k], 2] * (1.0 + HIT_TOLERANCE)
     for b in blocks:
-        most = max(most, vertex_starts[b + 1] - vertex_starts[b])
-    screen, cells = np.zeros((most, 3)), np.zeros((most, 2), dtype=np.int32)
+        max_vertices = max(max_vertices, vertex_starts[b + 1] - vertex_starts[b])
+    screen = np.zeros((max_vertices, 3))
+    cells = np.zeros((max_vertices, 2), dtype=np.int32)
     for b in blocks:
         x, y, z = _to_camera(spheres[b, 0], spheres[b, 1], spheres[b, 2], pose)
         r = spheres[b, 3]
@@ -314,7 +316,7 @@ def strike_hidden(
             )
             inverse = 1.0 / z if z > 0 else 0.0
             screen[k, 0], screen[k, 1], screen[k, 2] = x * inverse, y * inverse, inverse
-            # One beyond the grid on each side stands for all that lies there.
+            # One cell beyond the grid on each side stands for everything outside the grid.
             cells[k, 0] = int(np.floor(min(max((x * inverse - u0) * per_cell, -1.0), cols)))
             cells[k, 1] = int(np.floor(min(max((y * inverse - v0) * per_cell, -1.0), rows)))
         for f in range(starts[b], starts[b + 1]):
@@ -338,8 +340,8 @@ def strike_hidden(
                             ax, ay = screen[first, 0], screen[first, 1]
                             bx, by = screen[second, 0] - ax, screen[second, 1] - ay
                             cx, cy = screen[third, 0] - ax, screen[third, 1] - ay
-                            # Weights of b and c, and what they add to 1/z, are linear in the
-                            # offset from a; on a triangle seen edge-on they are no numbers.
+                            # Weights of b and c, and their terms of 1/z, are linear in the offset
+                            # from a; they are NaN or infinite on a triangle seen edge-on.
                             twice = bx * cy - by * cx
                             ub, vb, uc, vc = cy / twice, -cx / twice, -by / twice, bx / twice
                             zb, zc = bz - az, cz - az
@@ -350,7 +352,7 @@ def strike_hidden(
                         if az + wb * zb + wc * zc > limits[k]:
                             limits[k] = np.inf
             elif az > 0 or bz > 0 or cz > 0:
-                _strike_crossing(
+                _hide_behind_crossing(
                     _corners(vertices, faces, f, pose), candidate_of[f],
                     us, vs, limits, owners,
                 )  # fmt: skip
@@ -360,11 +362,13 @@ def strike_hidden(
 
 
 @kernel
-def _strike_crossing(corners: Any, mine: Any, us: Any, vs: Any, limits: Any, owners: Any) -> None:
-    """Strike out samples behind a triangle that reaches behind the camera (few do)."""
+def _hide_behind_crossing(
+    corners: Any, mine: Any, us: Any, vs: Any, limits: Any, owners: Any
+) -> None:
+    """Hide the samples behind a triangle that extends behind the camera (few do)."""
     ax, ay, az, bx, by, bz, cx, cy, cz = corners
-    # d = (u, v, 1) meets the triangle where d·(B x C), d·(C x A), d·(A x B) have the sign of
-    # A·(B x C); their sum over it is 1/z.
+    # The ray d = (u, v, 1) meets the triangle if d·(B x C), d·(C x A) and d·(A x B) have the sign
+    # of A·(B x C). Their sum divided by A·(B x C) is 1/z.
     px, py, pz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
     qx, qy, qz = cy * az - cz * ay, cz * ax - cx * az, cx * ay - cy * ax
     rx, ry, rz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
@@ -383,8 +387,8 @@ def _strike_crossing(corners: Any, mine: Any, us: Any, vs: Any, limits: Any, own
 
 
 @kernel
-def tell_evidence(owner: Any, label: Any, border: Any, hidden: Any) -> Any:
-    """Sum the samples up: per seen face and label its share of the face's seen samples.
+def sum_samples(owner: Any, label: Any, border: Any, hidden: Any) -> Any:
+    """Sum the visible samples of each face by label, as shares of the face's visible samples.
 
     Returns
     -------
@@ -420,7 +424,7 @@ def tell_evidence(owner: Any, label: Any, border: Any, hidden: Any) -> Any:
 
 @kernel
 def distances(centroids: Any, candidates: Any, face: Any, centre: Any) -> Any:
-    """(n,) float64, how far the centroids of candidates number `face` are from a point."""
+    """Return (n,) float64 distances from a point to the centroids of candidates number `face`."""
     found = np.zeros(len(face))
     for k in range(len(face)):
         f = candidates[face[k]]

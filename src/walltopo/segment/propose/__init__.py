@@ -1,1 +1,1 @@
-"""Stage *propose*: holds that stand out of the wall and that few masks or none tell of."""
+"""Propose holds that protrude from the wall and that few or no masks cover."""

@@ -1,4 +1,4 @@
-"""Instances of the lift and bumps of the mesh, put together as pieces of surface."""
+"""Pieces of surface that may be holds: instances of the lift, and bumps on the wall's panels."""
 
 from __future__ import annotations
 
@@ -10,37 +10,36 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from walltopo.core import Mesh
-from walltopo.geometry.neighbours import face_neighbours
 from walltopo.geometry.panels import NO_PANEL, Heights, Panel, find_panels, heights_over
+from walltopo.geometry.topology import face_neighbours, patches
 from walltopo.scans.detections import Detections
 from walltopo.scans.instances import InstanceRecord
-from walltopo.segment.propose.bumps import find_bumps, stands_out
-from walltopo.segment.propose.evidence import CUES, Masks, cues_of
+from walltopo.segment.propose.evidence import CUES, Masks, PhotoView, Tint, cues_of, tints
 from walltopo.segment.propose.surroundings import Relief, Surroundings
-from walltopo.segment.propose.tint import Sight, Tint, tints
 
 Floats = NDArray[np.float64]
 Labels = NDArray[np.int32]
 
 FLOOR = 0.85  # upward part of the normal of floors, mats and tops
-COMPANY = 1.0  # metres: so far around other holds are counted
-INSIDE = 0.5  # share of an unsure instance that lies in a bump, from which on it is of the bump
-# Share of a bump that such instances cover: with less than the first they are something on it,
-# from the second on they are all of it.
+NEARBY = 1.0  # metres: radius in which other holds are counted
+INSIDE = 0.5  # a low-score instance belongs to a bump if at least this share of it lies inside
+# Share of a bump that low-score instances cover. An instance below the first lies on the bump
+# without being it; at the second or more, the instances are the whole bump.
 SPECK, COVERED = 0.1, 0.4
 
 
 @dataclass(frozen=True, eq=False)
 class Pieces:
-    """All that may be a hold.
+    """All pieces that may be holds.
 
     Parameters
     ----------
     label : (F,) int32, the piece of each measured triangle, 0 = wall.
-    ids : of the pieces, ascending.
-    new : ids of pieces that no mask was lifted to.
-    joined : ids of instances whose triangles a bump replaced, each with those that are one with it.
-    relief, masks, tint : of each piece by id.
+    ids : ids of the pieces, ascending.
+    new : ids of pieces to which no mask was lifted.
+    joined : ids of instances whose triangles a bump replaced, each with the instances merged
+        into it.
+    relief, masks, tint : of each piece, by id.
     """
 
     label: Labels
@@ -52,37 +51,38 @@ class Pieces:
     tint: Mapping[int, Tint]
 
     def cues(self) -> Floats:
-        """(n, len(CUES)) of the pieces, in the order of `ids`."""
+        """Return the (n, len(CUES)) cues of the pieces, in the order of `ids`."""
         rows = [cues_of(self.relief[k], self.masks[k], self.tint[k]) for k in self.ids]
         return np.array(rows).reshape(-1, len(CUES))
 
 
 def masks_of(records: Sequence[InstanceRecord], found: Detections) -> dict[int, Masks]:
-    """What the masks say of each instance of the lift."""
-    said = {}
+    """Return the masks of each instance of the lift."""
+    masks_by_id = {}
     for record in records:
         scores = [found.masks[photo][mask].score for photo, mask in record.views]
-        said[record.id] = Masks(record.score, max(scores, default=0.0), len(scores))
-    return said
+        masks_by_id[record.id] = Masks(record.score, max(scores, default=0.0), len(scores))
+    return masks_by_id
 
 
-def join(
-    label: Labels, bumps: Sequence[NDArray[np.int64]], areas: Floats, unsure: frozenset[int]
+def merge_bumps(
+    label: Labels, bumps: Sequence[NDArray[np.int64]], areas: Floats, low_score: frozenset[int]
 ) -> tuple[Labels, set[int], dict[int, tuple[int, ...]]]:
-    """Put bumps among the instances.
+    """Merge bumps into the labels of instances.
 
-    Unsure instances that lie in a bump and cover a good part of it keep their outline, and the bump
-    is theirs. Those that cover little of it become the bump, with the id of the one that covers
-    most. Triangles of other instances stay theirs.
+    Low-score instances that lie in a bump and cover a good part of it keep their outline, and the
+    bump is dropped. Instances that cover little of the bump are replaced by it; it gets the id of
+    the one that covers most. Triangles of other instances keep their label.
 
     Parameters
     ----------
     label : (F,) int32, 0 = none; areas : (F,).
+    low_score : ids of instances with a low score.
 
     Returns
     -------
-    (F,) int32; ids that are new; ids of instances that a bump replaced, each with those others
-    that are one with it.
+    (F,) int32 labels; ids of new pieces; ids of instances that a bump replaced, each with the
+    instances merged into it.
     """
     label = label.copy()
     size = np.bincount(label, areas, minlength=int(label.max(initial=0)) + 1)
@@ -95,7 +95,7 @@ def join(
         inside = [
             number
             for number in np.flatnonzero(shared).tolist()
-            if number in unsure and shared[number] >= max(INSIDE * size[number], SPECK * whole)
+            if number in low_score and shared[number] >= max(INSIDE * size[number], SPECK * whole)
         ]
         if sum(shared[inside]) >= COVERED * whole:
             continue
@@ -111,9 +111,9 @@ def join(
     return label, new, joined
 
 
-def _together(said: Mapping[int, Masks], number: int, others: Sequence[int]) -> Masks:
-    """What the masks of instances say that are one."""
-    rows = [said[one] for one in (number, *others) if one in said]
+def _combine_masks(masks_by_id: Mapping[int, Masks], number: int, others: Sequence[int]) -> Masks:
+    """Return the combined masks of instances that were merged."""
+    rows = [masks_by_id[one] for one in (number, *others) if one in masks_by_id]
     return Masks(
         max((row.support for row in rows), default=0.0),
         max((row.best for row in rows), default=0.0),
@@ -123,12 +123,12 @@ def _together(said: Mapping[int, Masks], number: int, others: Sequence[int]) -> 
 
 @dataclass(frozen=True, eq=False)
 class Ground:
-    """What is known of a mesh before anyone asks what is a hold.
+    """Panels and relief of a mesh, computed before pieces are found.
 
     Parameters
     ----------
-    mesh : the scan's, without guesses; unit : mesh units a metre.
-    neighbours : (F, 3), see `face_neighbours`; panels, heights : the wall's.
+    mesh : the scan's mesh without guessed triangles; unit : mesh units per metre.
+    neighbours : (F, 3), see `face_neighbours`; panels, heights : of the wall.
     """
 
     mesh: Mesh
@@ -139,7 +139,7 @@ class Ground:
 
     @classmethod
     def of(cls, mesh: Mesh, unit: float, level: bool, seed: int) -> Ground:
-        """Find the panels; `level`: z is up, so that floors can be told from walls."""
+        """Find the panels of a mesh; `level` means that z is up, so that floors are excluded."""
         upward = mesh.normals[:, 2] > FLOOR if level else np.zeros(len(mesh.faces), dtype=np.bool_)
         panels = find_panels(mesh, np.flatnonzero(~upward), unit, seed=seed)
         heights = heights_over(mesh, panels, unit)
@@ -149,40 +149,41 @@ class Ground:
 def gather_pieces(
     ground: Ground,
     label: Labels,
-    said: Mapping[int, Masks],
-    sure: float,
-    seen: Iterable[Sight],
+    masks_by_id: Mapping[int, Masks],
+    min_score: float,
+    views: Iterable[PhotoView],
 ) -> Pieces:
-    """All pieces of a scan and what is known of them.
+    """Return all pieces of a scan with their cues.
 
     Parameters
     ----------
-    label : (F,) int32, instances of the lift; said : of each, as of `masks_of`.
-    sure : the score from which on the lift's outline is kept; seen : the photos.
+    label : (F,) int32, instances of the lift; masks_by_id : of each instance, see `masks_of`.
+    min_score : instances with at least this score keep the lift's outline.
+    views : the photos.
     """
     mesh, heights, panels = ground.mesh, ground.heights, ground.panels
-    sure_ids = [number for number, masks in said.items() if masks.support >= sure]
-    sure_label = np.where(np.isin(label, sure_ids), label, 0).astype(np.int32)
-    bumps = find_bumps(mesh, ground.neighbours, heights, panels, sure_label, ground.unit)
-    unsure = frozenset(said) - frozenset(sure_ids)
-    label, new, joined = join(label, bumps, mesh.areas, unsure)
-    relief = _reliefs(ground, label, sure_ids)
+    confident_ids = [k for k, masks in masks_by_id.items() if masks.support >= min_score]
+    confident = np.where(np.isin(label, confident_ids), label, 0).astype(np.int32)
+    bumps = find_bumps(mesh, ground.neighbours, heights, panels, confident, ground.unit)
+    low_score = frozenset(masks_by_id) - frozenset(confident_ids)
+    label, new, joined = merge_bumps(label, bumps, mesh.areas, low_score)
+    relief = _reliefs(ground, label, confident_ids)
     out, _ = stands_out(heights, panels, ground.unit)
     wall = (label == 0) & (heights.panel != NO_PANEL) & ~out
-    tint = tints(seen, label, wall)
+    tint = tints(views, label, wall)
     return Pieces(
         label,
         tuple(relief),
         frozenset(new),
         joined,
         relief,
-        {number: _together(said, number, joined.get(number, ())) for number in relief},
+        {k: _combine_masks(masks_by_id, k, joined.get(k, ())) for k in relief},
         {number: tint.get(number, Tint()) for number in relief},
     )
 
 
-def _reliefs(ground: Ground, label: Labels, sure: Sequence[int]) -> dict[int, Relief]:
-    """The relief of each piece, by ascending id; `sure` are the ids that masks are sure of."""
+def _reliefs(ground: Ground, label: Labels, confident: Sequence[int]) -> dict[int, Relief]:
+    """Return the relief of each piece, by ascending id; `confident` are ids of instances."""
     around = Surroundings(ground.mesh, ground.heights, ground.panels, label, ground.unit)
     present = np.unique(label[label > 0]).tolist()
     order = np.argsort(label, kind="stable")
@@ -192,16 +193,88 @@ def _reliefs(ground: Ground, label: Labels, sure: Sequence[int]) -> dict[int, Re
         for number, (first, last) in zip(present, ends.tolist(), strict=True)
     }
     places = {number: ground.mesh.centroids[own].mean(axis=0) for number, own in rows.items()}
-    company = np.array([places[number] for number in sure if number in places]).reshape(-1, 3)
-    others = cKDTree(company)
+    known = np.array([places[number] for number in confident if number in places]).reshape(-1, 3)
+    tree = cKDTree(known)
     return {
-        number: around.relief(own, _company(others, places[number], ground.unit))
+        number: around.relief(own, _count_nearby(tree, places[number], ground.unit))
         for number, own in rows.items()
     }
 
 
-def _company(others: cKDTree, place: Floats, unit: float) -> int:
-    """Sure instances around a place, without the one that is there."""
-    near = others.query_ball_point(place, COMPANY * unit, return_length=True)
-    here = others.query_ball_point(place, 1e-6 * unit, return_length=True)
+def _count_nearby(tree: cKDTree, place: Floats, unit: float) -> int:
+    """Return the number of confident instances around a place, without the one at the place."""
+    near = tree.query_ball_point(place, NEARBY * unit, return_length=True)
+    here = tree.query_ball_point(place, 1e-6 * unit, return_length=True)
     return int(near - here)
+
+
+Ints = NDArray[np.int64]
+
+LOW, HIGH = 0.005, 0.008  # metres: a bump is higher than the first and its top reaches the second
+LOW_NOISE, HIGH_NOISE = 3.0, 5.0  # the same in standard deviations of the panel's noise
+TOP = 90.0  # percentile of the heights that counts as the top
+MIN_AREA, MAX_AREA = 0.0006, 0.8  # square metres
+LONGEST = 1.6  # metres
+BESIDE = 0.02  # metres: a piece this close to a confident instance is adjacent to it
+REST = 1.5  # a piece smaller than this multiple of its adjacent instances is their remainder
+
+
+def stands_out(
+    heights: Heights, panels: Sequence[Panel], unit: float
+) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
+    """Return (F,) whether a triangle rises above its panel's noise, and (F,) the minimum top."""
+    noise = np.array([panel.noise for panel in panels] + [np.inf])[heights.panel]
+    begins = np.maximum(LOW * unit, LOW_NOISE * noise)
+    with np.errstate(invalid="ignore"):
+        out = (heights.panel >= 0) & (heights.height > begins)
+    return out, np.maximum(HIGH * unit, HIGH_NOISE * noise)
+
+
+def find_bumps(
+    mesh: Mesh,
+    neighbours: NDArray[np.int32],
+    heights: Heights,
+    panels: Sequence[Panel],
+    confident: Labels,
+    unit: float,
+) -> list[Ints]:
+    """Return the triangles of each bump that may be a hold, the largest first.
+
+    Parameters
+    ----------
+    mesh : the measured part of the scan's mesh; neighbours : (F, 3), see `face_neighbours`.
+    heights, panels : results of `heights_over` and `find_panels`.
+    confident : (F,) int32, the confident instance of each triangle, 0 = none.
+    unit : mesh units per metre.
+    """
+    out, top = stands_out(heights, panels, unit)
+    held = np.flatnonzero(confident)
+    size = np.bincount(confident, mesh.areas)
+    beside = cKDTree(mesh.centroids[held]) if len(held) else None
+    found: list[Ints] = []
+    for piece in _components(mesh, neighbours, out & (confident == 0), MIN_AREA * unit**2):
+        places = mesh.centroids[piece]
+        if np.ptp(places, axis=0).max() > LONGEST * unit:
+            continue
+        if np.percentile(heights.height[piece], TOP) < np.median(top[piece]):
+            continue
+        if beside is not None:
+            away, nearest = beside.query(places, distance_upper_bound=BESIDE * unit)
+            hosts = np.unique(confident[held[nearest[np.isfinite(away)]]])
+            if mesh.areas[piece].sum() < REST * size[hosts].sum():
+                continue
+        found.append(piece)
+    return sorted(found, key=lambda piece: -float(mesh.areas[piece].sum()))
+
+
+def _components(
+    mesh: Mesh, neighbours: NDArray[np.int32], chosen: NDArray[np.bool_], min_area: float
+) -> list[Ints]:
+    """Return the connected components of chosen triangles with an area within the bounds."""
+    part, first = patches(neighbours, chosen.astype(np.int32))
+    area = np.bincount(part, mesh.areas * chosen, len(first))
+    wanted = (area > min_area) & (area < min_area / MIN_AREA * MAX_AREA)
+    rows = np.flatnonzero(chosen & wanted[part])
+    order = rows[np.argsort(part[rows], kind="stable")]
+    starts = np.flatnonzero(np.diff(part[order], prepend=-1))
+    return np.split(order, starts[1:]) if len(order) else []

@@ -1,4 +1,4 @@
-"""Instances from the lift and from what stands out of the wall, with evidence for each."""
+"""Instances from the lift and from bumps on the wall, with evidence for each."""
 
 from __future__ import annotations
 
@@ -14,13 +14,12 @@ from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTa
 from walltopo.scans.manifest import Metrics
 from walltopo.scans.photos import PhotoSet
 from walltopo.scans.scale import TYPICAL_HOLD, unit_of_sizes
-from walltopo.segment.propose.evidence import explained, shipped_model
+from walltopo.segment.propose.evidence import explained, photo_views, shipped_model
 from walltopo.segment.propose.pieces import Ground, Pieces, gather_pieces, masks_of
-from walltopo.segment.propose.settings import ProposeSettings
-from walltopo.segment.propose.tint import sights
+from walltopo.segment.settings import ProposeSettings
 
 VOLUME_AREA, VOLUME_FLATNESS = 0.05, 0.75  # square metres; share of a volume in few planes
-# Of what nothing in the photos explains: below what is shown, whatever its relief.
+# Maximum evidence of a piece that no photo explains: below the limit for being listed.
 UNEXPLAINED = 0.3
 
 
@@ -35,22 +34,22 @@ def propose(
     settings: ProposeSettings,
     progress: Progress,
 ) -> tuple[InstanceTable, InstanceRecords, Metrics]:
-    """Return the lift's instances and what stands out of the wall, with the evidence for each.
+    """Return the lift's instances and the bumps on the wall, with the evidence for each.
 
-    Metrics: instances, those of them that no mask was lifted to, those that relief reshaped.
+    Metrics: number of instances, of proposed ones (without a mask), and of reshaped ones.
     """
     table.check_fits(whole)
     if not settings.relief or not len(whole.faces):
         return table, records, {"instances": len(records.instances), "proposed": 0}
     mesh = whole.without_guesses()
     measured = table.face_instance[whole.measured]
-    said = masks_of(records.instances, detections)
+    lifted_masks = masks_of(records.instances, detections)
     sizes = np.sqrt(np.bincount(measured, mesh.areas)[1:])
     unit = unit_of_sizes(sizes.tolist(), metric, TYPICAL_HOLD)
-    progress.step("finding the wall's panels")
+    progress.step("find the wall's panels")
     ground = Ground.of(mesh, unit, metric, settings.seed)
-    seen = sights(mesh, views, photos, progress)
-    pieces = gather_pieces(ground, measured, said, settings.sure, seen)
+    rendered = photo_views(mesh, views, photos, progress)
+    pieces = gather_pieces(ground, measured, lifted_masks, settings.sure, rendered)
     evidence = _evidence(pieces)
     kept = {
         number
@@ -70,32 +69,32 @@ def propose(
 
 
 def _evidence(pieces: Pieces) -> dict[int, float]:
-    """How likely each piece is a hold."""
+    """Return the probability that each piece is a hold."""
     if not pieces.ids:
         return {}
-    chances = shipped_model().probability(pieces.cues())
+    probabilities = shipped_model().probability(pieces.cues())
     return {
-        number: float(chance)
+        number: float(probability)
         if explained(pieces.relief[number], pieces.masks[number], pieces.tint[number])
-        else min(float(chance), UNEXPLAINED)
-        for number, chance in zip(pieces.ids, chances, strict=True)
+        else min(float(probability), UNEXPLAINED)
+        for number, probability in zip(pieces.ids, probabilities, strict=True)
     }
 
 
 def _records(
     pieces: Pieces, records: InstanceRecords, evidence: dict[int, float], kept: set[int]
 ) -> list[InstanceRecord]:
-    """The lift's records with the evidence, and those of what is new."""
+    """Return the lift's records with their evidence, and records of the new pieces."""
     faces = np.bincount(pieces.label, minlength=1)
     masks = {record.id: record.views for record in records.instances}
     rows = []
     for record in records.instances:
-        if record.id in evidence:  # else it is one with another
+        if record.id in evidence:  # an instance without evidence was merged into another
             others = pieces.joined.get(record.id, ())
             views = sum((masks[one] for one in others), record.views)
-            chance = round(evidence[record.id], 4)
+            probability = round(evidence[record.id], 4)
             number = int(faces[record.id])
-            rows.append(changed(record, views=views, evidence=chance, faces=number))
+            rows.append(changed(record, views=views, evidence=probability, faces=number))
     labels = {name: int(label) for label, name in records.classes.items()}
     for number in sorted(kept & pieces.new):
         relief = pieces.relief[number]
@@ -123,14 +122,14 @@ def _table(
     evidence: dict[int, float],
     kept: set[int],
 ) -> InstanceTable:
-    """The labels of the whole mesh; guesses stay with the lift's instances."""
+    """Return the labels of the whole mesh; guessed triangles keep the lift's labels."""
     label = np.where(np.isin(pieces.label, sorted(kept)), pieces.label, 0).astype(np.int32)
-    surety = np.zeros(int(label.max(initial=0)) + 1, dtype=np.float32)
+    confidence = np.zeros(int(label.max(initial=0)) + 1, dtype=np.float32)
     for number in kept:
-        surety[number] = evidence[number]
+        confidence[number] = evidence[number]
     labels, scores = table.face_instance.copy(), table.face_score.copy()
     rows = np.flatnonzero(mesh.measured)
     other = label != labels[rows]
     labels[rows] = label
-    scores[rows[other]] = surety[label[other]]
+    scores[rows[other]] = confidence[label[other]]
     return replace(table, face_instance=labels, face_score=scores)

@@ -1,4 +1,4 @@
-"""How a piece of surface stands against the wall right beside it: height, rim, planes."""
+"""The relief of a piece of surface relative to the wall beside it: height, rim, planes."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ from walltopo.geometry.panels import Heights, Panel
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-RING = 0.03  # metres: wall so near to a piece is beside it
+RING = 0.03  # metres: a wall triangle this near to a piece is beside it
 FLANK = (0.2, 0.7)  # shares of the top's height between which the surface is the flank
 TOP = 90.0  # percentile of the heights that counts as the top
 SECTORS = 24  # directions along the wall
-PLANES, PLANE_DEG = 5, 9.0  # so many directions of faces a volume has at most, within so much
+PLANES, PLANE_DEG = 5, 9.0  # maximum number of planes of a volume, and their angular tolerance
 
 
 @dataclass(frozen=True)
 class Relief:
-    """What one piece looks like without colour.
+    """The shape of one piece.
 
     Parameters
     ----------
-    height : of its top over the wall beside it, metres.
-    rim : mean sine of the angle between its flanks and the wall: 1 = upright.
+    height : of the top over the wall beside the piece, metres.
+    rim : mean sine of the angle between the flanks and the wall: 1 = perpendicular.
     area : square metres; length : longest extent along an axis, metres.
-    flatness : share of its area that lies in its `PLANES` most common directions.
-    noise : of the panel it is on, metres.
-    on_wall : share of its area that lies on a panel at all.
-    around : share of the directions, along the wall, in which wall is beside it.
-    company : sure instances nearby.
+    flatness : share of the area in its `PLANES` most common directions.
+    noise : of the panel below the piece, metres.
+    on_wall : share of the area that lies on a panel.
+    around : share of the directions along the wall in which wall is beside the piece.
+    nearby_holds : number of confident instances nearby.
     """
 
     height: float
@@ -45,7 +45,7 @@ class Relief:
     noise: float
     on_wall: float
     around: float
-    company: int
+    nearby_holds: int
 
 
 class Surroundings:
@@ -54,7 +54,7 @@ class Surroundings:
     Parameters
     ----------
     label : (F,) int32, the piece of each triangle, 0 = wall.
-    unit : mesh units a metre.
+    unit : mesh units per metre.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class Surroundings:
         self._tree = cKDTree(mesh.centroids[self._bare])
 
     def beside(self, rows: Ints) -> Ints:
-        """Wall triangles near a piece."""
+        """Return the wall triangles near a piece."""
         places = self._mesh.centroids[rows]
         middle = (places.min(axis=0) + places.max(axis=0)) / 2
         reach = float(np.linalg.norm(places - middle, axis=1).max()) + RING * self._unit
@@ -83,8 +83,8 @@ class Surroundings:
         )
         return near[np.isfinite(away)]
 
-    def relief(self, rows: Ints, company: int) -> Relief:
-        """What a piece looks like; `rows` are its triangles, `company` sure instances nearby."""
+    def relief(self, rows: Ints, nearby_holds: int) -> Relief:
+        """Return the shape of a piece with faces `rows`."""
         mesh, heights, unit = self._mesh, self._heights, self._unit
         areas = mesh.areas[rows]
         total = max(float(areas.sum()), 1e-12)
@@ -93,7 +93,7 @@ class Surroundings:
         length = float(np.ptp(mesh.centroids[rows], axis=0).max()) / unit
         flatness = _flatness(mesh.normals[rows], areas)
         if not on_wall.any():
-            return Relief(0.0, 0.0, total / unit**2, length, flatness, 1.0, 0.0, 0.0, company)
+            return Relief(0.0, 0.0, total / unit**2, length, flatness, 1.0, 0.0, 0.0, nearby_holds)
         counts = np.bincount(heights.panel[rows[on_wall]], areas[on_wall])
         panel = self._panels[int(counts.argmax())]
         same = near[heights.panel[near] == int(counts.argmax())]
@@ -115,12 +115,12 @@ class Surroundings:
             panel.noise / unit,
             float(areas[on_wall].sum()) / total,
             _around(mesh.centroids[rows], mesh.centroids[same], panel),
-            company,
+            nearby_holds,
         )
 
 
 def _around(own: Floats, beside: Floats, panel: Panel) -> float:
-    """Share of the directions along a panel, from the middle of a piece, in which wall is."""
+    """Return the share of the directions around a piece, along its panel, that contain wall."""
     middle = (own.min(axis=0) + own.max(axis=0)) / 2
     right, up = ((beside - middle) @ panel.axes.T).T
     sector = np.floor((np.arctan2(up, right) / np.pi + 1) / 2 * SECTORS).astype(np.int64)
@@ -128,7 +128,7 @@ def _around(own: Floats, beside: Floats, panel: Panel) -> float:
 
 
 def _flatness(normals: Floats, areas: Floats) -> float:
-    """Share of the area that faces in one of few directions."""
+    """Return the share of the area that faces one of its `PLANES` most common directions."""
     rest = areas.copy()
     total = max(float(areas.sum()), 1e-12)
     cosine = np.cos(np.radians(PLANE_DEG))

@@ -1,8 +1,7 @@
-"""Passwords that stood in leaks: of the commonest million those that are long enough to be chosen.
+"""Leaked passwords: those of the commonest million that are long enough to be chosen.
 
-Kept are the first bytes of a hash of each, sorted, so that nobody's password can be read here;
-`README.md` beside this file says where they are from. Nobody is asked: no password leaves the
-server.
+The file holds the sorted first bytes of a hash of each, so that no password can be read from it;
+`README.md` beside this file names the source. No password leaves the server.
 """
 
 from __future__ import annotations
@@ -14,25 +13,27 @@ from functools import cache
 from importlib.resources import files
 from typing import Final
 
-__all__ = ["is_leaked", "marks_of"]
+__all__ = ["SHORTEST", "is_leaked", "marks_of"]
 
-# Of one in ten million that never leaked it is said, too.
+SHORTEST: Final = 10  # characters of a password; shorter ones are refused, leaked or not
+
+# One in ten million passwords that never leaked is refused, too.
 _BYTES: Final = 5
 
 
 def is_leaked(password: str) -> bool:
-    """Whether it is one of them, written in small or capital letters."""
+    """Return whether a password is among them, regardless of case."""
     marks, wanted = _marks(), _mark(password)
     at = bisect_left(range(len(marks) // _BYTES), wanted, key=lambda place: _at(marks, place))
     return _at(marks, at) == wanted
 
 
 def marks_of(passwords: Iterable[str], shortest: int) -> bytes:
-    """What is kept of a list of passwords.
+    """Return the stored form of a list of passwords.
 
     Parameters
     ----------
-    shortest : characters; whatever has fewer cannot be chosen, and is left out.
+    shortest : minimum number of characters; shorter passwords are left out.
     """
     return b"".join(sorted({_mark(each) for each in passwords if len(each) >= shortest}))
 

@@ -1,12 +1,11 @@
-"""`python -m walltopo_gym.accounts.leaked LIST`: make `marks.bin` of a list, a password a line."""
+"""`python -m walltopo_gym.accounts.leaked LIST`: make `marks.bin` from a file of passwords."""
 
 from __future__ import annotations
 
 import sys
 from pathlib import Path
 
-from walltopo_gym.accounts.leaked import marks_of
-from walltopo_gym.accounts.passwords import SHORTEST
+from walltopo_gym.accounts.leaked import SHORTEST, marks_of
 
 if __name__ == "__main__":
     with Path(sys.argv[1]).open(encoding="utf-8") as lines:

@@ -1,1 +1,1 @@
-"""Rules of scoring, each a pure function from what somebody has to a score."""
+"""Scoring rules: pure functions from marks to a score."""

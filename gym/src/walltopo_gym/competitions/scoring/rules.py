@@ -1,4 +1,4 @@
-"""Which rules a round has, and their numbers."""
+"""The rules of a round, and their numbers."""
 
 from __future__ import annotations
 
@@ -8,21 +8,24 @@ from enum import StrEnum
 from typing import Any, Final
 from uuid import UUID
 
-from walltopo_gym.competitions.scoring.ifsc import score_2018, score_2025
-from walltopo_gym.competitions.scoring.most import score_most
-from walltopo_gym.competitions.scoring.points import score_points
+from walltopo_gym.competitions.scoring.formulas import (
+    score_2018,
+    score_2025,
+    score_most,
+    score_points,
+    score_shared,
+)
 from walltopo_gym.competitions.scoring.score import Score, Tried
-from walltopo_gym.competitions.scoring.shared import score_shared
 
 
 class Rules(StrEnum):
-    """By their names."""
+    """Names of the rules."""
 
     POINTS = "points"
     SHARED = "shared"
     IFSC_2025 = "ifsc-2025"
     IFSC_2018 = "ifsc-2018"
-    MOST = "most"
+    MAX = "most"
 
 
 _WORTH: Final = {
@@ -37,7 +40,7 @@ class Scoring:
 
     Parameters
     ----------
-    worth : {flash, top, zone} of a problem; best : how many problems count, None: all.
+    worth : {flash, top, zone} of a problem; best : number of problems that count, None: all.
     """
 
     rules: Rules
@@ -46,21 +49,22 @@ class Scoring:
 
     @classmethod
     def of(cls, kept: Mapping[str, Any]) -> Scoring:
-        """As a round's row keeps it; what is not said is as usual."""
+        """Return the rules of a round's row; missing numbers take their defaults."""
         rules = Rules(kept["rules"])
         usual = _WORTH.get(rules, {})
-        said = {name: kept[name] for name in usual if kept.get(name) is not None}
-        return cls(rules, {**usual, **said}, kept.get("best"))
+        chosen = {name: kept[name] for name in usual if kept.get(name) is not None}
+        return cls(rules, {**usual, **chosen}, kept.get("best"))
 
     @property
     def has_points(self) -> bool:
-        """Whether scores can be added up over rounds."""
+        """Return whether scores can be added up over rounds."""
         return self.rules != Rules.IFSC_2018
 
     def score(
         self, tried: Collection[Tried], tops: Mapping[UUID, int], zones: Mapping[UUID, int]
     ) -> Score:
-        """What somebody has; `tops`, `zones`: how many of the category have each problem."""
+        """Return a score from marks; `tops`, `zones`: number of the category who have each
+        problem."""
         worth = dict(self.worth)
         match self.rules:
             case Rules.POINTS:
@@ -71,5 +75,5 @@ class Scoring:
                 return score_2025(tried)
             case Rules.IFSC_2018:
                 return score_2018(tried)
-            case Rules.MOST:
+            case Rules.MAX:
                 return score_most(tried)

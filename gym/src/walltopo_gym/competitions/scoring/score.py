@@ -1,4 +1,4 @@
-"""What somebody has on problems, and the score that rules make of it."""
+"""Marks on problems, and the score that rules make of them."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from uuid import UUID
 
 
 class Mark(NamedTuple):
-    """What somebody has on one problem: `tries` seen, and in which try zone and top came; 0: did
-    not come."""
+    """A competitor's mark on one problem: number of `tries`, and the tries that reached zone and
+    top (0: not reached)."""
 
     tries: int = 0
     zone: int = 0
@@ -22,7 +22,7 @@ NOTHING = Mark()
 
 
 class Criterion(NamedTuple):
-    """One thing that two are compared by; the greater `value` stands before."""
+    """One criterion of a comparison; the greater `value` ranks first."""
 
     code: str
     value: Fraction
@@ -30,7 +30,7 @@ class Criterion(NamedTuple):
 
 
 class Tried(NamedTuple):
-    """A problem that somebody tried; `points`: {flash, top, zone} of its own."""
+    """A problem with at least one try; `points`: its own {flash, top, zone}."""
 
     problem: UUID
     mark: Mark
@@ -39,12 +39,12 @@ class Tried(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """What somebody has in a round.
+    """A competitor's score in a round.
 
     Parameters
     ----------
-    criteria : what they are ranked by, the first first.
-    points : for leagues; None where the rules count none.
+    criteria : in order of comparison.
+    points : for leagues; None if the rules count none.
     """
 
     criteria: tuple[Criterion, ...]
@@ -57,13 +57,13 @@ class Score:
 
     @property
     def key(self) -> tuple[Fraction, ...]:
-        """Greater is better."""
+        """Return the sort key; greater is better."""
         return tuple(criterion.value for criterion in self.criteria)
 
 
 @dataclass(frozen=True, slots=True)
 class Sums:
-    """Over the problems of a round."""
+    """Sums over the problems of a round."""
 
     tops: int
     zones: int
@@ -72,18 +72,18 @@ class Sums:
     tries_to_zone: int
 
     def more(self, code: str) -> Criterion:
-        """More of it is better."""
+        """Return a criterion of which more is better."""
         value: int = getattr(self, code.replace("-", "_"))
         return Criterion(code, Fraction(value), str(value))
 
     def fewer(self, code: str) -> Criterion:
-        """Less of it is better."""
+        """Return a criterion of which less is better."""
         value: int = getattr(self, code.replace("-", "_"))
         return Criterion(code, Fraction(-value), str(value))
 
 
 def sums_of(tried: Iterable[Tried]) -> Sums:
-    """Sums over what somebody tried."""
+    """Return the sums over tried problems."""
     marks = [one.mark for one in tried]
     return Sums(
         tops=sum(1 for mark in marks if mark.top),
@@ -95,7 +95,7 @@ def sums_of(tried: Iterable[Tried]) -> Sums:
 
 
 def score_of(sums: Sums, points: Fraction | None, *rest: Criterion) -> Score:
-    """A score whose first criterion is the points, where there are any."""
+    """Return a score whose first criterion is the points, if the rules have them."""
     first = () if points is None else (Criterion("points", points, shown(points)),)
     return Score(
         (*first, *rest), points, sums.tops, sums.zones, sums.flashes, sums.tries_to_top,
@@ -104,10 +104,10 @@ def score_of(sums: Sums, points: Fraction | None, *rest: Criterion) -> Score:
 
 
 def best_of(each: Iterable[Fraction], best: int | None) -> Fraction:
-    """The sum of the best `best`, of all where it is None."""
+    """Return the sum of the best `best` values; of all if it is None."""
     return sum(sorted(each, reverse=True)[:best], Fraction(0))
 
 
 def shown(points: Fraction) -> str:
-    """Points as people read them, with at most two decimals."""
+    """Return points as text, with at most two decimals."""
     return f"{float(points):.2f}".rstrip("0").rstrip(".")

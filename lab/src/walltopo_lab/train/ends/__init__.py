@@ -1,1 +1,1 @@
-"""The regressions that say how likely a route's start and top are right."""
+"""The regressions for the confidence of a route's start and top holds."""

@@ -11,17 +11,17 @@ from scipy.optimize import minimize
 
 from walltopo.describe.routes import start_and_top as ends
 from walltopo.describe.routes import start_and_top as hands
-from walltopo.scans.attributes import Doubtful, Hold
+from walltopo.scans.holds import Hold
 from walltopo.scans.routes import Route
 from walltopo_lab.train.ends.seen import SCANS, SeenGym, see
 
 Floats = NDArray[np.float64]
-RIDGE = 1e-3  # on weights of cues of spread 1
+RIDGE = 1e-3  # ridge penalty on the weights of cues with unit standard deviation
 
 
 @dataclass(frozen=True)
 class Regression:
-    """Weights of cues, by name, and what is added."""
+    """A logistic regression: weights of cues by name, and the bias."""
 
     weights: dict[str, float]
     bias: float
@@ -30,9 +30,10 @@ class Regression:
     def of(
         cls, names: Sequence[str], cues: Floats, right: NDArray[np.bool_], most: float | None
     ) -> Regression:
-        """Fitted to whether something is right, no weight above `most`.
+        """Fit a regression to correctness labels, with no weight above `most`.
 
-        A cue of doubt that speaks for an end in the fit has met too few cases: `most` = 0.
+        A low-confidence cue with a positive weight comes from too few cases, which `most` = 0
+        prevents.
         """
         spread = np.maximum(cues.std(axis=0), 1e-9)
         table = np.column_stack([np.ones(len(cues)), cues / spread])
@@ -52,37 +53,37 @@ class Regression:
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """A route of a simulated scan: its ends, and whether they are right.
+    """A route of a simulated scan: its start and top holds, and whether they are correct.
 
     Parameters
     ----------
-    true : whether most of a true route's holds are in it; else neither end can be right.
+    true : whether the route has most of a true route's holds; otherwise neither end can be correct.
     """
 
-    ends: ends.Ends
+    ends: ends.StartAndTop
     start: bool
     top: bool
     true: bool
 
 
 def ends_anew(
-    routes: Sequence[Route], holds: Sequence[Hold], left_out: Sequence[Doubtful]
-) -> list[ends.Ends]:
-    """The ends of a scan's routes by the rule as it stands, the groups of holds being kept."""
+    routes: Sequence[Route], holds: Sequence[Hold], left_out: Sequence[Hold]
+) -> list[ends.StartAndTop]:
+    """Return the start and top of a scan's routes by the current rule; hold groups are kept."""
     by_id = {hold.id: hold for hold in holds}
     groups = [[by_id[number] for number in route.holds] for route in routes]
     used = {number for route in routes for number in route.holds}
-    wall = ends.wall_of(groups, holds)
-    wall = wall.beside((hold for hold in holds if hold.id not in used), left_out)
+    wall = ends.wall_stats(groups, holds)
+    wall = wall.with_strays((hold for hold in holds if hold.id not in used), left_out)
     found = []
     for route, group in zip(routes, groups, strict=True):
         rivals = {row.hold: {int(k): p for k, p in row.routes.items()} for row in route.ambiguous}
-        found.append(ends.find_ends(group, wall, rivals, route.id))
+        found.append(ends.find_start_and_top(group, wall, rivals, route.id))
     return found
 
 
 def rows_of(seen: SeenGym) -> list[Row]:
-    """The routes of a simulated scan, their ends by the rule as it stands."""
+    """Return the routes of a simulated scan, with start and top by the current rule."""
     found = ends_anew(seen.routes, seen.holds, seen.left_out)
     by_id = {route.id: one for route, one in zip(seen.routes, found, strict=True)}
     rows = []
@@ -95,34 +96,34 @@ def rows_of(seen: SeenGym) -> list[Row]:
 
 
 def fit_hands(seen: Iterable[SeenGym]) -> Regression:
-    """Hand holds against footholds."""
+    """Fit the classification of hand holds against footholds."""
     cues, right = [], []
     for gym in seen:
         known = [hold for hold in gym.holds if hold.id in gym.part]
-        cues.append(hands.hand_cues(known, ends.wall_of([], gym.holds).usual))
+        cues.append(hands.hand_cues(known, ends.wall_stats([], gym.holds).usual))
         right += [gym.part[hold.id] != "foot" for hold in known]
     return Regression.of(("foothold", "other", "size"), np.vstack(cues), np.array(right), most=None)
 
 
 @dataclass(frozen=True)
 class EndsFit:
-    """The regressions of start and of top."""
+    """The regressions of the start and of the top."""
 
     start: Regression
     top: Regression
 
 
 def fit_ends(rows: Sequence[Row]) -> EndsFit:
-    """Which ends are right, by what speaks against them."""
+    """Fit whether a start or top is correct, from the cues against it."""
     found = []
     for end in ("start", "top"):
-        doubts = [getattr(row.ends, f"{end}_doubt") for row in rows]
-        cues = np.array([list(doubt.cues.values()) for doubt in doubts])
+        confidences = [getattr(row.ends, f"{end}_confidence") for row in rows]
+        cues = np.array([list(one.cues.values()) for one in confidences])
         right = np.array([getattr(row, end) for row in rows])
-        found.append(Regression.of(list(doubts[0].cues), cues, right, most=0.0))
+        found.append(Regression.of(list(confidences[0].cues), cues, right, most=0.0))
     return EndsFit(*found)
 
 
 def scans_of(seeds: Iterable[int]) -> list[SeenGym]:
-    """`SCANS` simulated scans of each gym."""
+    """Return `SCANS` simulated scans of each gym."""
     return [see(seed, scan) for seed in seeds for scan in range(SCANS)]

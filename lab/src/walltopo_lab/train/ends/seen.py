@@ -1,15 +1,15 @@
-"""Generated gyms as a scan would see them: without rendering, with what scans get wrong.
+"""Simulated scans of generated gyms: typical scan errors without rendering.
 
-Of each gym the true holds are known. A scan misses some, more of some paints (white on grey); of
-what it misses some remain as instances that few photos confirm. Places are a little off. Sizes are
-measured on the hold's own shape with a scan's faults (`train.hold_types.scanned`), and the shipped
-network names it; as it does better there than on scans, types are confused as on two of those
-(`routes_downclimb.CALLED`). Every hold is faded and lit in its own way, so
-that its paint and its colour's name are off; a few things that are no hold count as some, and a
-jug to climb down by may be taken for a route's. Then the product groups the holds.
+The true holds of each gym are known. A scan misses some holds, more of those with certain paints
+(white on grey). Some missed holds remain as instances that few photos confirm. Positions have small
+errors. Sizes are measured on the hold's own shape with scan artefacts (`train.hold_types.scanned`),
+from which the shipped network predicts its type. It does better there than on scans, so types are
+confused as on two real scans (`routes_downclimb.CALLED`). Every hold is faded and lit individually,
+so that its paint and colour name have errors. A few false holds are added, and a downclimb jug may
+count as a hold of a route. Then the product groups the holds.
 
-How much goes wrong is as measured on scans of generated gyms: recall and precision of the holds
-shown (docs/results/shown-score.json), and how well routes are found by paint (routes-links.json).
+The error rates are measured on scans of generated gyms: recall and precision of the shown holds
+(docs/results/shown-score.json), and the accuracy of routes by paint (routes-links.json).
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from walltopo.describe.classify.types import MARGIN, Relief, seen_head_on, shipped_model
+from walltopo.describe.classify.types import MARGIN, Relief, render_heights, shipped_model
 from walltopo.describe.routes import grouping as linking
 from walltopo.describe.routes.find import describe_groups
 from walltopo.describe.routes.grouping import group_by_paint
-from walltopo.describe.routes.settings import RoutesSettings
+from walltopo.describe.settings import RoutesSettings
 from walltopo.images.colour import features, linear_from_srgb8, srgb8_from_linear
-from walltopo.scans.attributes import UNKNOWN, Doubtful, Hold
+from walltopo.scans.holds import UNKNOWN, Hold
 from walltopo.scans.routes import Route
 from walltopo_lab.benchmarks.routes_downclimb import CALLED, PRESETS
 from walltopo_lab.benchmarks.routes_gyms import SetGym, set_gym
@@ -46,20 +46,20 @@ HARD = (
     0.08,
     0.2,
     0.6,
-)  # share of paints that are hard to see on a wall, and the share missed of them
-REMAINS = 0.5  # share of the missed that are left out for lack of photos, not unseen
-FALSE = 0.03  # things that are no hold, against holds
-SINGLE = 0.2  # of routes whose lowest hold has room for both hands, so many start on it alone
-TAKEN = 0.25  # share of the jugs to climb down by that are not recognised
-PLACE = 0.01  # metres: spread of places
-DOUBTED = (0.5, 0.9)  # how sure the namer is of a type that it confused
+)  # share of paints with low contrast to the wall, and their range of missed shares
+REMAINS = 0.5  # share of the missed holds that remain as low-coverage instances
+FALSE = 0.03  # shown false holds per true hold; as many again have low confidence
+SINGLE = 0.2  # share of routes with a single start hold, if their lowest hold fits both hands
+TAKEN = 0.25  # share of the downclimb jugs that are not recognised
+PLACE = 0.01  # metres: standard deviation of positions
+DOUBTED = (0.5, 0.9)  # range of the confidence of a confused type
 SCANS = 3  # simulated scans of each gym
-TINT, SHADE = 0.06, 0.12  # spread of the logarithm of a hold's paint, by channel and in all
+TINT, SHADE = 0.06, 0.12  # standard deviation of a hold's log paint, per channel and overall
 
 
 @dataclass(frozen=True)
 class TrueEnds:
-    """Ids of a true route's holds, of its start and of its top."""
+    """Ids of a true route's holds, of its start holds and of its top holds."""
 
     holds: frozenset[int]
     start: frozenset[int]
@@ -68,23 +68,24 @@ class TrueEnds:
 
 @dataclass(frozen=True, eq=False)
 class SeenGym:
-    """A simulated scan and the truth.
+    """A simulated scan and its ground truth.
 
     Parameters
     ----------
-    holds : what the scan shows; left_out : what it lists as doubtful. Ids are those of the truth.
-    part : id of a true hold to what it is in its route: hold, foot, start, top.
-    routes : as the product finds them; true : by number.
+    holds : the holds that the scan shows; left_out : its low-confidence ones. Ids are those of the
+        truth.
+    part : id of a true hold to its part in its route: hold, foot, start, top.
+    routes : the routes that the product finds; true : the true routes by number.
     """
 
     holds: list[Hold]
-    left_out: list[Doubtful]
+    left_out: list[Hold]
     part: dict[int, str]
     routes: list[Route]
     true: dict[int, TrueEnds]
 
     def matched(self) -> list[tuple[Route, TrueEnds | None]]:
-        """Each found route, with the true one if that has most of its holds in it, else None."""
+        """Return each found route with the true route of most of its holds, else None."""
         route_of = {hold: number for number, ends in self.true.items() for hold in ends.holds}
         best: dict[int, tuple[int, int]] = {}
         for row, route in enumerate(self.routes):
@@ -105,14 +106,14 @@ class SeenGym:
 
 @cache
 def true_gym(seed: int) -> SetGym:
-    """The gym of a seed; presets take turns."""
+    """Return the gym of a seed; presets alternate."""
     return set_gym(PRESETS[seed % len(PRESETS)], seed)
 
 
 def _with_single_starts(
     gym: SetGym, rng: np.random.Generator
 ) -> tuple[list[Hold], dict[int, TrueEnds]]:
-    """The holds without the second start hold of some routes, and what is true of the rest."""
+    """Return the holds without the second start hold of some routes, and the remaining truth."""
     parts: dict[int, dict[str, list[Hold]]] = defaultdict(lambda: defaultdict(list))
     for hold in gym.holds:
         if hold.id in gym.route:
@@ -132,7 +133,7 @@ def _with_single_starts(
 
 
 def _looks(rgb: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
-    """(n, 3) paints as a scan has them: each faded, chalked and lit in its own way."""
+    """Return (n, 3) paints as in a scan: each faded, chalked and lit individually."""
     linear = linear_from_srgb8(rgb)
     faded = rng.beta(1.2, 6, (len(rgb), 1))
     linear = (linear * (1 - faded) + 0.4 * faded) * np.exp(rng.normal(0, TINT, (len(rgb), 3)))
@@ -140,7 +141,7 @@ def _looks(rgb: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8
 
 
 def _named(rgb: NDArray[np.uint8]) -> list[str]:
-    """The nearest colour of the generator's palettes."""
+    """Return the nearest colour name of the generator's palettes for each paint."""
     names = [name for palette in PALETTES.values() for name in palette] + ["grey"]
     paints = [rgb for palette in PALETTES.values() for rgb in palette.values()] + [(0.5, 0.5, 0.51)]
     entries = features(linear_from_srgb8((255 * np.array(paints)).astype(np.uint8)), 0.5)
@@ -149,12 +150,12 @@ def _named(rgb: NDArray[np.uint8]) -> list[str]:
 
 
 def _reliefs(bodies: Sequence[Body], rng: np.random.Generator) -> list[Relief | None]:
-    """The reliefs of holds as a scan has them."""
-    cv2.setNumThreads(1)  # pictures so small are done sooner than threads are started
+    """Return the reliefs of holds with scan artefacts."""
+    cv2.setNumThreads(1)  # for images this small, starting threads takes longer than the work
     found = []
     for body in bodies:
         pixel = 2.9 * float(np.abs(body.vertices[:, :2]).max()) / GRID
-        heights, there = seen_head_on(body.vertices * [1, -1, -1], body.faces, pixel * GRID, GRID)
+        heights, there = render_heights(body.vertices * [1, -1, -1], body.faces, pixel * GRID, GRID)
         found.append(scanned(np.where(there, np.maximum(heights, 0), 0.0), pixel, rng))
     return found
 
@@ -162,8 +163,9 @@ def _reliefs(bodies: Sequence[Body], rng: np.random.Generator) -> list[Relief | 
 def _as_scanned(
     holds: list[Hold], bodies: Mapping[int, Body], rng: np.random.Generator
 ) -> list[Hold]:
-    """The same holds with place, size, type, paint and name of a scan; those without relief are
-    not among them.
+    """Return the holds with a scan's position, size, type, paint and colour name.
+
+    Holds without a relief are left out.
     """
     reliefs = _reliefs([bodies[hold.id] for hold in holds], rng)
     drawn = [(hold, relief) for hold, relief in zip(holds, reliefs, strict=True) if relief]
@@ -188,7 +190,7 @@ def _as_scanned(
 def _confused(
     holds: Sequence[Hold], true: Mapping[int, str], rng: np.random.Generator
 ) -> list[Hold]:
-    """The same holds with types as scans confuse them."""
+    """Return the holds with types confused as in scans."""
     found = []
     for hold in holds:
         if hold.id in true:
@@ -203,7 +205,7 @@ def _confused(
 
 
 def _found(holds: list[Hold], rng: np.random.Generator) -> NDArray[np.bool_]:
-    """Which of the holds a scan finds."""
+    """Return (n,) whether a scan finds each hold."""
     usual = rng.beta(1.2, 1.2 / MISSED - 1.2)
     share, low, high = HARD
     rate = {
@@ -217,7 +219,7 @@ def _found(holds: list[Hold], rng: np.random.Generator) -> NDArray[np.bool_]:
 
 
 def _false(holds: list[Hold], count: int, rng: np.random.Generator) -> list[Hold]:
-    """Things that are no hold: near some, of any of their looks."""
+    """Return false holds, near true holds and with the appearance of random true holds."""
     made = []
     for k in range(count):
         at, like = holds[int(rng.integers(len(holds)))], holds[int(rng.integers(len(holds)))]
@@ -230,7 +232,7 @@ def _false(holds: list[Hold], count: int, rng: np.random.Generator) -> list[Hold
 
 
 def see(seed: int, scan: int = 0) -> SeenGym:
-    """One of the simulated scans of the gym of a seed, its holds grouped as the product does it."""
+    """Return one simulated scan of the gym of a seed, with holds grouped by the product."""
     rng = np.random.default_rng([29, seed, scan])
     gym = true_gym(seed)
     there, true = _with_single_starts(gym, rng)
@@ -246,7 +248,7 @@ def see(seed: int, scan: int = 0) -> SeenGym:
     types = {hold.id: hold.type for hold in gym.holds}
     doubt = np.random.default_rng([17, seed, scan])
     shown, spare = _confused(shown, types, doubt), _confused(spare, types, doubt)
-    left_out = [Doubtful(hold, 0.1, "few photos confirm it") for hold in spare]
+    left_out = [replace(hold, left_out="few photos confirm it") for hold in spare]
     points = np.array([hold.position for hold in shown])
     rgb = np.array([hold.colour_rgb for hold in shown], dtype=np.uint8)
     grouping = group_by_paint(

@@ -1,1 +1,1 @@
-"""The grade model, learnt on problems of a standard board."""
+"""The grade model, trained on problems of a standard board."""

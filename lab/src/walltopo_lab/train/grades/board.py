@@ -1,8 +1,8 @@
-"""Problems of the MoonBoard as climbs.
+"""Conversion of MoonBoard problems to climbs.
 
-Columns A to K and rows 1 to 18, 0.20 m apart, at 40 degrees; below them a vertical board of 0.37 m
-with footholds. A problem lists its holds: hands may start on those of rows 1 to 6, row 18 is the
-top. What a hold is like is not told; `quality` says what is taken for it.
+The board has columns A to K and rows 1 to 18, 0.20 m apart, at 40 degrees. Below is a vertical
+board of 0.37 m with footholds. A problem lists its holds. Hands may start on those of rows 1 to 6,
+and row 18 is the top. The data has no hold quality; `quality` estimates it.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from walltopo_climb.movement.sequence import Climb
 SETUPS = ("2016", "2017")
 CELLS = 11 * 18
 _ANGLE = np.radians(40)
-_KICK = 0.37  # m, the height of the board below
+_KICK = 0.37  # m, the height of the vertical board below
 _FOOTHOLDS = np.array([[0.2 * x, 0.0, 0.2] for x in (1, 3, 5, 7, 9)])
 _CELL = re.compile(r"([A-K])(1[0-8]|[1-9])")
 
 
 @dataclass(frozen=True)
 class Problem:
-    """A problem: its place in `FONT`, stars, and cells (column * 18 + row - 1), each once."""
+    """A problem: its index in `FONT`, stars, and cells (column * 18 + row - 1), each once."""
 
     grade: int
     stars: int
@@ -38,7 +38,7 @@ class Problem:
 
 
 def read_problems(path: Path) -> tuple[Problem, ...]:
-    """A set-up's problems from JSON: [[grade, stars, "G2 J7 ..."], ...]."""
+    """Read a setup's problems from JSON: [[grade, stars, "G2 J7 ..."], ...]."""
     try:
         rows = msgspec.json.decode(path.read_bytes(), type=list[tuple[str, int, str]])
         return tuple(Problem(FONT.index(g), s, cells_of(text)) for g, s, text in rows)
@@ -47,7 +47,7 @@ def read_problems(path: Path) -> tuple[Problem, ...]:
 
 
 def cells_of(text: str) -> tuple[int, ...]:
-    """The cells of "G2 J7 ..."."""
+    """Return the cells of "G2 J7 ..."."""
     cells = []
     for name in text.upper().split():
         match = _CELL.fullmatch(name)
@@ -58,7 +58,7 @@ def cells_of(text: str) -> tuple[int, ...]:
 
 
 def as_climb(problem: Problem, quality: npt.NDArray[np.float64] | None = None) -> Climb:
-    """The problem as a climb; `quality`: (CELLS,) of each hold, None where nothing is known."""
+    """Return the problem as a climb; `quality`: (CELLS,) of each hold, None if unknown."""
     cells = np.array(problem.cells)
     n, extra = len(cells), len(_FOOTHOLDS)
     column, row = np.divmod(cells, 18)

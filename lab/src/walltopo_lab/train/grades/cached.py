@@ -1,4 +1,4 @@
-"""Boards with their movement done, kept: it takes minutes, all else seconds."""
+"""Cache of boards with movement features, which take minutes to compute."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from walltopo_lab.train.grades.board import SETUPS, read_problems
 from walltopo_lab.train.grades.fit import Board, board_of
 from walltopo_lab.train.grades.split import groups_of, parts_of
 
-SHARES = (0.60, 0.15, 0.25)  # learnt from; say how wide ranges are; measure
+SHARES = (0.60, 0.15, 0.25)  # shares of the problems for training, for error ranges, for evaluation
 _SEED = 21
 _ARRAYS = ("grade", "stars", "groups", "part", "plain", "known", "quality", "seconds")
 
@@ -20,7 +20,7 @@ _ARRAYS = ("grade", "stars", "groups", "part", "plain", "known", "quality", "sec
 def boards(
     data: Path, cache: Path, workers: int, setups: Sequence[str] = SETUPS
 ) -> dict[str, Board]:
-    """The set-ups of `board-grades`, from `cache` where they are there."""
+    """Return the setups of `board-grades`; read from `cache` or compute and store there."""
     found = {}
     for setup in setups:
         problems = read_problems(data / "board-grades" / f"moonboard-{setup}.json")

@@ -1,9 +1,9 @@
-"""From problems and grades to the grade model.
+"""Fit of the grade model from problems and grades.
 
-Of a gym's holds the scan knows type, size and lean; of a board's holds the data tells the place
-alone. So how good each is, is estimated from the grades of the problems that are learnt from, and
-never from a problem that it is used on: within the learnt part by four-fold crossing, for all
-others from the learnt part alone.
+A scan knows type, size and lean of a gym's holds; the board data has only positions. The quality of
+the board's holds is therefore estimated from the grades of training problems, and never from a
+problem that it is used on. Within the training part, four-fold cross-fitting ensures this; all
+other problems use the training part alone.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ Features = npt.NDArray[np.float32]
 Ints = npt.NDArray[np.int64]
 
 _FOLDS = 4
-_SHRINK = 2.0  # ridge penalty: a hold of few problems is about as good as any
-_SPREAD = 0.2  # quality of a hold one standard deviation easier than another, as from type to type
+_SHRINK = 2.0  # ridge penalty: a hold of few problems is assumed average
+_SPREAD = 0.2  # quality change for one standard deviation of difficulty, as between types
 _WORST, _BEST = 0.15, 1.0
 
 
 def regressor(seed: int = 0) -> HistGradientBoostingRegressor:
-    """The regression of the place in `FONT` on `FEATURES`, monotone where signs are sure."""
+    """Return the regressor from `FEATURES` to the index in `FONT`, monotone for known signs."""
     return HistGradientBoostingRegressor(
         max_iter=300,
         learning_rate=0.05,
@@ -48,15 +48,15 @@ def regressor(seed: int = 0) -> HistGradientBoostingRegressor:
 
 @dataclass(frozen=True)
 class Board:
-    """A set-up, its movement done.
+    """A setup with movement features.
 
     Parameters
     ----------
-    grade : (N,) place in `FONT`. stars, groups, part : (N,); part 0 is learnt from.
-    plain : (N, F) features of places alone; NaN rows where the top was not reached.
-    known : (N, F) features with what is estimated of the holds.
+    grade : (N,) index in `FONT`. stars, groups, part : (N,); part 0 is for training.
+    plain : (N, F) features of positions alone; NaN rows if the top was not reached.
+    known : (N, F) features with estimated hold quality.
     quality : (CELLS,) of the holds, from all of part 0.
-    seconds : (N,) CPU seconds of a sequence.
+    seconds : (N,) CPU seconds per movement sequence.
     """
 
     problems: tuple[Problem, ...]
@@ -71,12 +71,12 @@ class Board:
 
     @property
     def reached(self) -> npt.NDArray[np.bool_]:
-        """(N,) whether the movement model finds a way to the top."""
+        """Return (N,) whether the movement model reaches the top."""
         return ~np.isnan(self.plain[:, 0])
 
 
 def board_of(problems: tuple[Problem, ...], groups: Ints, part: Ints, workers: int) -> Board:
-    """A set-up with its features; runs the movement model twice on every problem."""
+    """Return a setup with its features; runs the movement model twice on every problem."""
     grade = np.array([p.grade for p in problems], float)
     plain, seconds = features_of(problems, [None] * len(problems), workers)
     learnt = np.flatnonzero(part == 0)
@@ -99,8 +99,8 @@ def _folds(groups: Ints) -> list[tuple[Ints, Ints]]:
 
 
 def _residual(plain: Features, grade: Floats, groups: Ints) -> Floats:
-    """What places alone do not explain of the grades, each from problems of other groups."""
-    plain = np.nan_to_num(plain, nan=NEUTRAL.quality)  # a column of nothing cannot be binned
+    """Return the part of each grade that positions, fitted on other groups, do not explain."""
+    plain = np.nan_to_num(plain, nan=NEUTRAL.quality)  # an all-NaN column cannot be binned
     rest = np.zeros(len(grade))
     for others, fold in _folds(groups):
         rest[fold] = grade[fold] - regressor().fit(plain[others], grade[others]).predict(
@@ -110,7 +110,7 @@ def _residual(plain: Features, grade: Floats, groups: Ints) -> Floats:
 
 
 def _quality(share: csr_matrix, residual: Floats) -> Floats:
-    """(CELLS,) how good holds are: worse where problems are harder than their places say."""
+    """Return (CELLS,) hold quality: lower for holds of problems harder than positions predict."""
     worse = Ridge(alpha=_SHRINK).fit(share, residual).coef_
     used = np.asarray(share.sum(axis=0)).ravel()
     mean = np.average(worse, weights=used)

@@ -1,4 +1,4 @@
-"""Features of many problems, on all processors."""
+"""Movement features of many problems, computed on all processors."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Row = tuple[npt.NDArray[np.float32] | None, float]
 
 
 def move(problem: Problem, quality: Qualities | None) -> Row:
-    """A problem's features (None: the top was not reached), and the CPU seconds they took."""
+    """Return a problem's features (None: the top was not reached) and their CPU seconds."""
     began = time.process_time()
     climb = as_climb(problem, quality)
     sequence = find_sequence(climb, ADULT)
@@ -31,14 +31,14 @@ def move(problem: Problem, quality: Qualities | None) -> Row:
 def features_of(
     problems: tuple[Problem, ...], quality: list[Qualities | None], workers: int
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float64]]:
-    """(N, F) features, a row of NaN where the top was not reached; (N,) CPU seconds.
+    """Return (N, F) features, with NaN rows if the top was not reached, and (N,) CPU seconds.
 
     Parameters
     ----------
-    quality : for each problem, see `as_climb`. workers : processes.
+    quality : for each problem, see `as_climb`. workers : number of processes.
     """
     if problems:
-        move(problems[0], quality[0])  # compiles once, for all
+        move(problems[0], quality[0])  # compile before forking, once for all processes
     with ProcessPoolExecutor(workers, mp_context=get_context("fork")) as pool:
         rows = list(pool.map(move, problems, quality, chunksize=64))
     blank = np.full(len(FEATURES), np.nan, np.float32)

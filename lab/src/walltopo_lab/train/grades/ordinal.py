@@ -1,4 +1,4 @@
-"""Ordered logit: from a place to the odds of each grade (McCullagh 1980, proportional odds)."""
+"""Ordered logit from a grade index to probabilities (McCullagh 1980, proportional odds)."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ Ints = npt.NDArray[np.int64]
 
 @dataclass(frozen=True)
 class OrderedLogit:
-    """Odds of the grades `grades` (K,): P(grade <= k) = logistic(cuts[k] - slope * place)."""
+    """Probabilities of `grades` (K,): P(grade <= k) = logistic(cuts[k] - slope * place)."""
 
     grades: Ints
     cuts: Floats
     slope: float
 
     def probabilities(self, place: Floats) -> Floats:
-        """(N, K)."""
+        """Return the (N, K) probabilities."""
         below = expit(self.cuts[None, :] - self.slope * place[:, None])
         edges = np.concatenate([np.zeros((len(place), 1)), below, np.ones((len(place), 1))], axis=1)
         return np.asarray(np.diff(edges, axis=1))
 
     def likely(self, place: Floats) -> Ints:
-        """(N,) the likeliest grade."""
+        """Return (N,) the most likely grade."""
         return self.grades[self.probabilities(place).argmax(axis=1)]
 
     def middle(self, place: Floats) -> Ints:
-        """(N,) the median grade: off by the fewest steps."""
+        """Return (N,) the median grade, which minimises the expected absolute error."""
         return self.grades[(self.probabilities(place).cumsum(axis=1) >= 0.5).argmax(axis=1)]
 
     def within_one(self, place: Floats) -> Ints:
-        """(N,) the grade that is most likely off by one step at most."""
+        """Return (N,) the grade that is most likely correct within one step."""
         odds = np.zeros((len(place), int(self.grades[-1] - self.grades[0]) + 1))
         odds[:, self.grades - self.grades[0]] = self.probabilities(place)
         padded = np.pad(odds, ((0, 0), (1, 1)))
@@ -45,7 +45,7 @@ class OrderedLogit:
 
 
 def fit_ordered(place: Floats, grade: Ints) -> OrderedLogit:
-    """By greatest likelihood; grades that occur, cuts between them."""
+    """Fit the grades that occur, and the cuts between them, by maximum likelihood."""
     grades, index = np.unique(grade, return_inverse=True)
     shares = np.cumsum(np.bincount(index))[:-1] / len(index)
     slope = 1.7 / max(float(np.std(grade - place)), 0.3)

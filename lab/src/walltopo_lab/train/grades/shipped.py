@@ -1,4 +1,4 @@
-"""Fit the grade model that ships, and measure its errors."""
+"""Fit the shipped grade model and measure its errors."""
 
 from __future__ import annotations
 
@@ -27,8 +27,10 @@ _CREDIT = (
 
 
 def fit_on(boards: Sequence[Board]) -> HistGradientBoostingRegressor:
-    """The regression on part 0 of the boards, each problem twice: with its holds' quality, and
-    with their places alone, as on a wall whose holds have no type."""
+    """Return the regression on part 0 of the boards, with each problem twice.
+
+    One copy has its holds' quality, the other only positions, as on a wall without hold types.
+    """
     rows = [(board, (board.part == 0) & board.reached) for board in boards]
     table = [board.plain[mine] for board, mine in rows] + [
         board.known[mine] for board, mine in rows
@@ -38,7 +40,7 @@ def fit_on(boards: Sequence[Board]) -> HistGradientBoostingRegressor:
 
 
 def errors_of(place: Floats, grade: Floats) -> Errors:
-    """What problems that were not learnt from say of the errors (split conformal)."""
+    """Return the errors on problems outside the training part (split conformal)."""
     off = np.sort(np.abs(place - grade))
     rank = int(np.ceil(COVERAGE * (len(off) + 1)))
     return Errors(float(np.std(place - grade)), float(off[min(rank, len(off)) - 1]), COVERAGE)

@@ -1,4 +1,4 @@
-"""Which problems are learnt from, and which measure: no near-twin stands on both sides."""
+"""Split into training and evaluation problems, with no near-duplicate on both sides."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from walltopo_lab.train.grades.board import CELLS, Problem
 
 Ints = npt.NDArray[np.int64]
 _ROWS = 500
-_ALIKE = 0.7  # of the holds of two problems are in both (Jaccard): they count as one
+_ALIKE = 0.7  # Jaccard index of two problems' holds from which they count as one
 
 
 def presence(problems: tuple[Problem, ...]) -> csr_matrix:
-    """(N, CELLS) 1 where a problem has a hold."""
+    """Return (N, CELLS) 1 where a problem has a hold."""
     rows = np.repeat(np.arange(len(problems)), [len(p.cells) for p in problems])
     columns = np.concatenate([p.cells for p in problems])
     return csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(len(problems), CELLS))
 
 
 def groups_of(problems: tuple[Problem, ...]) -> Ints:
-    """(N,) group of each problem; problems that share most holds, also by way of others, share one.
+    """Return (N,) the group of each problem: problems that share most holds, also transitively.
 
-    The data has neither setter nor year: this is the split that it allows.
+    The data has neither setter nor year, so no stricter split is possible.
     """
     holds = presence(problems)
     count = np.asarray(holds.sum(axis=1)).ravel()
     pairs = []
-    for begin in range(0, len(problems), _ROWS):  # all pairs at once would fill the memory
+    for begin in range(0, len(problems), _ROWS):  # all pairs at once would exceed the memory
         both = (holds[begin : begin + _ROWS] @ holds.T).tocoo()
         row, column = both.row.astype(np.int64) + begin, both.col.astype(np.int64)
         alike = both.data >= _ALIKE * (count[row] + count[column] - both.data)
@@ -41,7 +41,7 @@ def groups_of(problems: tuple[Problem, ...]) -> Ints:
 
 
 def parts_of(groups: Ints, shares: tuple[float, ...], seed: int) -> Ints:
-    """(N,) part of each problem, whole groups at random, the largest first into the first part."""
+    """Return (N,) part of each problem, in random whole groups, the largest first in part 0."""
     rng = np.random.default_rng(seed)
     names, sizes = np.unique(groups, return_counts=True)
     order = rng.permutation(len(names))

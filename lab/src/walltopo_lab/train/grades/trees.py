@@ -1,4 +1,4 @@
-"""A fitted gradient boosting as an ONNX tree ensemble."""
+"""Export of fitted gradient boosting as an ONNX tree ensemble."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from sklearn.ensemble import HistGradientBoostingRegressor
 
 
 def as_onnx(model: HistGradientBoostingRegressor, features: int) -> onnx.ModelProto:
-    """(N, features) float32, NaN allowed, to (N, 1) float32; the same values to float32's accuracy.
+    """Return a model from (N, features) float32, NaN allowed, to (N, 1) float32.
 
-    Thresholds are rounded down to float32: for float32 inputs every comparison stays as it was.
+    Its values equal the original's to float32 accuracy. Thresholds are rounded down to float32, so
+    that every comparison of a float32 input has the same result.
     """
     nodes: dict[str, list[Any]] = {name: [] for name in _NODES}
     leaves: dict[str, list[Any]] = {name: [] for name in _LEAVES}

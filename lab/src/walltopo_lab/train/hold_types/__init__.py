@@ -1,1 +1,1 @@
-"""The network that names hold types by their relief: made-up holds, training, the file."""
+"""The network that predicts hold types from relief: synthetic holds, training, export."""

@@ -1,9 +1,9 @@
-"""Train the network that names hold types by their relief: `walltopo train hold-types`.
+"""Train the network that predicts hold types from relief: `walltopo train hold-types`.
 
-Makes holds of two kinds, the generator's bodies and those of a grammar of forms, gives them the
-faults of a scan, and trains three networks that answer together. The probability from which a
-type is named is the lowest that makes nine of ten named types right: on other such holds, or, as
-scans are harder than those, on scans of gyms whose truth is known.
+It makes synthetic holds of two kinds, the generator's bodies and forms of a shape grammar, and adds
+scan artefacts. It trains an ensemble of three networks. The threshold probability of a named type
+is the lowest at which nine of ten named types are correct. It is chosen on other synthetic holds,
+or on scans of gyms with known truth, which are harder.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Progress
 from walltopo.describe.classify.types import NONE_OF_THESE, Relief, open_model
-from walltopo.scans.attributes import UNKNOWN
+from walltopo.scans.holds import UNKNOWN
 from walltopo_lab.evaluate.types import named_on_scans
 from walltopo_lab.onnx_file import set_metadata
 from walltopo_lab.synth.holds import STYLES, make_hold
@@ -27,9 +27,9 @@ from walltopo_lab.train.hold_types.net import Samples, train, write_onnx
 from walltopo_lab.train.hold_types.scanned import drawn, formed, nothing_known, scanned
 
 TYPES = ("jug", "crimp", "sloper", "pinch", "pocket", "foothold")
-# How far setters turn each, degrees; as `walltopo_lab.synth.setter` does.
+# Standard deviation of the setter's rotation, degrees, as in `walltopo_lab.synth.setter`.
 TURN_DEG = {"jug": 18, "crimp": 28, "sloper": 25, "pinch": 40, "pocket": 20, "foothold": 60}
-SCALES = (0.85, 1.0, 1.15, 1.5)  # of a route's holds, as there
+SCALES = (0.85, 1.0, 1.15, 1.5)  # scales of a route's holds, as in the setter
 DETAIL = 0.8
 VIEWS = 3  # scans of each body
 NETS, EPOCHS = 3, 16
@@ -37,7 +37,7 @@ RIGHT = 0.9
 
 
 def _bodies(kind: str, count: int, rng: np.random.Generator) -> list[Relief | None]:
-    """Scans of the generator's holds."""
+    """Return simulated scans of the generator's holds."""
     found = []
     for _ in range(count):
         scale, style = float(rng.choice(SCALES)), str(rng.choice(STYLES))
@@ -47,14 +47,15 @@ def _bodies(kind: str, count: int, rng: np.random.Generator) -> list[Relief | No
 
 
 def make(bodies: int, forms: int, others: int, seed: int) -> tuple[list[Relief], NDArray[np.int64]]:
-    """Reliefs of made-up holds and their labels, `len(TYPES)` for none of these.
+    """Return reliefs of synthetic holds and their labels, `len(TYPES)` for no known type.
 
     Parameters
     ----------
-    bodies, forms : holds of each type by the generator (each scanned `VIEWS` times), by grammar.
-    others : things that are no hold of any one type.
+    bodies, forms : number of holds of each type from the generator (each scanned `VIEWS` times) and
+        from the grammar.
+    others : number of objects that belong to no single type.
     """
-    cv2.setNumThreads(1)  # pictures so small are done sooner than threads are started
+    cv2.setNumThreads(1)  # for images this small, starting threads takes longer than the work
     rng = np.random.default_rng(seed)
     rows: list[tuple[Relief | None, int]] = []
     for label, kind in enumerate(TYPES):
@@ -65,13 +66,13 @@ def make(bodies: int, forms: int, others: int, seed: int) -> tuple[list[Relief],
     return [relief for relief, _ in kept], np.array([label for _, label in kept])
 
 
-def least_certain(sure: NDArray[np.floating[Any]], right: NDArray[np.bool_]) -> float:
-    """The least probability from which `RIGHT` of the named are named rightly.
+def min_certain(sure: NDArray[np.floating[Any]], right: NDArray[np.bool_]) -> float:
+    """Return the lowest probability threshold at which `RIGHT` of the named types are correct.
 
     Parameters
     ----------
-    sure : (n,) probability of each type that would be named, 0 where none would.
-    right : (n,) whether it is the right one.
+    sure : (n,) probability of each predicted type, 0 without a prediction.
+    right : (n,) whether the predicted type is correct.
     """
     for certain in np.arange(0.3, 1.0, 0.05):
         named = sure >= certain
@@ -83,7 +84,7 @@ def least_certain(sure: NDArray[np.floating[Any]], right: NDArray[np.bool_]) -> 
 def _sure_of_made_up(
     path: Path, size: float
 ) -> tuple[NDArray[np.floating[Any]], NDArray[np.bool_]]:
-    """`least_certain`'s rows on made-up holds that trained nothing."""
+    """Return the inputs of `min_certain` on synthetic holds outside the training set."""
     others, truth = make(round(60 * size), round(180 * size), round(100 * size), 2)
     answers = open_model(path).probabilities(others)
     best = answers.argmax(axis=1)
@@ -93,7 +94,7 @@ def _sure_of_made_up(
 def _sure_on_scans(
     path: Path, scans: Sequence[tuple[Path, Path]]
 ) -> tuple[NDArray[np.floating[Any]], NDArray[np.bool_]]:
-    """The same on lifted instances."""
+    """Return the inputs of `min_certain` on lifted instances."""
     _, lifted = named_on_scans(open_model(path), scans, 0.0)
     answers = lifted.answers.items()
     sure = np.array([sure if name != UNKNOWN else 0.0 for _, (name, sure) in answers])
@@ -103,17 +104,17 @@ def _sure_on_scans(
 def fit_hold_types(
     path: Path, scans: Sequence[tuple[Path, Path]], progress: Progress, size: float = 1.0
 ) -> float:
-    """Make holds, train, choose from which probability a type is named, write the file.
+    """Make synthetic holds, train, choose the probability threshold, and write the file.
 
     Parameters
     ----------
     path : ONNX file to write.
-    scans : gyms with truth and scans of them that choose the probability; none: made-up holds.
+    scans : gyms with truth and their scans for choosing the threshold; none: synthetic holds.
     size : share of the holds and epochs of a full training.
 
     Returns
     -------
-    The probability.
+    The threshold.
     """
     progress.step("making holds")
     found, label = make(round(500 * size), round(1300 * size), round(2200 * size), 1)
@@ -135,7 +136,7 @@ def fit_hold_types(
     write_onnx(nets, path, facts)
     progress.step("choosing how sure it must be")
     sure, right = _sure_on_scans(path, scans) if scans else _sure_of_made_up(path, size)
-    certain = least_certain(sure, right)
+    certain = min_certain(sure, right)
     set_metadata(path, {"certain": json.dumps(certain)})
     named = sure >= certain
     progress.note(f"{named.sum()} of {len(named)} named, {(right & named).sum()} rightly")

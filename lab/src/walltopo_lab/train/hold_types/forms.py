@@ -1,8 +1,8 @@
-"""Holds that nobody modelled: heights over the wall from a grammar of forms, by type.
+"""Synthetic holds from a shape grammar: height maps over the wall, by hold type.
 
-They train the namer of hold types beside the generator's holds, so that it learns what a jug has
-in common over makers, not how one generator models it. A form is a height map on a square grid,
-row 0 on top: (n, n) metres, 0 and less where the hold is not.
+They complement the generator's holds, so that the network learns what jugs of all makers share and
+not one generator's modelling. A form is a height map on a square grid, row 0 on top: (n, n) metres,
+at most 0 outside the hold.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 
 
 class Grid:
-    """A square grid of n x n pixels of `pixel` metres; x to the right, y up, from its middle."""
+    """A square grid of n x n pixels of `pixel` metres; x right, y up, origin in the centre."""
 
     def __init__(self, n: int, pixel: float) -> None:
         axis = (np.arange(n) - (n - 1) / 2) * pixel
@@ -24,13 +24,13 @@ class Grid:
         self.x, self.y = np.meshgrid(axis, -axis)
 
     def turned(self, degrees: float) -> tuple[Floats, Floats]:
-        """x and y of a hold turned counter-clockwise."""
+        """Return the x and y coordinates in the frame of a hold rotated counter-clockwise."""
         c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
         return c * self.x + s * self.y, -s * self.x + c * self.y
 
 
 def _wave(angle: Floats, rng: np.random.Generator, amount: float) -> Floats:
-    """A smooth closed ripple around 1."""
+    """Return a smooth closed ripple around 1."""
     total = np.ones_like(angle)
     for k in range(2, 6):
         total += amount / k * rng.normal() * np.cos(k * angle + rng.uniform(0, 2 * np.pi))
@@ -38,7 +38,10 @@ def _wave(angle: Floats, rng: np.random.Generator, amount: float) -> Floats:
 
 
 def _radius(x: Floats, y: Floats, w: float, h: float, rng: np.random.Generator) -> Floats:
-    """0 in the middle, 1 on the outline: an oval, a box, a polygon or between, bent and rippled."""
+    """Return 0 at the centre and 1 on the outline of a random, bent and rippled shape.
+
+    The shape is an oval, a box, a polygon or a blend of them.
+    """
     bend, taper = rng.normal(0, 0.25) * min(w, h), rng.normal(0, 0.2)
     u = x / (w / 2) / (1 + taper * np.clip(2 * y / h, -1, 1))
     v = (y - bend * ((2 * x / w) ** 2 - 0.3)) / (h / 2)
@@ -56,7 +59,7 @@ def _radius(x: Floats, y: Floats, w: float, h: float, rng: np.random.Generator) 
 
 
 def _rise(r: Floats, rng: np.random.Generator) -> Floats:
-    """1 in the middle, 0 from r = 1 on: a dome, a cushion, a table or a cone."""
+    """Return 1 at the centre, 0 from r = 1 on: a dome, a cushion, a table or a cone."""
     kind = rng.random()
     inside = np.clip(1 - r, 0, 1)
     if kind < 0.4:
@@ -73,12 +76,12 @@ def _soft_step(t: Floats, width: float) -> Floats:
 
 
 def _size(rng: np.random.Generator, low: float, high: float) -> float:
-    """Between, evenly in its logarithm."""
+    """Return a random value between two bounds, uniform in its logarithm."""
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
 def _jug(g: Grid, rng: np.random.Generator) -> Floats:
-    """A lip, and behind it, above, a scoop that fingers go into."""
+    """Return a jug: a lip, and above and behind it a scoop for the fingers."""
     x, y = g.turned(rng.normal(0, 18))
     w = _size(rng, 0.10, 0.28)
     h = w * _size(rng, 0.45, 1.15)
@@ -98,7 +101,7 @@ def _jug(g: Grid, rng: np.random.Generator) -> Floats:
 
 
 def _crimp(g: Grid, rng: np.random.Generator) -> Floats:
-    """An edge for finger tips: low, wide, steep above, sloping off below."""
+    """Return a crimp, a fingertip edge: low, wide, steep above, sloping off below."""
     x, y = g.turned(rng.normal(0, 25))
     w = _size(rng, 0.06, 0.24)
     h = float(np.clip(w * _size(rng, 0.2, 0.55), 0.022, 0.085))
@@ -112,7 +115,7 @@ def _crimp(g: Grid, rng: np.random.Generator) -> Floats:
 
 
 def _sloper(g: Grid, rng: np.random.Generator) -> Floats:
-    """Large and round, or a large slanting shelf; nothing to hook."""
+    """Return a sloper: large and round, or a large slanting shelf, without an edge."""
     x, y = g.turned(rng.normal(0, 30))
     w = _size(rng, 0.13, 0.5)
     h = w * _size(rng, 0.5, 1.15)
@@ -125,7 +128,7 @@ def _sloper(g: Grid, rng: np.random.Generator) -> Floats:
 
 
 def _pinch(g: Grid, rng: np.random.Generator) -> Floats:
-    """Upright, narrow and deep for its width, steep at the sides; often with a waist."""
+    """Return a pinch: upright, narrow, deep for its width, with steep sides, often a waist."""
     x, y = g.turned(rng.normal(0, 32))
     h = _size(rng, 0.11, 0.34)
     w = float(np.clip(h * _size(rng, 0.25, 0.6), 0.035, 0.13))
@@ -136,7 +139,7 @@ def _pinch(g: Grid, rng: np.random.Generator) -> Floats:
 
 
 def _pocket(g: Grid, rng: np.random.Generator) -> Floats:
-    """Holes for one to four fingers in a body that is otherwise no good."""
+    """Return a pocket: holes for one to four fingers in a body without other grips."""
     x, y = g.turned(rng.normal(0, 20))
     w = _size(rng, 0.08, 0.24)
     h = w * _size(rng, 0.6, 1.2)
@@ -152,7 +155,7 @@ def _pocket(g: Grid, rng: np.random.Generator) -> Floats:
 
 
 def _foothold(g: Grid, rng: np.random.Generator) -> Floats:
-    """Small, whatever its form."""
+    """Return a foothold: small, of any shape."""
     x, y = g.turned(rng.normal(0, 60))
     w = _size(rng, 0.025, 0.085)
     h = float(np.clip(w * _size(rng, 0.45, 1.3), 0.02, 0.07))
@@ -174,7 +177,7 @@ FORMS: dict[str, Callable[[Grid, np.random.Generator], Floats]] = {
 
 
 def form(kind: str, grid: Grid, rng: np.random.Generator) -> Floats:
-    """(n, n) heights of one hold, metres, with a maker's surface: smooth, ribbed or of planes."""
+    """Return the (n, n) heights of one hold, metres, with a smooth, ribbed or faceted surface."""
     heights = FORMS[kind](grid, rng)
     there = heights > 0.0015
     if rng.random() < 0.25:
@@ -189,7 +192,7 @@ def form(kind: str, grid: Grid, rng: np.random.Generator) -> Floats:
             slope = rng.normal(0, 0.9, 2) * top / reach
             cut = rng.uniform(0.75, 1.1) * top + slope[0] * grid.x + slope[1] * grid.y
             heights = np.minimum(heights, np.maximum(cut, 0.1 * top))
-    if rng.random() < 0.7:  # the bolt
+    if rng.random() < 0.7:  # the bolt hole
         size = 0.5 * np.sqrt(there.sum()) * grid.pixel
         x, y = rng.normal(0, 0.12, 2) * size
         bore = np.hypot(grid.x - x, grid.y - y) < rng.uniform(0.1, 0.2) * min(size, 0.06)

@@ -1,4 +1,4 @@
-"""The network that names hold types: trained on reliefs, exported as ONNX."""
+"""The hold-type network: trained on reliefs, exported as ONNX."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ BATCH, RATE = 64, 3e-3
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Reliefs with their class.
+    """Reliefs with their class labels.
 
     Parameters
     ----------
@@ -46,9 +46,9 @@ def _conv(inputs: int, outputs: int, stride: int) -> nn.Sequential:
 
 
 class ReliefNet(nn.Module):
-    """(n, 2, SIDE, SIDE) reliefs and (n, 2) scalars to (n, classes) logits.
+    """Network from (n, 2, SIDE, SIDE) reliefs and (n, 2) scalars to (n, classes) logits.
 
-    The last layers see where in the frame something is: a scoop above is not one below.
+    The last layers keep positions in the frame: a scoop above differs from one below.
     """
 
     def __init__(self, classes: int) -> None:
@@ -69,7 +69,7 @@ class ReliefNet(nn.Module):
 
 
 class _Both(nn.Module):
-    """Mean probabilities of several networks, of a relief and of its mirror image."""
+    """Mean probabilities of several networks, over a relief and its mirror image."""
 
     def __init__(self, nets: Sequence[ReliefNet]) -> None:
         super().__init__()
@@ -82,7 +82,7 @@ class _Both(nn.Module):
 
 
 def _varied(pictures: Tensor, scalars: Tensor, rng: torch.Generator) -> tuple[Tensor, Tensor]:
-    """Mirrored, moved by a pixel or two, a little larger, smaller, higher or lower."""
+    """Return reliefs with random mirroring, shifts of up to 2 px and changes of size and height."""
     right, down = torch.randint(-2, 3, (2,), generator=rng).tolist()
     pictures = pictures.roll((down, right), (2, 3))
     mirror = torch.rand(len(pictures), generator=rng) < 0.5
@@ -93,7 +93,10 @@ def _varied(pictures: Tensor, scalars: Tensor, rng: torch.Generator) -> tuple[Te
 
 
 def train(samples: Samples, classes: int, epochs: int, seed: int, progress: Progress) -> ReliefNet:
-    """A network from fresh weights, in eval mode. One thread; the same seed gives the same."""
+    """Return a network trained from random weights, in eval mode.
+
+    Training uses one thread, so that the same seed gives the same network.
+    """
     torch.manual_seed(seed)
     torch.set_num_threads(1)
     rng = torch.Generator().manual_seed(seed)
@@ -120,7 +123,7 @@ def train(samples: Samples, classes: int, epochs: int, seed: int, progress: Prog
 
 
 def write_onnx(nets: Sequence[ReliefNet], path: Path, facts: Mapping[str, Any]) -> None:
-    """The networks as one, with what it says about itself as metadata."""
+    """Write the networks as one ONNX file with metadata."""
     import onnx
 
     count = torch.export.Dim("holds", min=1, max=4096)

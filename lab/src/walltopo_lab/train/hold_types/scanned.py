@@ -1,4 +1,4 @@
-"""What a scan makes of a hold: its relief with the faults of reconstruction and lifting."""
+"""Simulated scan artefacts of a hold: its relief after reconstruction and lifting."""
 
 from __future__ import annotations
 
@@ -6,34 +6,34 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.describe.classify.types import Relief, framed, seen_head_on
+from walltopo.describe.classify.types import Relief, frame_relief, render_heights
 from walltopo_lab.synth.bodies import Body
 from walltopo_lab.train.hold_types.forms import Grid, form
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-GRID = 96  # pixels of the square in which holds are degraded
-STEPS = 24  # of a shadow
+GRID = 96  # pixels per side of the grid on which holds are degraded
+STEPS = 24  # steps along a shadow
 
 
 def drawn(body: Body, rng: np.random.Generator, turn_deg: float) -> tuple[Floats, float]:
-    """(GRID, GRID) heights of a body seen head-on, metres, 0 beside it; and a pixel's side."""
+    """Return the (GRID, GRID) frontal heights of a body, metres, 0 outside, and the pixel size."""
     points = body.vertices * np.exp(rng.normal(0, (0.14, 0.14, 0.18)))
     points = points * np.exp(rng.normal(0, 0.1))
     turn = np.radians(rng.normal(0, turn_deg))
     c, s = np.cos(turn), np.sin(turn)
     points = points @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]]).T
     pixel = 2.9 * float(np.abs(points[:, :2]).max()) / GRID
-    heights, there = seen_head_on(points * [1, -1, -1], body.faces, pixel * GRID, GRID)
+    heights, there = render_heights(points * [1, -1, -1], body.faces, pixel * GRID, GRID)
     return np.where(there, np.maximum(heights, 0), 0.0), pixel
 
 
 def _shadowed(heights: Floats, pixel: float, rng: np.random.Generator) -> Floats:
-    """Where no camera looked, the surface stands as high as it could without being seen."""
+    """Return heights with unseen surfaces partly raised towards the highest invisible height."""
     hull = np.full_like(heights, np.inf)
     below = np.radians(rng.uniform(5, 55))
     for _ in range(int(rng.integers(1, 5))):
-        # Towards the camera, in pixels: mostly down and to a side.
+        # Direction towards the camera, in pixels: mostly down and to a side.
         aside = np.radians(rng.normal(0, 40))
         steep = np.tan(np.clip(below + rng.normal(0, 0.2), 0.02, 1.2))
         direction = np.array([np.sin(aside), np.cos(aside)])
@@ -53,13 +53,13 @@ def _shadowed(heights: Floats, pixel: float, rng: np.random.Generator) -> Floats
 
 
 def _clouds(shape: tuple[int, int], scale: float, rng: np.random.Generator) -> Floats:
-    """Smooth noise of unit spread; `scale` in pixels."""
+    """Return smooth noise with unit standard deviation; `scale` in pixels."""
     noise = cv2.GaussianBlur(rng.normal(size=shape), (0, 0), max(scale, 0.3))
     return np.asarray(noise / max(float(noise.std()), 1e-9))
 
 
 def _filled(heights: Floats, width: float, share: float) -> Floats:
-    """Pits narrower than `width` pixels filled by `share`."""
+    """Return the heights with pits narrower than `width` pixels filled by `share`."""
     side = max(1, round(width))
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
     closed = cv2.morphologyEx(heights, cv2.MORPH_CLOSE, kernel)
@@ -67,7 +67,7 @@ def _filled(heights: Floats, width: float, share: float) -> Floats:
 
 
 def _toothed(field: Floats, cell: float, amount: float, rng: np.random.Generator) -> Floats:
-    """A field read at places that jump from cell to cell, as triangles cut a border; pixels."""
+    """Return a field resampled with offsets per cell, like a border cut by triangles; pixels."""
     height, width = field.shape
     count = max(2, round(height / max(cell, 1)))
     jump = rng.uniform(-amount, amount, (2, count, count)).astype(np.float32)
@@ -81,7 +81,7 @@ def _toothed(field: Floats, cell: float, amount: float, rng: np.random.Generator
 
 
 def _border(there: Mask, pixel: float, rng: np.random.Generator) -> Mask:
-    """The instance that a lift would paint: rim lost or wall included, ragged, shifted."""
+    """Return a lifted instance's mask: rim lost or wall included, ragged and shifted."""
     inside = cv2.distanceTransform(there.astype(np.uint8), cv2.DIST_L2, 5)
     outside = cv2.distanceTransform((~there).astype(np.uint8), cv2.DIST_L2, 5)
     signed = (inside - outside) * pixel
@@ -102,11 +102,11 @@ def _border(there: Mask, pixel: float, rng: np.random.Generator) -> Mask:
 
 
 def scanned(heights: Floats, pixel: float, rng: np.random.Generator) -> Relief | None:
-    """The relief of a hold as a scan has it.
+    """Return the relief of a hold with scan artefacts, or None without a visible hold.
 
     Parameters
     ----------
-    heights : (n, n) over the wall, metres, 0 where the hold is not; pixel : side of a pixel.
+    heights : (n, n) over the wall, metres, 0 outside the hold; pixel : size of a pixel, metres.
     """
     there = heights > 1e-3
     if not there.any():
@@ -115,7 +115,7 @@ def scanned(heights: Floats, pixel: float, rng: np.random.Generator) -> Relief |
     y, x = np.mgrid[: heights.shape[0], : heights.shape[1]] * pixel
     lean = np.tan(np.radians(rng.normal(0, rng.choice([1.0, 6.0], p=[0.8, 0.2]), 2)))
     surface: Floats = _shadowed(heights, pixel, rng) if rng.random() < 0.85 else heights
-    if rng.random() < 0.85:  # what stereo's windows do: narrow pits fill up, edges round off
+    if rng.random() < 0.85:  # effect of stereo windows: narrow pits fill up, edges are rounded
         surface = _filled(surface, rng.uniform(0.005, 0.04) / pixel, rng.uniform(0.2, 1))
         width = rng.uniform(0.002, 0.011) / pixel
         surface = np.asarray(cv2.GaussianBlur(surface, (0, 0), width), dtype=np.float64)
@@ -124,18 +124,18 @@ def scanned(heights: Floats, pixel: float, rng: np.random.Generator) -> Relief |
     )
     surface = surface + lean[0] * (x - x.mean()) + lean[1] * (y - y.mean())
     surface = surface + rng.normal(0, 0.0015)
-    return framed(surface, mask, pixel)
+    return frame_relief(surface, mask, pixel)
 
 
 def _flat(grid: Grid, rng: np.random.Generator) -> Floats:
-    """A patch of wall that was taken for a hold."""
+    """Return a patch of wall that was detected as a hold."""
     blob = _clouds(grid.x.shape, rng.uniform(4, 14), rng)
     near = np.hypot(grid.x, grid.y) < rng.uniform(0.25, 0.45) * GRID * grid.pixel
     return np.where((blob > rng.uniform(-0.5, 0.3)) & near, 0.0012 + rng.uniform(0, 0.004), 0.0)
 
 
 def _heap(grid: Grid, rng: np.random.Generator) -> Floats:
-    """Two holds, or parts of them, that were taken for one."""
+    """Return two holds, or parts of them, that were detected as one."""
     heights = np.zeros_like(grid.x)
     names = ("jug", "crimp", "sloper", "pinch", "pocket", "foothold")
     for side in (-1, 1):
@@ -149,7 +149,7 @@ def _heap(grid: Grid, rng: np.random.Generator) -> Floats:
 
 
 def _part(grid: Grid, rng: np.random.Generator) -> Floats:
-    """Half of a large hold or of a volume."""
+    """Return half of a large hold."""
     heights = form(str(rng.choice(["jug", "sloper", "pinch"])), grid, rng)
     angle = rng.uniform(0, 2 * np.pi)
     along = np.cos(angle) * grid.x + np.sin(angle) * grid.y
@@ -157,7 +157,7 @@ def _part(grid: Grid, rng: np.random.Generator) -> Floats:
 
 
 def _volume(grid: Grid, rng: np.random.Generator) -> Floats:
-    """A pyramid of plywood."""
+    """Return a plywood pyramid."""
     corners = int(rng.integers(3, 6))
     turns = rng.uniform(0, 2 * np.pi) + 2 * np.pi * np.arange(corners) / corners
     size = rng.uniform(0.15, 0.4)
@@ -166,7 +166,7 @@ def _volume(grid: Grid, rng: np.random.Generator) -> Floats:
 
 
 def nothing_known(rng: np.random.Generator) -> tuple[Floats, float]:
-    """Heights and pixel of something that is no hold of any one type."""
+    """Return heights and pixel size of an object that belongs to no single hold type."""
     make = (_flat, _heap, _heap, _part, _volume)[int(rng.integers(5))]
     pixel = (
         1.1 if make is _volume else float(np.exp(rng.uniform(np.log(0.08), np.log(0.6))))
@@ -175,7 +175,7 @@ def nothing_known(rng: np.random.Generator) -> tuple[Floats, float]:
 
 
 def formed(kind: str, rng: np.random.Generator) -> tuple[Floats, float]:
-    """Heights and pixel of a hold of the grammar, its grid fitted to its size."""
+    """Return heights and pixel size of a grammar's hold; the grid is fitted to its size."""
     seed = int(rng.integers(1 << 62))
     coarse = Grid(GRID, 0.8 / GRID)
     there = form(kind, coarse, np.random.default_rng(seed)) > 0

@@ -1,1 +1,1 @@
-"""The regression that links holds by their paint: photos in dim, mixed light, and the fit."""
+"""The regression that links holds by paint: simulated photos in dim, mixed light, and the fit."""

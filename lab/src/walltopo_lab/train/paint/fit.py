@@ -1,4 +1,4 @@
-"""Fit what is linked in `walltopo.describe.routes.grouping`: `walltopo train paint FOLDER`."""
+"""Fit the link model of `walltopo.describe.routes.grouping`: `walltopo train paint FOLDER`."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Ints = NDArray[np.int64]
 
 
 def _pairs(holds: PhotoHolds) -> tuple[Ints, Floats, Ints]:
-    """Pairs in reach, their cues, and 1 same route, 0 other, -1 unknown."""
+    """Return pairs within reach, their cues, and 1 same route, 0 different, -1 unknown."""
     points = holds.points
     pairs = candidate_pairs(points, [""] * len(points), linking.FLATTEN, linking.REACH)
     paint = linking.balanced_paint(holds.linear, holds.tint)
@@ -45,7 +45,7 @@ def _regress(tables: list[tuple[Ints, Floats, Ints]]) -> tuple[Floats, float]:
 def _left_out(
     holds: list[PhotoHolds], part: list[int], sharpen: int, resolution: float
 ) -> list[float]:
-    """ARI of each photo by a fit to the other half of the gyms."""
+    """Return the ARI of each photo by a fit to the other half of the gyms."""
     tables = [_pairs(one) for one in holds]
     fits = [_regress([t for t, p in zip(tables, part, strict=True) if p != k]) for k in (0, 1)]
     values = []
@@ -53,14 +53,14 @@ def _left_out(
         weights, bias = fits[side]
         link = (1 / (1 + np.exp(-(cues @ weights + bias)))) ** sharpen
         links = np.zeros((len(one.points), len(one.points)))
-        links[pairs[:, 0], pairs[:, 1]] = np.where(link < linking.FAINT, 0, link)
+        links[pairs[:, 0], pairs[:, 1]] = np.where(link < linking.MIN_LINK, 0, link)
         values.append(score(one, best_louvain(links + links.T, resolution, 0)))
     return values
 
 
 @dataclass(frozen=True)
 class PaintFit:
-    """The regression, and how well it groups photos of gyms that were left out of it.
+    """The regression, and its grouping accuracy on photos of held-out gyms.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ class PaintFit:
 
 
 def fit_paint(photos: list[DimPhoto], progress: Progress) -> PaintFit:
-    """Fit the cues of two holds to whether they are of one route."""
+    """Fit the probability that two holds belong to the same route to their cues."""
     progress.step("reading photos", len(photos))
     holds = []
     for photo in photos:

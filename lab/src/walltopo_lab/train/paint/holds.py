@@ -1,7 +1,7 @@
-"""The holds of one photo: paint, place and wall around each, and their routes by paint or name.
+"""The holds of one photo: paint, position, surrounding wall, and routes by paint or colour name.
 
-A photo has no scale and no mesh: the unit is the median extent of its masks over the settings'
-`typical_hold`, paths are straight lines in the image.
+A photo has no scale and no mesh. The length unit is the median extent of its masks divided by the
+settings' `typical_hold`, and paths are straight lines in the image.
 """
 
 from __future__ import annotations
@@ -17,12 +17,11 @@ from sklearn.metrics import adjusted_rand_score
 from walltopo.describe.classify.colour import HoldPaint, assign_colours, find_palette
 from walltopo.describe.classify.light import TINT_RADIUS
 from walltopo.describe.classify.observations import paint_of
-from walltopo.describe.classify.settings import ClassifySettings
 from walltopo.describe.routes import grouping as linking
 from walltopo.describe.routes.grouping import group_by_paint, group_holds
-from walltopo.describe.routes.settings import RoutesSettings
+from walltopo.describe.settings import ClassifySettings, RoutesSettings
 from walltopo.images.colour import linear_from_srgb8
-from walltopo.scans.light import SceneLight
+from walltopo.scans.pictures import SceneLight
 from walltopo.scans.scale import TYPICAL_HOLD
 from walltopo_lab.train.paint.photos import DimPhoto
 
@@ -43,9 +42,9 @@ class PhotoHolds:
 
     Parameters
     ----------
-    points : (n, 3) float64, metres by the size of its masks; y = 0.
-    linear : (n, 3) linear RGB under one exposure; tint : (n, 3) of the wall around.
-    routes : (n,) true route, None where it is not known.
+    points : (n, 3) float64, metres estimated from the mask sizes; y = 0.
+    linear : (n, 3) linear RGB under one exposure; tint : (n, 3) of the surrounding wall.
+    routes : (n,) true route, None if unknown.
     """
 
     points: Floats
@@ -55,7 +54,7 @@ class PhotoHolds:
 
 
 def _ring(linear: Floats, free: Bools, rows: Ints, columns: Ints, extent: float) -> Floats:
-    """(3,) median linear RGB of the wall around a mask, NaN where there is too little."""
+    """Return the (3,) median linear RGB of the wall around a mask, NaN with too few pixels."""
     reach = int(max(8, 0.8 * extent))
     box = (
         slice(max(0, rows.min() - reach), rows.max() + reach + 1),
@@ -68,7 +67,7 @@ def _ring(linear: Floats, free: Bools, rows: Ints, columns: Ints, extent: float)
 def read_holds(
     photo: NDArray[np.uint8], masks: Sequence[Bools], routes: list[int | None]
 ) -> PhotoHolds:
-    """Paint, place and wall of each mask (h, w) of a photo (h, w, 3)."""
+    """Return paint, position and surrounding wall of each mask (h, w) of a photo (h, w, 3)."""
     picture = linear_from_srgb8(photo)
     covered = np.any(masks, axis=0).astype(np.uint8)
     free = cv2.dilate(covered, np.ones((5, 5), np.uint8)) == 0
@@ -83,15 +82,15 @@ def read_holds(
     unit = float(np.median(extents)) / TYPICAL_HOLD
     points, around = np.array(centres) / unit, np.array(wall)
     around = np.where(np.isnan(around), np.nanmedian(around, axis=0), around)
-    light = SceneLight(np.zeros((1, 3)), points, np.zeros(len(points)), np.log(around + 0.002))
+    light = SceneLight(np.zeros((1, 3)), points, np.log(around + 0.002))
     paint = np.array(linear)
-    # One exposure for the photo, as `paint_over_views` gives a scan.
+    # One exposure for the photo, as `paint_over_views` applies to a scan.
     paint *= 0.8 / np.percentile(paint.mean(axis=1), 98)
     return PhotoHolds(points, paint, light.tint_at(points, TINT_RADIUS), routes)
 
 
 def of_generated(photo: DimPhoto) -> PhotoHolds:
-    """Holds of a generated photo, without its volumes."""
+    """Return the holds of a generated photo, without its volumes."""
     rows = [k for k, volume in enumerate(photo.volume) if not volume]
     masks = [photo.ids == photo.number[k] for k in rows]
     routes = [photo.route[k] if photo.route[k] >= 0 else None for k in rows]
@@ -99,7 +98,7 @@ def of_generated(photo: DimPhoto) -> PhotoHolds:
 
 
 def names_of(holds: PhotoHolds, known: bool) -> list[str]:
-    """Colour of each hold; `known`: one name a route, the most frequent of its holds."""
+    """Return the colour name of each hold; `known`: the most frequent name of its true route."""
     settings = ClassifySettings()
     spread, weight = settings.colour_spread, settings.lightness_weight
     paints = {k: HoldPaint(x, x[None], np.ones(1)) for k, x in enumerate(holds.linear)}
@@ -115,19 +114,19 @@ def names_of(holds: PhotoHolds, known: bool) -> list[str]:
 
 
 def straight(points: Floats, pairs: Ints, ratio: float) -> Floats:
-    """(P,) straight, flattened distances."""
+    """Return the (P,) straight, flattened distances of pairs."""
     flat = points * np.array([1, 1, ratio])
     return np.asarray(np.linalg.norm(flat[pairs[:, 0]] - flat[pairs[:, 1]], axis=1))
 
 
 def score(holds: PhotoHolds, group: Ints) -> float:
-    """ARI over the holds whose route is known."""
+    """Return the ARI over the holds with a known route."""
     rows = [k for k, route in enumerate(holds.routes) if route is not None]
     return float(adjusted_rand_score([holds.routes[k] for k in rows], group[rows]))
 
 
 def ari(holds: PhotoHolds, way: str) -> float:
-    """ARI of one photo by one of `WAYS`, with the defaults."""
+    """Return the ARI of one photo by one of `WAYS`, with the default settings."""
     settings = RoutesSettings()
     points, seed = holds.points, settings.seed
     if way == "paint":

@@ -1,12 +1,13 @@
 """Single photos of generated gyms in dim, mixed light, with true routes.
 
-The generator's lamps share one colour, its walls are light, its colours far apart. Here a
-generated gym has many narrow routes, each of a paint out of nineteen, every hold faded in its
-own way; the wall is darkened and often grey, and two or three sources of different colour
-(daylight from a side, warm spots) fall off across the picture, so that paint of one route is
-seen from bright to nearly black and from bluish to yellowish. One `.npz` a photo: `photo`
-(683, 512, 3) uint8, `ids` (683, 512) int16 instances (0 = none), and per instance `number`,
-`route` (-1 volume, -2 downclimb), `volume` and `colour`.
+The generator's lamps share one colour, its walls are light, its paints far apart. Here a generated
+gym has many narrow routes, each with one of nineteen paints, and every hold is faded individually.
+The wall is darkened and often grey. Two or three sources of different colour (daylight from a side,
+warm spots) fall off across the photo. The paint of one route therefore ranges from bright to nearly
+black and from bluish to yellowish.
+
+Each photo is one `.npz`: `photo` (683, 512, 3) uint8, `ids` (683, 512) int16 instances (0 = none),
+and per instance `number`, `route` (-1 volume, -2 downclimb), `volume` and `colour`.
 """
 
 from __future__ import annotations
@@ -30,10 +31,10 @@ from walltopo_lab.synth.render import Renderer
 
 Floats = NDArray[np.float64]
 PER_GYM = 2
-# Linear colour of daylight through a window, of neutral, warm and very warm lamps.
+# Linear RGB of daylight through a window, and of neutral, warm and very warm lamps.
 SOURCES = ((0.42, 0.85, 1.9), (1.0, 1.0, 1.0), (1.3, 0.98, 0.6), (1.6, 0.92, 0.35))
 
-# Two shades of each paint as holds are sold in them (our reading of manufacturers' charts).
+# Two sRGB shades of each paint of commercial holds (our reading of manufacturers' charts).
 PAINTS = {
     "black": ((30, 30, 32), (45, 45, 48)),
     "grey": ((115, 118, 120), (140, 140, 142)),
@@ -51,7 +52,7 @@ PAINTS = {
     "wood": ((205, 165, 115), (185, 140, 95)),
 }
 
-# More, near those: what makes old gyms hard.
+# Additional paints close to those above, which make old gyms difficult.
 OLD_PAINTS = {
     "beige": (205, 190, 165),
     "brown": (105, 75, 55),
@@ -62,7 +63,7 @@ OLD_PAINTS = {
 
 
 class DimPhoto:
-    """One photo of `FOLDER`: see the module."""
+    """One photo of a folder; the module docstring describes its arrays."""
 
     def __init__(self, path: Path) -> None:
         with np.load(path) as data:
@@ -76,12 +77,12 @@ class DimPhoto:
 
 
 def read_photos(folder: Path) -> list[DimPhoto]:
-    """All photos of a folder, in the order of their names."""
+    """Return all photos of a folder, sorted by name."""
     return [DimPhoto(path) for path in sorted(folder.glob("*.npz"))]
 
 
 def light_field(shape: tuple[int, int], rng: np.random.Generator) -> Floats:
-    """(h, w, 3) linear light of two or three sources over a picture, mean 1."""
+    """Return the (h, w, 3) linear light of two or three sources over a photo, mean 1."""
     height, width = shape
     y, x = np.indices(shape) / height
     total = np.full((*shape, 3), 0.04) * np.array(SOURCES[int(rng.integers(4))])
@@ -94,7 +95,7 @@ def light_field(shape: tuple[int, int], rng: np.random.Generator) -> Floats:
 
 
 def _settings(seed: int) -> tuple[GymSettings, PhotoSettings]:
-    """An old, dark gym or a modern one, of many routes; photos from farther away."""
+    """Return settings of an old, dark gym or a modern one, with many routes and distant photos."""
     rng = np.random.default_rng([41, seed])
     gym, photo = gym_preset("oldschool-dark" if seed % 3 else "modern")
     gym = replace(
@@ -112,9 +113,9 @@ def _settings(seed: int) -> tuple[GymSettings, PhotoSettings]:
 
 
 def repaint(gym: Gym, seed: int) -> Gym:
-    """Give each route a paint and each hold its own fading; three lanes in a row differ.
+    """Give each route a paint and each hold its own fading; three adjacent routes differ.
 
-    Lanes interleave: some holds change to the route next to theirs.
+    Routes interleave: some holds change to the adjacent route.
     """
     rng = np.random.default_rng([43, seed])
     paints = {name: shades[int(rng.integers(2))] for name, shades in PAINTS.items()} | OLD_PAINTS
@@ -164,7 +165,7 @@ def _photo(
 
 
 def make_photos(folder: Path, first: int, count: int, progress: Progress) -> None:
-    """Render `PER_GYM` photos each of gyms `first` and following; those that are there stay."""
+    """Render `PER_GYM` photos of each of `count` gyms from `first`; existing photos are kept."""
     folder.mkdir(parents=True, exist_ok=True)
     progress.step("rendering gyms", count)
     for seed in range(first, first + count):

@@ -1,0 +1,42 @@
+"""The heights that reach the top of a ladder depend on its steps."""
+
+from __future__ import annotations
+
+import pytest
+
+from walltopo.scans.holds import Hold
+from walltopo.scans.routes import Route
+from walltopo_climb.movement.reach import HEIGHTS, reaching_heights
+
+
+def ladder(step: float, rungs: int = 6) -> tuple[Route, tuple[Hold, ...]]:
+    """Jugs on a vertical wall, `step` metres apart."""
+    holds = tuple(
+        Hold(
+            id=n, kind="hold", type="jug", size=0.12, position=(0.1 * (n % 2), 0.0, 0.5 + step * n)
+        )
+        for n in range(1, rungs + 1)
+    )
+    ids = tuple(hold.id for hold in holds)
+    return Route(id=1, holds=ids, start=ids[1:2], top=ids[-1:]), holds
+
+
+def test_everyone_climbs_a_ladder_and_nobody_a_bare_wall() -> None:
+    assert reaching_heights(*ladder(0.35), 1.0) == HEIGHTS
+    assert reaching_heights(*ladder(2.5), 1.0) == ()
+
+
+@pytest.mark.parametrize("unit", [1.0, 3.0])
+def test_long_steps_are_for_tall_climbers(unit: float) -> None:
+    found = []
+    for step in (0.35, 0.7, 0.9, 1.1, 1.3):
+        route, holds = ladder(step * unit)
+        found.append(reaching_heights(route, holds, unit) or ())
+    shortest = [min(heights, default=9.0) for heights in found]
+    assert shortest == sorted(shortest)
+    assert shortest[0] < shortest[-1]
+
+
+def test_without_a_top_it_is_no_climb() -> None:
+    route, holds = ladder(0.35)
+    assert reaching_heights(Route(id=1, holds=route.holds, start=route.start), holds, 1.0) is None

@@ -1,0 +1,14 @@
+"""Endpoints of accounts."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from fastapi import APIRouter
+
+from walltopo_gym.accounts.http import account, sign_in
+
+ROUTERS: Final[tuple[APIRouter, ...]] = (
+    account.router,
+    sign_in.router,
+)

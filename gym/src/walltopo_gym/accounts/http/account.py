@@ -1,0 +1,289 @@
+"""Endpoints of one's own account: sign-up by a mailed link, name, password, second factor,
+tokens."""
+
+from __future__ import annotations
+
+from datetime import datetime, timedelta
+from typing import Annotated
+from uuid import UUID
+
+from fastapi import APIRouter, BackgroundTasks, Request, Response
+from pydantic import BaseModel, EmailStr, Field, SecretStr
+from sqlalchemy import delete, select
+
+from walltopo_gym.accounts import second_factor
+from walltopo_gym.accounts.access import AnyoneMay, SignedInMay
+from walltopo_gym.accounts.actor import TOKEN_PREFIX, Scope
+from walltopo_gym.accounts.audit import log_change
+from walltopo_gym.accounts.http.cookies import be_known, begin_here, known_by
+from walltopo_gym.accounts.limits import count_code, count_mail, count_old_password
+from walltopo_gym.accounts.mails import Kind, requested_mail, use_link
+from walltopo_gym.accounts.models import ApiToken, Person
+from walltopo_gym.accounts.passwords import Password, Passwords, check_password
+from walltopo_gym.accounts.people import add_person, find_person, one_spelling, set_password
+from walltopo_gym.accounts.secrets import new_secret
+from walltopo_gym.api.fields import Body, Name, Secret
+from walltopo_gym.api.services import Db, Services, ServicesOf, network_of
+from walltopo_gym.clock import now
+from walltopo_gym.errors import ForbiddenError, NotFoundError
+from walltopo_gym.languages import Language
+
+router = APIRouter(tags=["accounts"])
+
+
+class Me(BaseModel):
+    """One's own account."""
+
+    id: UUID
+    email: str
+    name: str
+    operator: bool
+
+
+class Renaming(Body):
+    name: Name
+
+
+@router.get("/me")
+def read_me(session: Db, actor: SignedInMay) -> Me:
+    """One's own account."""
+    return me_of(session.get_one(Person, actor.known))
+
+
+@router.patch("/me")
+def rename_me(body: Renaming, session: Db, actor: SignedInMay) -> Me:
+    """Change one's name."""
+    person = session.get_one(Person, actor.known)
+    person.name = body.name
+    log_change(session, "person.rename", person=person.id)
+    return me_of(person)
+
+
+def me_of(person: Person) -> Me:
+    """An account, for its owner."""
+    return Me(id=person.id, email=person.email, name=person.name, operator=person.operator)
+
+
+class Confirmation(Body):
+    """The mailed link and the new account's name and password."""
+
+    token: Secret
+    name: Name
+    password: Password
+
+
+def mail_link(services: Services, kind: Kind, email: str, language: Language) -> None:
+    """Send the link after the response, so that response times do not reveal accounts."""
+    with services.database.writing() as session:
+        letter = requested_mail(session, kind, email, services.settings.link_base, language)
+    services.mailer.send(letter)
+
+
+@router.post("/sign-up/confirm", status_code=201)
+def make_account(
+    body: Confirmation, request: Request, response: Response, services: ServicesOf, actor: AnyoneMay
+) -> Me:
+    """Create the account and sign in."""
+    password = body.password.get_secret_value()
+    check_password(password, body.name)
+    kept = services.get(Passwords).hash(password)
+    with services.database.writing() as session:
+        email = use_link(session, "sign-up", body.token)
+        check_password(password, email, body.name)
+        person = add_person(session, email, body.name, kept)
+        begin_here(session, services, request, response, person.id)
+        return me_of(person)
+
+
+class Address(Body):
+    email: EmailStr
+    language: Language = "en"
+
+
+class NewPassword(Body):
+    token: Secret
+    password: Password
+
+
+class PasswordChange(Body):
+    old: Password
+    new: Password
+
+
+@router.put("/me/password", status_code=204)
+def change_password(
+    body: PasswordChange, request: Request, response: Response, services: ServicesOf,
+    actor: SignedInMay,
+) -> None:  # fmt: skip
+    """Change one's password. All other sign-ins and all tokens end."""
+    check_own_password(services, actor.known, body.old)
+    with services.database.writing() as session:
+        person = session.get_one(Person, actor.known)
+        set_password(session, person, body.new.get_secret_value(), services.get(Passwords))
+        begin_here(session, services, request, response, person.id)
+
+
+@router.post("/password-reset", status_code=202)
+def ask_for_reset(
+    body: Address, request: Request, services: ServicesOf, later: BackgroundTasks, actor: AnyoneMay
+) -> None:
+    """Mail a link for choosing a new password. The response is the same for every address."""
+    email = one_spelling(body.email)
+    with services.database.writing() as session:
+        person = find_person(session, email)
+        known = known_by(session, request, None if person is None else person.id)
+        count_mail(session, "reset", email, network_of(request), known)
+    later.add_task(mail_link, services, "reset", email, body.language)
+
+
+@router.post("/password-reset/confirm", status_code=204)
+def reset_password(
+    body: NewPassword, request: Request, response: Response, services: ServicesOf, actor: AnyoneMay
+) -> None:
+    """Choose a new password by a mailed link. All sign-ins and tokens end.
+
+    The server recognises this browser from now on, so that failed attempts of others cannot lock
+    its owner out.
+    """
+    with services.database.writing() as session:
+        person = find_person(session, use_link(session, "reset", body.token))
+        if person is None:
+            raise NotFoundError("account-gone")
+        set_password(session, person, body.password.get_secret_value(), services.get(Passwords))
+        be_known(session, request, response, person.id)
+
+
+def check_own_password(services: Services, person: UUID, password: SecretStr) -> None:
+    """Check one's password outside of a transaction, because hashing takes long.
+
+    Raises
+    ------
+    ForbiddenError : the password is wrong.
+    TooManyError : there were too many recent attempts.
+    """
+    with services.database.writing() as session:
+        count_old_password(session, person)
+        kept = session.get_one(Person, person).password_hash
+    if not services.get(Passwords).matches(kept, password.get_secret_value()):
+        raise ForbiddenError("password-wrong")
+
+
+Code = Annotated[str, Field(min_length=6, max_length=40)]
+
+
+class SecondFactorFacts(BaseModel):
+    """Whether the second factor is on, and how many recovery codes are left."""
+
+    on: bool
+    recovery_codes_left: int
+
+
+class NewSecret(BaseModel):
+    """The secret of a second factor, as text and as an address for a QR code."""
+
+    secret: str
+    uri: str
+
+
+class Digits(Body):
+    code: Code
+
+
+class RecoveryCodes(BaseModel):
+    """Recovery codes, shown once. Each replaces the phone's digits once."""
+
+    recovery_codes: list[str]
+
+
+class OwnPassword(Body):
+    password: Password
+
+
+@router.get("/me/second-factor")
+def read_second_factor(session: Db, actor: SignedInMay) -> SecondFactorFacts:
+    """Return whether the second factor is on."""
+    return SecondFactorFacts(
+        on=second_factor.is_on(session, actor.known),
+        recovery_codes_left=second_factor.codes_left(session, actor.known),
+    )
+
+
+@router.post("/me/second-factor")
+def begin_second_factor(session: Db, actor: SignedInMay) -> NewSecret:
+    """Create a secret for an authenticator app. It takes effect once confirmed."""
+    secret, uri = second_factor.begin(session, session.get_one(Person, actor.known))
+    return NewSecret(secret=secret, uri=uri)
+
+
+@router.post("/me/second-factor/confirm")
+def confirm_second_factor(body: Digits, services: ServicesOf, actor: SignedInMay) -> RecoveryCodes:
+    """Turn the second factor on by showing that the phone makes the right digits."""
+    with services.database.writing() as session:
+        count_code(session, actor.known)
+    with services.database.writing() as session:
+        codes = second_factor.confirm(session, actor.known, body.code)
+    return RecoveryCodes(recovery_codes=codes)
+
+
+@router.post("/me/second-factor/off", status_code=204)
+def end_second_factor(body: OwnPassword, services: ServicesOf, actor: SignedInMay) -> None:
+    """Turn the second factor off."""
+    check_own_password(services, actor.known, body.password)
+    with services.database.writing() as session:
+        second_factor.end(session, actor.known)
+
+
+class NewToken(Body):
+    """A request for an API token."""
+
+    name: Name
+    scopes: list[Scope] = Field(min_length=1, max_length=len(Scope))
+    days: int = Field(365, ge=1, le=730)
+
+
+class Token(BaseModel):
+    """An API token without its secret."""
+
+    id: UUID
+    name: str
+    scopes: list[str]
+    created_at: datetime
+    expires_at: datetime
+
+
+class MadeToken(Token):
+    """A new API token with its secret, which is shown once."""
+
+    secret: str
+
+
+@router.get("/me/tokens")
+def list_tokens(session: Db, actor: SignedInMay) -> list[Token]:
+    """Return one's API tokens."""
+    rows = session.scalars(
+        select(ApiToken).where(ApiToken.person_id == actor.known).order_by(ApiToken.created_at)
+    )
+    return [Token.model_validate(row, from_attributes=True) for row in rows]
+
+
+@router.post("/me/tokens", status_code=201)
+def make_token(body: NewToken, session: Db, actor: SignedInMay) -> MadeToken:
+    """Create an API token."""
+    secret, kept = new_secret(TOKEN_PREFIX)
+    scopes = sorted({scope.value for scope in body.scopes})
+    row = ApiToken(person_id=actor.known, name=body.name, token_hash=kept, scopes=scopes,
+                   expires_at=now() + timedelta(days=body.days))  # fmt: skip
+    session.add(row)
+    session.flush()
+    log_change(session, "token.create", person=actor.known, subject=str(row.id))
+    facts = Token.model_validate(row, from_attributes=True)
+    return MadeToken(**facts.model_dump(), secret=secret)
+
+
+@router.delete("/me/tokens/{token}", status_code=204)
+def drop_token(token: UUID, session: Db, actor: SignedInMay) -> None:
+    """Delete an API token."""
+    ended = delete(ApiToken).where(ApiToken.id == token, ApiToken.person_id == actor.known)
+    if session.execute(ended.returning(ApiToken.id)).one_or_none() is None:
+        raise NotFoundError("not-there-token")
+    log_change(session, "token.delete", person=actor.known, subject=str(token))

@@ -1,0 +1,51 @@
+"""The cookies of a browser: its sign-in, and the mark of a known browser."""
+
+from __future__ import annotations
+
+from typing import Final
+from uuid import UUID
+
+from fastapi import Request, Response
+from sqlalchemy.orm import Session
+
+from walltopo_gym.accounts.access import COOKIE
+from walltopo_gym.accounts.actor import KNOWN_DAYS, is_known, remember, sign_in
+from walltopo_gym.api.services import Services
+
+BROWSER: Final = "__Host-walltopo-browser"
+_DAY_S: Final = 86400
+
+
+def begin_here(
+    session: Session, services: Services, request: Request, response: Response, person: UUID
+) -> None:
+    """Sign in in this browser. The secret is always new, so a planted cookie is worthless."""
+    days = services.settings.session_days
+    secret = sign_in(session, person, request.headers.get("user-agent", ""), days)
+    _set(response, COOKIE, secret, days)
+    be_known(session, request, response, person)
+
+
+def be_known(session: Session, request: Request, response: Response, person: UUID) -> None:
+    """Mark this browser as known to the person who has just proved their identity."""
+    if known_by(session, request, person) is None:
+        _set(response, BROWSER, remember(session, person), KNOWN_DAYS)
+
+
+def known_by(session: Session, request: Request, person: UUID | None) -> str | None:
+    """Return the mark of this browser if this person signed in with it before."""
+    secret = request.cookies.get(BROWSER)
+    if person is None or secret is None or not is_known(session, person, secret):
+        return None
+    return secret
+
+
+def end_here(response: Response) -> None:
+    """Sign out in this browser; it stays known."""
+    response.delete_cookie(COOKIE, path="/", secure=True, httponly=True, samesite="lax")
+
+
+def _set(response: Response, name: str, secret: str, days: int) -> None:
+    response.set_cookie(
+        name, secret, max_age=days * _DAY_S, path="/", secure=True, httponly=True, samesite="lax"
+    )

@@ -1,0 +1,83 @@
+"""Mailed links and the mails around them. The holder of a link reads the mail of its address."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from datetime import timedelta
+from functools import cache
+from importlib.resources import files
+from typing import Final, Literal
+
+import msgspec
+from sqlalchemy import delete, select
+from sqlalchemy.orm import Session
+
+from walltopo_gym.accounts.models import MailedLink
+from walltopo_gym.accounts.people import find_person
+from walltopo_gym.accounts.secrets import hash_of, new_secret
+from walltopo_gym.clock import now
+from walltopo_gym.errors import RequestError
+from walltopo_gym.languages import Language
+from walltopo_gym.mail import Letter
+
+Kind = Literal["sign-up", "reset"]
+
+_GOOD_FOR: Final = {"sign-up": timedelta(days=1), "reset": timedelta(hours=1)}
+
+
+def new_link(session: Session, kind: Kind, email: str) -> str:
+    """Return the secret of a new link."""
+    secret, kept = new_secret()
+    expires = now() + _GOOD_FOR[kind]
+    session.execute(delete(MailedLink).where(MailedLink.expires_at < now()))
+    session.add(MailedLink(kind=kind, email=email, token_hash=kept, expires_at=expires))
+    return secret
+
+
+def use_link(session: Session, kind: Kind, secret: str) -> str:
+    """Return the address that the link was mailed to, and void its links of this kind.
+
+    Raises
+    ------
+    RequestError : the link does not exist, was used, or has expired.
+    """
+    link = session.scalar(
+        select(MailedLink).where(
+            MailedLink.token_hash == hash_of(secret),
+            MailedLink.kind == kind,
+            MailedLink.expires_at > now(),
+        )
+    )
+    if link is None:
+        raise RequestError("link-used-or-old", "ask-for-new")
+    session.execute(
+        delete(MailedLink).where(MailedLink.kind == kind, MailedLink.email == link.email)
+    )
+    return link.email
+
+
+def requested_mail(session: Session, kind: Kind, to: str, base: str, language: Language) -> Letter:
+    """Return the mail for a requested link: with the link, or with the reason against it.
+
+    Parameters
+    ----------
+    base : the server's address, without a trailing slash.
+    """
+    words = _templates()[language]
+    match kind, find_person(session, to) is not None:
+        case "sign-up", False:
+            name, place = "sign-up", f"sign-up#{new_link(session, kind, to)}"
+        case "sign-up", True:
+            name, place = "sign-up-known", "sign-in"
+        case "reset", True:
+            name, place = "reset", f"new-password#{new_link(session, kind, to)}"
+        case _:
+            name, place = "reset-unknown", "sign-up"
+    text = f"{words[name]['text']}\n\n{base}/{place}\n\n{words['unasked']['text']}\n"
+    return Letter(to, words[name]["subject"], text)
+
+
+@cache
+def _templates() -> Mapping[Language, Mapping[str, Mapping[str, str]]]:
+    content = files("walltopo_gym.accounts").joinpath("mail_templates.json").read_bytes()
+    return msgspec.json.decode(content, type=dict[Language, dict[str, dict[str, str]]])

@@ -1,0 +1,117 @@
+"""Middleware of every request: size, rate, origin, headers.
+
+`limits` counts requests in this process: two servers behind a proxy accept twice as many. Limits
+that must hold across servers (password attempts, mails) are counted in the database
+(accounts/limits.py).
+"""
+
+from __future__ import annotations
+
+from typing import Final
+from urllib.parse import urlsplit
+
+from limits import RateLimitItemPerMinute
+from limits.storage import MemoryStorage
+from limits.strategies import SlidingWindowCounterRateLimiter
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.requests import Request
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from walltopo_gym.api.problems import problem_answer
+from walltopo_gym.api.services import network_of
+from walltopo_gym.errors import RequestError
+
+LONGEST_BODY: Final = 2_000_000  # bytes; a photo's are bounded by what was announced
+
+# The app's files cost nothing to send, and a phone that installs the app asks for all of them at
+# once: a few at a hall's entrance would be as many requests as one network may make.
+_FREE: Final = "/assets/"
+
+
+class Bounds:
+    """Refuses networks that send too many requests.
+
+    Parameters
+    ----------
+    per_minute : requests of one network; 0: no limit.
+    """
+
+    def __init__(self, app: ASGIApp, per_minute: int) -> None:
+        self._app = app
+        self._limit = RateLimitItemPerMinute(per_minute) if per_minute else None
+        self._counter = SlidingWindowCounterRateLimiter(MemoryStorage())
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        is_free = scope["type"] != "http" or scope["path"].startswith(_FREE)
+        if is_free or self._limit is None:
+            await self._app(scope, receive, send)
+            return
+        if not self._counter.hit(self._limit, network_of(Request(scope))):
+            answer = problem_answer(
+                RequestError("too-many-requests", "wait-a-minute"), 429, {"retry-after": "60"}
+            )
+            await answer(scope, receive, send)
+            return
+        await self._app(scope, receive, send)
+
+
+_SAFE = {"GET", "HEAD", "OPTIONS"}
+
+
+class CrossOriginGuard:
+    """Refuses requests from pages of other origins.
+
+    Parameters
+    ----------
+    origin : our own, as browsers see it; a proxy may have changed Host.
+    """
+
+    def __init__(self, app: ASGIApp, origin: str) -> None:
+        self._app, self._origin = app, origin
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] == "http" and scope["method"] not in _SAFE:
+            headers = Headers(scope=scope)
+            if not self._is_ours(headers):
+                answer = problem_answer(RequestError("other-site"), 403)
+                await answer(scope, receive, send)
+                return
+        await self._app(scope, receive, send)
+
+    def _is_ours(self, headers: Headers) -> bool:
+        site = headers.get("sec-fetch-site")
+        if site is not None:
+            return site in ("same-origin", "none")
+        origin = headers.get("origin")
+        if origin is None or origin == self._origin:
+            return True
+        return urlsplit(origin).netloc == headers.get("host")
+
+
+_ALWAYS: Final = {
+    # An API's answer is no page; a page of ours says what it needs by itself.
+    "content-security-policy": "default-src 'none'; frame-ancestors 'none'",
+    "x-content-type-options": "nosniff",
+    "referrer-policy": "same-origin",
+    "cross-origin-opener-policy": "same-origin",
+    "cross-origin-resource-policy": "same-origin",
+    # What one person may see is in no shared cache; files that all may see say so by themselves.
+    "cache-control": "private, no-cache",
+}
+
+
+class SafeHeaders:
+    """Adds the security headers that an endpoint has not set itself."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        async def send_with(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                headers = MutableHeaders(scope=message)
+                for name, value in _ALWAYS.items():
+                    headers.setdefault(name, value)
+            await send(message)
+
+        await self._app(scope, receive, send_with if scope["type"] == "http" else send)

@@ -1,1 +1,0 @@
-"""Items of background jobs, tried a bounded number of times."""

@@ -1,0 +1,264 @@
+"""Entries of a competition."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Annotated, Any
+from uuid import UUID
+
+from fastapi import APIRouter
+from pydantic import BaseModel, Field
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from walltopo_gym.accounts.actor import Scope
+from walltopo_gym.accounts.audit import log_change
+from walltopo_gym.accounts.models import Person
+from walltopo_gym.api.fields import Body, LongText, Name, Text
+from walltopo_gym.api.problems import FaultFacts
+from walltopo_gym.api.services import Db
+from walltopo_gym.competitions.bodies import Bib, EntryBody, Gender, Handicap, Year
+from walltopo_gym.competitions.entering import (
+    add_entry,
+    change_entry,
+    enter,
+    entry_of,
+    own_entry,
+    sign,
+)
+from walltopo_gym.competitions.history import marks_of
+from walltopo_gym.competitions.http.competitions import competition_of
+from walltopo_gym.competitions.models import Competition, Entry, ScoreEvent, WaiverSignature
+from walltopo_gym.competitions.service import locked
+from walltopo_gym.competitions.start_list import COLUMNS, read_start_list, take_in
+from walltopo_gym.errors import NotFoundError
+from walltopo_gym.gyms.access import Access, SetterMay, gym_rule
+from walltopo_gym.gyms.roles import Role
+
+router = APIRouter(tags=["competitions"])
+
+JudgeMay = Annotated[Access, gym_rule(Role.JUDGE, Scope.MANAGE)]
+ClimberMay = Annotated[Access, gym_rule(Role.MEMBER, None)]
+ReaderMay = Annotated[Access, gym_rule(Role.MEMBER, Scope.READ)]
+
+OfEntry = Annotated[str, Field(max_length=80)]
+
+
+class EntryChange(Body):
+    """Changes of a competitor; omitted fields stay."""
+
+    name: Name | None = None
+    category_id: UUID | None = None
+    bib: Bib | None = None
+    team: Text | None = Field(None, max_length=80)
+    club: Text | None = Field(None, max_length=80)
+    birth_year: Year | None = None
+    gender: Gender | None = None
+    handicap: Handicap | None = None
+    withdrawn: bool | None = None
+
+
+class OwnEntryBody(Body):
+    """One's own entry; `waiver`: the accepted text, verbatim."""
+
+    category_id: UUID
+    name: Name | None = None
+    team: Text = Field("", max_length=80)
+    club: Text = Field("", max_length=80)
+    birth_year: Year | None = None
+    gender: Gender = ""
+    waiver: str = Field("", max_length=8_000, pattern=LongText)
+
+
+class EntryFacts(BaseModel):
+    """A competitor; `waiver_at`: when the text was last accepted."""
+
+    id: UUID
+    category_id: UUID
+    name: str
+    bib: int
+    team: str
+    club: str
+    birth_year: int | None
+    gender: Gender
+    handicap: int
+    person_id: UUID | None
+    withdrawn: bool
+    waiver_at: datetime | None
+
+
+class MarkFacts(BaseModel):
+    """A competitor's mark on a problem: tries, and the tries that reached zone and top.
+    `event_ids`: the events that count, in order of arrival."""
+
+    problem_id: UUID
+    tries: int
+    zone: int | None
+    top: int | None
+    event_ids: list[UUID]
+
+
+class OwnEntry(BaseModel):
+    """One's own entry, the text to accept, and one's marks."""
+
+    entry: EntryFacts | None
+    waiver: str
+    marks: list[MarkFacts]
+
+
+class StartListBody(Body):
+    """A start list as text; with `really` false it is only checked."""
+
+    csv: str = Field(max_length=1_000_000)
+    really: bool = True
+
+
+class StartListFacts(BaseModel):
+    """The content of a start list. If it has errors, nothing is imported."""
+
+    entries: int
+    errors: list[FaultFacts]
+    columns: list[str]
+
+
+class Signature(Body):
+    signed_by: Name
+
+
+@router.get("/gyms/{gym}/competitions/{competition}/entries")
+def list_entries(competition: UUID, session: Db, access: JudgeMay) -> list[EntryFacts]:
+    """Return all competitors by bib."""
+    row = competition_of(session, access, competition)
+    rows = select(Entry).where(Entry.competition_id == row.id).order_by(Entry.bib)
+    return _facts(session, session.scalars(rows).all())
+
+
+@router.post("/gyms/{gym}/competitions/{competition}/entries", status_code=201)
+def make_entry(competition: UUID, body: EntryBody, session: Db, access: SetterMay) -> EntryFacts:
+    """Add a competitor, with an account or without."""
+    row = locked(session, access.gym.id, competition)
+    entry = add_entry(session, row, body)
+    _log(session, access, "entry.create", entry)
+    return _facts(session, [entry])[0]
+
+
+@router.patch("/gyms/{gym}/competitions/{competition}/entries/{entry}")
+def change_competitor(
+    competition: UUID, entry: UUID, body: EntryChange, session: Db, access: SetterMay
+) -> EntryFacts:
+    """Change or withdraw a competitor."""
+    row = locked(session, access.gym.id, competition)
+    found = entry_of(session, row, entry)
+    given = _given(body)
+    change_entry(session, row, found, given)
+    if "withdrawn" in given:
+        found.removed = given["withdrawn"]
+    _log(session, access, "entry.change", found)
+    return _facts(session, [found])[0]
+
+
+@router.post("/gyms/{gym}/competitions/{competition}/entries/import")
+def import_entries(
+    competition: UUID, body: StartListBody, session: Db, access: SetterMay
+) -> StartListFacts:
+    """Import a start list: all of its lines, or none if one has an error."""
+    row = locked(session, access.gym.id, competition)
+    entries, faults = read_start_list(session, row, body.csv)
+    if body.really and not faults:
+        take_in(session, row, entries)
+        log_change(session, "entry.import", person=access.actor.known, gym=access.gym.id,
+                   subject=row.name, entries=len(entries))  # fmt: skip
+    errors = [FaultFacts.of(fault) for fault in faults]
+    return StartListFacts(entries=len(entries), errors=errors, columns=list(COLUMNS))
+
+
+@router.post("/gyms/{gym}/competitions/{competition}/entries/{entry}/waiver", status_code=201)
+def sign_waiver(
+    competition: UUID, entry: UUID, body: Signature, session: Db, access: JudgeMay
+) -> EntryFacts:
+    """Record that a competitor accepted the text on paper."""
+    row = locked(session, access.gym.id, competition)
+    found = entry_of(session, row, entry)
+    if not row.waiver:
+        raise NotFoundError("cup-no-text")
+    sign(session, row, found, body.signed_by, access.actor.known, on_paper=True)
+    _log(session, access, "entry.waiver", found)
+    return _facts(session, [found])[0]
+
+
+@router.get("/gyms/{gym}/competitions/{competition}/mine")
+def read_own_entry(competition: UUID, session: Db, access: ReaderMay) -> OwnEntry:
+    """Return one's own entry and results; the entry is null if one has not entered."""
+    row = competition_of(session, access, competition)
+    entry = own_entry(session, row, access.actor.known)
+    return _own(session, row, entry)
+
+
+@router.put("/gyms/{gym}/competitions/{competition}/mine")
+def enter_competition(
+    competition: UUID, body: OwnEntryBody, session: Db, access: ClimberMay
+) -> OwnEntry:
+    """Enter a competition, or change one's entry. This accepts the text."""
+    row = locked(session, access.gym.id, competition)
+    competition_of(session, access, competition)
+    me = session.get_one(Person, access.actor.known)
+    words = EntryBody(
+        name=body.name or me.name, category_id=body.category_id, team=body.team, club=body.club,
+        birth_year=body.birth_year, gender=body.gender,
+    )  # fmt: skip
+    entry = enter(session, row, words, me.id, body.waiver)
+    _log(session, access, "entry.enter", entry)
+    return _own(session, row, entry)
+
+
+@router.delete("/gyms/{gym}/competitions/{competition}/mine", status_code=204)
+def withdraw(competition: UUID, session: Db, access: ClimberMay) -> None:
+    """Withdraw from a competition; repeating it is fine. Results stay."""
+    row = locked(session, access.gym.id, competition)
+    competition_of(session, access, competition)
+    entry = own_entry(session, row, access.actor.known)
+    if entry is not None and not entry.withdrawn:
+        entry.withdrawn = True
+        row.revision += 1
+        _log(session, access, "entry.withdraw", entry)
+
+
+def _given(body: EntryChange) -> dict[str, Any]:
+    """Return the given fields; only the year of birth may be set to null."""
+    given = body.model_dump(exclude_unset=True)
+    return {name: v for name, v in given.items() if v is not None or name == "birth_year"}
+
+
+def _own(session: Session, row: Competition, entry: Entry | None) -> OwnEntry:
+    marks = [] if entry is None else marks_of(session, row.id, ScoreEvent.entry_id == entry.id)
+    return OwnEntry(
+        entry=None if entry is None else _facts(session, [entry])[0],
+        waiver=row.waiver,
+        marks=[
+            MarkFacts(problem_id=found.problem, tries=found.mark.tries,
+                      zone=found.mark.zone or None,
+                      top=found.mark.top or None, event_ids=found.events)
+            for found in marks
+        ],
+    )  # fmt: skip
+
+
+def _facts(session: Session, entries: Any) -> list[EntryFacts]:
+    signed = (
+        select(WaiverSignature.entry_id, func.max(WaiverSignature.created_at))
+        .where(WaiverSignature.entry_id.in_([entry.id for entry in entries]))
+        .group_by(WaiverSignature.entry_id)
+    )
+    at: dict[UUID, datetime] = dict(session.execute(signed).all())
+    columns = [column.key for column in Entry.__table__.columns]
+    return [
+        EntryFacts.model_validate(
+            {**{name: getattr(entry, name) for name in columns}, "waiver_at": at.get(entry.id)}
+        )
+        for entry in entries
+    ]
+
+
+def _log(session: Session, access: Access, action: str, entry: Entry) -> None:
+    log_change(session, action, person=access.actor.known, gym=access.gym.id, subject=entry.name,
+               entry=str(entry.id))  # fmt: skip

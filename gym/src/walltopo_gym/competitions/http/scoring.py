@@ -1,0 +1,334 @@
+"""Endpoints of score events and appeals, and of the board: now, at a moment, live, as a table."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import AsyncIterator, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Annotated, Any, Final, Literal
+from uuid import UUID
+from zoneinfo import ZoneInfo
+
+import msgspec
+from fastapi import APIRouter, Depends, Query, Request, Response
+from fastapi.sse import EventSourceResponse, ServerSentEvent
+from pydantic import BaseModel
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from walltopo_gym.accounts.models import Person
+from walltopo_gym.api.fields import Moment
+from walltopo_gym.api.paging import Size
+from walltopo_gym.api.services import Db, ServicesOf
+from walltopo_gym.competitions.board import Board
+from walltopo_gym.competitions.board_view import BoardView
+from walltopo_gym.competitions.bodies import EventBody
+from walltopo_gym.competitions.history import board_of, marks_of, struck
+from walltopo_gym.competitions.http.competitions import competition_of
+from walltopo_gym.competitions.http.entries import ClimberMay, JudgeMay
+from walltopo_gym.competitions.judging import keep_event
+from walltopo_gym.competitions.ledger import Kind
+from walltopo_gym.competitions.live import LiveBoards
+from walltopo_gym.competitions.models import Competition, Problem, Round, ScoreEvent
+from walltopo_gym.competitions.ranking import Step
+from walltopo_gym.competitions.service import locked
+from walltopo_gym.competitions.tables import results_csv, results_pdf
+from walltopo_gym.errors import NotFoundError
+from walltopo_gym.gyms.access import GuestMay
+from walltopo_gym.gyms.roles import Role
+from walltopo_gym.languages import Language
+
+router = APIRouter(tags=["competitions"])
+
+
+async def _boards(services: ServicesOf) -> LiveBoards:
+    return services.get(LiveBoards)
+
+
+BoardsOf = Annotated[LiveBoards, Depends(_boards)]
+
+
+class EventFacts(BaseModel):
+    """A score event. `seq`, `at`: its arrival at the server; `climbed_at`: `made_at` corrected by
+    the error of the device's clock; `counts`: no other event strikes it."""
+
+    id: UUID
+    seq: int
+    entry_id: UUID
+    problem_id: UUID | None
+    kind: Kind
+    n: int | None
+    target_id: UUID | None
+    text: str
+    device: str
+    number: int
+    made_at: datetime
+    climbed_at: datetime
+    at: datetime
+    by_name: str
+    counts: bool
+
+
+class EventPage(BaseModel):
+    """A page of events in order; `next`: the cursor of the next page."""
+
+    items: list[EventFacts]
+    next: int | None
+
+
+class ProblemMark(BaseModel):
+    """A competitor's mark on a problem, and its events."""
+
+    entry_id: UUID
+    tries: int
+    zone: int | None
+    top: int | None
+    events: list[EventFacts]
+
+
+class AppealFacts(BaseModel):
+    """An appeal and its decision (`n` 1: upheld), if there is one."""
+
+    event: EventFacts
+    decision: EventFacts | None
+
+
+@router.put("/gyms/{gym}/competitions/{competition}/events/{event}")
+def put_score_event(
+    competition: UUID, event: UUID, body: EventBody, response: Response, services: ServicesOf,
+    access: ClimberMay,
+) -> EventFacts:  # fmt: skip
+    """Store a score event under an id that the device made, so that it is stored once. Judges score
+    everybody; competitors score themselves if the competition lets them."""
+    judges = access.role.covers(Role.JUDGE)
+    # A whole hall writes: the transaction is as short as can be.
+    with services.database.writing() as session:
+        row = locked(session, access.gym.id, competition)
+        competition_of(session, access, competition)
+        kept, is_new = keep_event(session, row, event, body, access.actor.known, judges=judges)
+    response.status_code = 201 if is_new else 200
+    with services.database.reading() as session:
+        return _event_facts(session, competition, [kept], about=not is_new)[0]
+
+
+@router.get("/gyms/{gym}/competitions/{competition}/events")
+def list_score_events(
+    competition: UUID, session: Db, access: JudgeMay,
+    after: Annotated[int, Query(ge=0, le=2_000_000_000)] = 0,
+    size: Size = 100,
+    entry: UUID | None = None,
+    problem: UUID | None = None,
+    kind: Kind | None = None,
+) -> EventPage:  # fmt: skip
+    """Return score events with their authors, in order of arrival."""
+    row = competition_of(session, access, competition)
+    rows = select(ScoreEvent).where(ScoreEvent.competition_id == row.id, ScoreEvent.seq > after)
+    if entry is not None:
+        rows = rows.where(ScoreEvent.entry_id == entry)
+    if problem is not None:
+        rows = rows.where(ScoreEvent.problem_id == problem)
+    if kind is not None:
+        rows = rows.where(ScoreEvent.kind == kind)
+    found = session.scalars(rows.order_by(ScoreEvent.seq).limit(size + 1)).all()
+    following = found[size - 1].seq if len(found) > size else None
+    return EventPage(items=_event_facts(session, row.id, found[:size]), next=following)
+
+
+@router.get("/gyms/{gym}/competitions/{competition}/problems/{problem}/marks")
+def list_marks(
+    competition: UUID, problem: UUID, session: Db, access: JudgeMay
+) -> list[ProblemMark]:
+    """Return the competitors' marks on a problem."""
+    row = competition_of(session, access, competition)
+    here = select(Problem.id).join(Round, Round.id == Problem.round_id)
+    if session.scalar(here.where(Problem.id == problem, Round.competition_id == row.id)) is None:
+        raise NotFoundError("not-there-problem")
+    of_problem = marks_of(session, row.id, ScoreEvent.problem_id == problem)
+    found = [has for has in of_problem if has.problem == problem]
+    ids = [event for has in found for event in has.events]
+    rows = select(ScoreEvent).where(ScoreEvent.competition_id == row.id,
+                                    ScoreEvent.problem_id == problem)  # fmt: skip
+    wanted = set(ids)
+    events = defaultdict[UUID, list[EventFacts]](list)
+    ordered = session.scalars(rows.order_by(ScoreEvent.seq)).all()
+    for facts in _event_facts(session, row.id, [one for one in ordered if one.id in wanted]):
+        events[facts.entry_id].append(facts)
+    return [
+        ProblemMark(entry_id=has.entry, tries=has.mark.tries, zone=has.mark.zone or None,
+                    top=has.mark.top or None, events=events[has.entry])
+        for has in found
+    ]  # fmt: skip
+
+
+@router.get("/gyms/{gym}/competitions/{competition}/appeals")
+def list_appeals(competition: UUID, session: Db, access: JudgeMay) -> list[AppealFacts]:
+    """Return appeals, the latest first, with their latest decisions."""
+    row = competition_of(session, access, competition)
+    kinds = ScoreEvent.kind.in_((Kind.APPEAL, Kind.DECISION))
+    rows = select(ScoreEvent).where(ScoreEvent.competition_id == row.id, kinds)
+    found = _event_facts(session, row.id, session.scalars(rows.order_by(ScoreEvent.seq)).all())
+    decided = {
+        event_facts.target_id: event_facts
+        for event_facts in found
+        if event_facts.kind == Kind.DECISION and event_facts.counts
+    }
+    return [
+        AppealFacts(event=event_facts, decision=decided.get(event_facts.id))
+        for event_facts in reversed(found)
+        if event_facts.kind == Kind.APPEAL and event_facts.counts
+    ]
+
+
+def _event_facts(
+    session: Session, competition: UUID, events: Sequence[ScoreEvent], *, about: bool = True
+) -> list[EventFacts]:
+    """Return messages of events; `about`: whether other events may refer to them already."""
+    people = {event.person_id for event in events if event.person_id is not None}
+    named = session.execute(select(Person.id, Person.name).where(Person.id.in_(people)))
+    names: dict[UUID | None, str] = dict(named.all())
+    ids = [event.id for event in events]
+    gone = struck(session, competition, ids) if ids and about else set()
+    return [
+        EventFacts.model_validate({
+            **{name: getattr(event, name) for name in _COLUMNS},
+            "by_name": names.get(event.person_id, ""), "counts": event.id not in gone,
+        })
+        for event in events
+    ]  # fmt: skip
+
+
+_COLUMNS = [name for name in EventFacts.model_fields if name not in ("by_name", "counts")]
+
+_WORDS: Final[dict[Language, dict[str, str]]] = {
+    "en": {"rank": "#", "bib": "No.", "name": "Name", "team": "Team or club", "points": "Points",
+           "out": "out", "frozen": "As it stood when the board was frozen."},
+    "de": {"rank": "#", "bib": "Nr.", "name": "Name", "team": "Team oder Verein",
+           "points": "Punkte", "out": "raus",
+           "frozen": "Stand von dem Moment, in dem die Tafel angehalten wurde."},
+    "cs": {"rank": "#", "bib": "Č.", "name": "Jméno", "team": "Tým nebo oddíl", "points": "Body",
+           "out": "mimo", "frozen": "Stav z okamžiku, kdy byla tabule zmrazena."},
+    "fr": {"rank": "#", "bib": "N°", "name": "Nom", "team": "Équipe ou club", "points": "Points",
+           "out": "NC", "frozen": "Tel qu’au moment où le classement a été figé."},
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Order:
+    """The comparison of two competitors: `before` is "first", "second", or "" for a shared or
+    missing rank. `steps`: the compared criteria, down to the deciding one."""
+
+    first: UUID
+    second: UUID
+    before: Literal["first", "second", ""]
+    steps: list[Step]
+
+
+class ResultsPaper(Response):
+    media_type = "application/pdf"
+
+
+class ResultsTable(Response):
+    media_type = "text/csv"
+
+
+@router.get("/gyms/{gym}/competitions/{competition}/board", response_model=BoardView)
+def read_competition_board(
+    competition: UUID, request: Request, session: Db, access: GuestMay, boards: BoardsOf,
+    category: UUID | None = None,
+    at: Annotated[Moment | None, Query(description="as it stood then")] = None,
+) -> Any:  # fmt: skip
+    """Return the board; while it is frozen, only judges see later results."""
+    row = competition_of(session, access, competition)
+    public = not access.role.covers(Role.JUDGE)
+    if at is None:
+        view = boards.view(session, row, public=public)
+    else:
+        view = _replayed(session, row, at, public=public).view()
+    tag = f'"{view.revision}-{view.seq}-{int(view.frozen_at is not None)}"'
+    headers = {"etag": tag} if at is None else {}
+    if at is None and request.headers.get("if-none-match") == tag:
+        return Response(status_code=304, headers=headers)
+    if category is not None:
+        kept = [one for one in view.categories if one.id == category]
+        view = BoardView(**{**_fields(view), "categories": kept})
+    return Response(msgspec.json.encode(view), media_type="application/json", headers=headers)
+
+
+@router.get("/gyms/{gym}/competitions/{competition}/board/why")
+def explain_order(
+    competition: UUID, first: UUID, second: UUID, session: Db, access: GuestMay
+) -> Order:
+    """Explain the order of two competitors."""
+    row = competition_of(session, access, competition)
+    public = not access.role.covers(Role.JUDGE)
+    frozen = row.frozen_at if public else None
+    board = board_of(session, row, frozen)
+    steps = board.why(first, second)
+    before: Literal["first", "second", ""] = ""
+    if steps and steps[-1].decides:
+        lines = [line for of in board.lines().values() for line in of]
+        ranks = {line.entry_id: line.rank or 0 for line in lines}
+        before = "first" if ranks[first] < ranks[second] else "second"
+    return Order(first, second, before, steps)
+
+
+@dataclass(frozen=True)
+class _Watched:
+    """A board that the viewer may see."""
+
+    competition: UUID
+    public: bool
+
+
+def _to_watch(competition: UUID, session: Db, access: GuestMay) -> _Watched:
+    """Look the competition up before the response begins, because a stream cannot answer 404."""
+    row = competition_of(session, access, competition)
+    return _Watched(row.id, not access.role.covers(Role.JUDGE))
+
+
+@router.get(
+    "/gyms/{gym}/competitions/{competition}/board/events", response_class=EventSourceResponse
+)
+async def watch_competition_board(
+    boards: BoardsOf, watched: Annotated[_Watched, Depends(_to_watch)]
+) -> AsyncIterator[ServerSentEvent]:
+    """Stream the board and then its changes, a few times a second at most, until the competition
+    stops running."""
+    async for news in boards.watch(watched.competition, public=watched.public):
+        yield ServerSentEvent(raw_data=news)
+
+
+@router.get("/gyms/{gym}/competitions/{competition}/results.csv", response_class=ResultsTable)
+def read_results_table(
+    competition: UUID, session: Db, access: GuestMay, boards: BoardsOf
+) -> ResultsTable:
+    """Return the board as CSV, a line per competitor."""
+    row = competition_of(session, access, competition)
+    view = boards.view(session, row, public=not access.role.covers(Role.JUDGE))
+    name = {"content-disposition": 'attachment; filename="results.csv"'}
+    return ResultsTable(results_csv(view), headers=name)
+
+
+@router.get("/gyms/{gym}/competitions/{competition}/results.pdf", response_class=ResultsPaper)
+def read_results_paper(
+    competition: UUID, session: Db, access: GuestMay, boards: BoardsOf,
+    language: Language = "en",
+) -> ResultsPaper:  # fmt: skip
+    """Return the board as PDF."""
+    row = competition_of(session, access, competition)
+    view = boards.view(session, row, public=not access.role.covers(Role.JUDGE))
+    begins = row.starts_at or row.created_at
+    when = f"{begins.astimezone(ZoneInfo(access.gym.time_zone)):%Y-%m-%d}"
+    content = results_pdf(view, access.gym.name, when, _WORDS[language])
+    return ResultsPaper(content, headers={"content-disposition": 'inline; filename="results.pdf"'})
+
+
+def _replayed(session: Session, row: Competition, at: datetime, *, public: bool) -> Board:
+    """Return the board of a moment; the public sees no moment after the freeze."""
+    frozen = row.frozen_at if public else None
+    return board_of(session, row, at if frozen is None else min(at, frozen))
+
+
+def _fields(view: BoardView) -> dict[str, Any]:
+    return {name: getattr(view, name) for name in BoardView.__dataclass_fields__}

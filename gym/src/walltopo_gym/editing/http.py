@@ -1,0 +1,137 @@
+"""Endpoints of the editor of a scan in review, as `walltopo view --edit` has them (docs/edits.md).
+
+`<wall-topo edit=".../editor/log">` uses them; the sign-in replaces the token.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Any, Final
+from uuid import UUID
+
+from fastapi import APIRouter, Body, Query, Response
+
+from walltopo.editing.http import (
+    CropsOut,
+    LogOut,
+    PreviewIn,
+    PreviewOut,
+    SaveIn,
+    SaveOut,
+    json_response,
+    parse_place,
+)
+from walltopo.editing.messages import RebuildStatus
+from walltopo.scans.document import parse
+from walltopo_climb.editor import EaseIn, ProposeIn, adjust_grade_on, propose_on
+from walltopo_gym.accounts.audit import log_change
+from walltopo_gym.api.services import Services, ServicesOf
+from walltopo_gym.editing.service import EditSessions, Opened
+from walltopo_gym.errors import RequestError
+from walltopo_gym.gyms.access import Access, PublisherMay
+from walltopo_gym.publishing.plans import check_unplanned
+from walltopo_gym.scans.edits import read_log, save_log
+from walltopo_gym.scans.http.scans import scan_of
+from walltopo_gym.scans.service import check_in_review
+
+router = APIRouter(tags=["editing"])
+
+_VERSION: Final = re.compile("[0-9]{1,18}")
+
+JsonBody = Annotated[dict[str, Any], Body()]
+
+
+@router.get("/gyms/{gym}/scans/{scan}/editor/log", response_model=None)
+def read_edit_log(scan: UUID, services: ServicesOf, access: PublisherMay) -> Response:
+    """Return the edit log of a scan in review, and its version."""
+    _check(services, access, scan)
+    with services.database.reading() as session:
+        saved = read_log(session, scan)
+    version = str(saved.revision)
+    return json_response(LogOut(version, saved.log), version)
+
+
+@router.post("/gyms/{gym}/scans/{scan}/editor/log", response_model=None)
+def save_edit_log(
+    scan: UUID, body: JsonBody, services: ServicesOf, access: PublisherMay
+) -> Response:
+    """Save an edit log that is based on a version, and start applying it."""
+    request = parse(body, SaveIn, "edits")
+    if not _VERSION.fullmatch(request.version):
+        raise RequestError("edits-version")
+    opened = _opened(services, access, scan)
+    result = opened.session.preview(
+        request.edits
+    )  # before it is saved: one that cannot be replayed is refused
+    with services.database.writing() as session:
+        revision = save_log(session, scan, request.edits, int(request.version))
+        check_unplanned(session, scan)
+        log_change(session, "scan.edit", person=access.actor.known, gym=access.gym.id,
+                   subject=str(scan))  # fmt: skip
+    opened.carry_out()
+    return json_response(SaveOut(result, str(revision)), str(revision))
+
+
+@router.post("/gyms/{gym}/scans/{scan}/editor/log/try", response_model=None)
+def try_edit_log(
+    scan: UUID, body: JsonBody, services: ServicesOf, access: PublisherMay
+) -> Response:
+    """Return the state that an edit log leads to; change nothing."""
+    request = parse(body, PreviewIn, "edits")
+    result = _opened(services, access, scan).session.preview(request.edits)
+    return json_response(PreviewOut(result))
+
+
+@router.post("/gyms/{gym}/scans/{scan}/editor/log/problems", response_model=None)
+def propose_problems(
+    scan: UUID, body: JsonBody, services: ServicesOf, access: PublisherMay
+) -> Response:
+    """Return proposed problems on the holds after an edit log; change nothing."""
+    request = parse(body, ProposeIn, "spec")
+    session = _opened(services, access, scan).session
+    return json_response(propose_on(session, request.edits, request.spec))
+
+
+@router.post("/gyms/{gym}/scans/{scan}/editor/log/ease", response_model=None)
+def ease_route(scan: UUID, body: JsonBody, services: ServicesOf, access: PublisherMay) -> Response:
+    """Return the hold that makes a route one grade easier or harder; change nothing."""
+    request = parse(body, EaseIn, "route")
+    session = _opened(services, access, scan).session
+    return json_response(adjust_grade_on(session, request.edits, request.route, request.way))
+
+
+@router.get("/gyms/{gym}/scans/{scan}/editor/log/state", response_model=None)
+def read_edit_state(scan: UUID, services: ServicesOf, access: PublisherMay) -> Response:
+    """Return whether the scan's files show the saved log."""
+    _check(services, access, scan)
+    with services.database.reading() as session:
+        saved = read_log(session, scan)
+    if not saved.is_pending:
+        return json_response(RebuildStatus(False, False, str(saved.shown), ""))
+    return json_response(_opened(services, access, scan).state())
+
+
+@router.get("/gyms/{gym}/scans/{scan}/editor/photos", response_model=None)
+def read_edit_photos(
+    scan: UUID, services: ServicesOf, access: PublisherMay,
+    at: Annotated[str, Query(max_length=100, description="x,y,z in metres")] = "",
+) -> Response:  # fmt: skip
+    """Return crops of the photos that show a point of the wall best."""
+    opened = _opened(services, access, scan)
+    place = parse_place(at)
+    if place is None:
+        raise RequestError("expected-place")
+    return json_response(CropsOut(opened.session.crops(place)))
+
+
+def _check(services: Services, access: Access, scan: UUID) -> None:
+    with services.database.reading() as session:
+        check_in_review(scan_of(session, access.gym.id, scan).state)
+
+
+def _opened(services: Services, access: Access, scan: UUID) -> Opened:
+    _check(services, access, scan)
+    return services.get(EditSessions).of(scan)
+
+
+ROUTERS: Final[tuple[APIRouter, ...]] = (router,)

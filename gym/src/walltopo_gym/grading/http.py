@@ -1,0 +1,91 @@
+"""Endpoints of grade ranges of a scan in review: shown beside the setter's grade, never instead."""
+
+from __future__ import annotations
+
+from typing import Final, Literal
+from uuid import UUID
+
+from fastapi import APIRouter
+from pydantic import BaseModel
+
+from walltopo_climb.grades.font import FONT, V_OF
+from walltopo_climb.grades.model import Range
+from walltopo_gym.api.services import Db
+from walltopo_gym.grading.service import GradeOutlier, ranges_of
+from walltopo_gym.gyms.access import PublisherMay
+from walltopo_gym.scans.http.scans import scan_of
+from walltopo_gym.scans.service import check_in_review
+
+router = APIRouter(tags=["publishing"])
+
+
+class GradeBounds(BaseModel):
+    """The easiest and the hardest grade of a range, inclusive, on two scales."""
+
+    low: str
+    high: str
+    low_v: str
+    high_v: str
+
+    @classmethod
+    def of(cls, found: Range) -> GradeBounds:
+        """Return the bounds of a range of the model."""
+        low, high = found.low, found.high
+        return cls(low=FONT[low], high=FONT[high], low_v=f"V{V_OF[low]}", high_v=f"V{V_OF[high]}")
+
+
+class GradeOutlierFacts(GradeBounds):
+    """A route whose grade lies outside of the range that its movement and the gym's other grades
+    suggest: "soft" if the grade is above, "hard" if it is below, by `by` steps of the Font scale.
+    """
+
+    route_id: UUID
+    side: Literal["soft", "hard"]
+    by: int
+
+    @classmethod
+    def from_row(cls, outlier: GradeOutlier) -> GradeOutlierFacts:
+        """Return the message of an outlier."""
+        ends = GradeBounds.of(outlier.range).model_dump()
+        return cls(route_id=outlier.route, side=outlier.side, by=outlier.by, **ends)
+
+
+class GradeRange(GradeBounds):
+    """The range of the route with this number in the scan."""
+
+    number: int
+
+
+class GradeRanges(BaseModel):
+    """Estimated ranges of a scan's routes, as if each were new to the gym.
+
+    `state`: "waiting" while they are computed. `graded`: number of the gym's routes that they are
+    based on, 0: on the problems of a training board alone; `voted`: those of them that count by
+    climbers' votes. `coverage`: share of routes whose grade is in such a range. Routes without a
+    feasible sequence have no range.
+    """
+
+    state: Literal["waiting", "ready"]
+    graded: int
+    voted: int
+    coverage: float
+    routes: list[GradeRange]
+
+
+@router.get("/gyms/{gym}/scans/{scan}/grade-ranges")
+def read_grade_ranges(scan: UUID, session: Db, access: PublisherMay) -> GradeRanges:
+    """Return estimated grade ranges of the routes of a scan in review."""
+    row = scan_of(session, access.gym.id, scan)
+    check_in_review(row.state)
+    found = ranges_of(session, access.gym.id, row.id)
+    if found is None:
+        return GradeRanges(state="waiting", graded=0, voted=0, coverage=0.0, routes=[])
+    routes = [
+        GradeRange(number=number, **GradeBounds.of(one).model_dump())
+        for number, one in sorted(found.found.items())
+    ]
+    return GradeRanges(state="ready", graded=found.graded, voted=found.voted,
+                       coverage=found.coverage, routes=routes)  # fmt: skip
+
+
+ROUTERS: Final[tuple[APIRouter, ...]] = (router,)

@@ -1,0 +1,322 @@
+"""Grade ranges of a scan's routes, from the model, the setters' grades and the votes.
+
+A route counts once, by the estimate of its last published scan. Votes count on routes that enough
+people voted on, because the crowd's grade of others is not published either. As on the page of
+insights, votes are drawn towards the mean of all votes (`climbing/shrinking.py`).
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import timedelta
+from typing import Any, Final, Literal, NamedTuple
+from uuid import UUID
+
+from sqlalchemy import and_, func, or_, select
+from sqlalchemy.orm import Session
+
+from walltopo.scans.document import parse
+from walltopo_climb.grades.calibrate import OWN_ERRORS, Known
+from walltopo_climb.grades.font import grade_ends
+from walltopo_climb.grades.model import Learnt, Range
+from walltopo_climb.grades.scale import GymScale
+from walltopo_gym.climbing.models import Opinion
+from walltopo_gym.climbing.points import ENOUGH
+from walltopo_gym.climbing.shrinking import NOTHING, Sample, shrunk
+from walltopo_gym.clock import now
+from walltopo_gym.grading.models import PlacedRoute, ScanPlaces
+from walltopo_gym.gyms.models import GradeSystem
+from walltopo_gym.publishing.models import Placement, Route
+from walltopo_gym.scans.models import Scan, ScanEdits
+from walltopo_gym.scans.service import State
+from walltopo_gym.walls.models import Wall
+
+# Routes that hang no more tell of the scale too; a gym's grades drift.
+_REMEMBERED: Final = timedelta(days=365)
+
+_COMMON: Final = ("font", "v")
+
+
+class Span(NamedTuple):
+    """The first and last step of the Font scale that a gym's grade covers."""
+
+    low: int
+    high: int
+
+    @property
+    def middle(self) -> float:
+        return (self.low + self.high) / 2
+
+    @property
+    def width(self) -> int:
+        return self.high - self.low
+
+
+@dataclass(frozen=True)
+class ScaleRoute:
+    """A graded route, for the gym's scale.
+
+    Parameters
+    ----------
+    is_current : not stripped. span : of its setter's grade; None if only climbers graded it.
+    known : whether its hold types are known. known_grade : for the scale.
+    """
+
+    id: UUID
+    is_current: bool
+    span: Span | None
+    known: bool
+    known_grade: Known
+
+
+@dataclass(frozen=True)
+class _Votes:
+    """The votes on a route: number, mean and width on the Font scale, and the mean difference from
+    the setter's grade."""
+
+    number: int
+    mean: float
+    width: float
+    off: Sample
+
+
+def span_of(kind: str, grade: Mapping[str, Any]) -> Span | None:
+    """Return the span of a grade; None for a gym's own label without a range.
+
+    Parameters
+    ----------
+    kind : of the system. grade : a row of its `grades`.
+    """
+    if kind in _COMMON:
+        ends = grade_ends(grade["label"])
+        return None if ends is None else Span(*ends)
+    first, last = (grade_ends(grade.get(name) or "") for name in ("low", "high"))
+    return None if first is None or last is None else Span(first[0], last[1])
+
+
+def scale_routes(session: Session, gym: UUID, model: str) -> list[ScaleRoute]:
+    """Return the routes of a gym that have a grade on a common scale, or votes on one.
+
+    Parameters
+    ----------
+    model : identity of the model of all estimates.
+    """
+    spans = _spans(session, gym)
+    placed = _placed(session, gym, model)
+    graded = {key: _span(spans, row.grade_system_id, row.grade) for key, row in placed.items()}
+    votes = _votes(session, gym, spans, {
+        key: (row.grade_system_id, graded[key]) for key, row in placed.items()
+    })  # fmt: skip
+    off = shrunk({key: one.off for key, one in votes.items()})
+    scaled = []
+    for key, row in placed.items():
+        known = _known(row.place, graded[key], votes.get(key), off.get(key))
+        if known is not None:
+            is_current = row.stripped_at is None
+            scaled.append(ScaleRoute(key, is_current, graded[key], row.known, known))
+    return scaled
+
+
+def _known(
+    place: float, span: Span | None, votes: _Votes | None, off: float | None
+) -> Known | None:
+    """Return the votes' grade with enough votes, else the setter's grade."""
+    if votes is None:
+        return None if span is None else Known(place, span.middle, width=span.width)
+    # Without a setter's grade there is nothing that they could be harder than.
+    grade = votes.mean if span is None or off is None else span.middle + off
+    return Known(place, grade, votes.number, votes.width)
+
+
+def _spans(session: Session, gym: UUID) -> dict[UUID, dict[str, Span]]:
+    """Return the spans of each system's grades that are on a common scale."""
+    systems = select(GradeSystem).where(GradeSystem.gym_id == gym)
+    return {
+        system.id: {
+            grade["label"]: span
+            for grade in system.grades
+            if (span := span_of(system.kind, grade)) is not None
+        }
+        for system in session.scalars(systems)
+    }
+
+
+def _span(spans: Mapping[UUID, Mapping[str, Span]], system: UUID | None, grade: str) -> Span | None:
+    return spans.get(system, {}).get(grade) if system is not None else None
+
+
+def _placed(session: Session, gym: UUID, model: str) -> dict[UUID, Any]:
+    """Return routes with an estimate, each by its last published scan."""
+    rows = session.execute(
+        select(Route.id, Route.grade_system_id, Route.grade, Route.stripped_at, PlacedRoute.place,
+               PlacedRoute.known)
+        .join(Wall, Wall.id == Route.wall_id)
+        .join(Placement, Placement.route_id == Route.id)
+        .join(Scan, Scan.id == Placement.scan_id)
+        .join(ScanPlaces, ScanPlaces.scan_id == Scan.id)
+        .join(PlacedRoute, and_(PlacedRoute.scan_id == Placement.scan_id,
+                                PlacedRoute.number == Placement.number))
+        .where(Wall.gym_id == gym, ScanPlaces.model == model)
+        .where(Scan.state.in_((State.PUBLISHED, State.SUPERSEDED)))
+        .where(or_(Route.stripped_at.is_(None), Route.stripped_at >= now() - _REMEMBERED))
+        .order_by(Scan.published_at, Route.id)
+    )  # fmt: skip
+    return {row.id: row for row in rows}
+
+
+def _votes(
+    session: Session, gym: UUID, spans: Mapping[UUID, Mapping[str, Span]],
+    graded: Mapping[UUID, tuple[UUID | None, Span | None]],
+) -> dict[UUID, _Votes]:  # fmt: skip
+    """Return the votes of routes that enough people voted on."""
+    rows = session.execute(
+        select(Opinion.route_id, Opinion.grade, func.count())
+        .join(Route, Route.id == Opinion.route_id)
+        .join(Wall, Wall.id == Route.wall_id)
+        .where(Wall.gym_id == gym, Opinion.grade != "")
+        .group_by(Opinion.route_id, Opinion.grade)
+    )
+    given: dict[UUID, list[tuple[Span, int]]] = defaultdict(list)
+    for route, label, number in rows:
+        if route in graded:
+            span = _span(spans, graded[route][0], label)
+            if span is not None:
+                given[route].append((span, number))
+    counted = {key: _counted(votes, graded[key][1]) for key, votes in given.items()}
+    return {key: one for key, one in counted.items() if one.number >= ENOUGH}
+
+
+def _counted(votes: Sequence[tuple[Span, int]], setter: Span | None) -> _Votes:
+    number = sum(n for _, n in votes)
+    off = NOTHING
+    if setter is not None:
+        for span, n in votes:
+            steps = span.middle - setter.middle
+            off += Sample(n, n * steps, n * steps**2)
+    mean, width = (
+        sum(value * n for value, n in values) / number
+        for values in (
+            [(span.middle, n) for span, n in votes], [(span.width, n) for span, n in votes]
+        )
+    )  # fmt: skip
+    return _Votes(number, mean, width, off)
+
+
+Side = Literal["soft", "hard"]
+
+
+@dataclass(frozen=True)
+class Ranges:
+    """Ranges of a scan's routes by number, without routes that nobody can climb.
+
+    Parameters
+    ----------
+    graded : number of the gym's routes that they are based on; voted : those by climbers' votes.
+    """
+
+    graded: int
+    voted: int
+    coverage: float
+    found: dict[int, Range]
+
+
+@dataclass(frozen=True)
+class GradeOutlier:
+    """A route whose grade lies outside of its range.
+
+    Parameters
+    ----------
+    side : "soft" if its grade is above, "hard" if it is below. by : steps of the Font scale.
+    """
+
+    route: UUID
+    range: Range
+    side: Side
+    by: int
+
+
+@dataclass(frozen=True)
+class GradeOutliers:
+    """Outliers, the largest first; empty while fewer than `enough` routes are graded."""
+
+    graded: int
+    enough: int
+    routes: list[GradeOutlier]
+
+
+def ranges_of(session: Session, gym: UUID, scan: UUID) -> Ranges | None:
+    """Return the ranges as if each route were new; None while they are computed."""
+    row = session.get(ScanPlaces, scan)
+    edits = session.get(ScanEdits, scan)
+    if row is None or row.shown != (0 if edits is None else edits.shown):
+        return None
+    graded_routes = scale_routes(session, gym, row.model)
+    scale = _scale(row, graded_routes)
+    placed = session.scalars(select(PlacedRoute).where(PlacedRoute.scan_id == scan))
+    return Ranges(
+        graded=len(graded_routes),
+        voted=sum(one.known_grade.votes > 0 for one in graded_routes),
+        coverage=scale.learnt.known.coverage,
+        found={one.number: scale.range(one.place, one.known) for one in placed},
+    )
+
+
+def range_of(
+    session: Session, gym: UUID, scan: UUID, model: str, place: float, *, known: bool
+) -> Range | None:
+    """Return the range of a climb that is no route of the scan, as if it were new to the gym.
+
+    Parameters
+    ----------
+    scan : a version of its wall. model : identity of the model that gave `place`.
+
+    Returns
+    -------
+    None if the scan's own routes have no estimates of this model.
+    """
+    row = session.get(ScanPlaces, scan)
+    if row is None or row.model != model:
+        return None
+    return _scale(row, scale_routes(session, gym, model)).range(place, known)
+
+
+def grade_outliers(session: Session, gym: UUID) -> GradeOutliers:
+    """Compare each current route with the range from all others; a fifth is outside by chance."""
+    newest = (
+        select(ScanPlaces)
+        .join(Scan, Scan.id == ScanPlaces.scan_id)
+        .join(Wall, Wall.published_scan_id == Scan.id)
+        .where(Wall.gym_id == gym)
+        .order_by(ScanPlaces.at.desc())
+    )
+    row = session.scalars(newest.limit(1)).first()
+    graded_routes = [] if row is None else scale_routes(session, gym, row.model)
+    if row is None or len(graded_routes) < OWN_ERRORS:
+        return GradeOutliers(len(graded_routes), OWN_ERRORS, [])
+    scale = _scale(row, graded_routes)
+    found = [
+        outlier
+        for number, one in enumerate(graded_routes)
+        if one.is_current and one.span is not None
+        and (outlier := _outlier(one.id, one.span, scale.range_by_others(number, one.known)))
+    ]  # fmt: skip
+    return GradeOutliers(
+        len(graded_routes),
+        OWN_ERRORS,
+        sorted(found, key=lambda outlier: (-outlier.by, str(outlier.route))),
+    )
+
+
+def _scale(row: ScanPlaces, graded_routes: Sequence[ScaleRoute]) -> GymScale:
+    learnt = parse(row.learnt, Learnt, "the places of a scan")
+    return GymScale(learnt, tuple(one.known_grade for one in graded_routes))
+
+
+def _outlier(route: UUID, span: Span, found: Range) -> GradeOutlier | None:
+    if span.low > found.high:
+        return GradeOutlier(route, found, "soft", span.low - found.high)
+    if span.high < found.low:
+        return GradeOutlier(route, found, "hard", found.low - span.high)
+    return None

@@ -1,0 +1,270 @@
+"""Endpoints of gyms, their grade systems and audit log."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Annotated, Any, Literal, Self
+from uuid import UUID
+
+from fastapi import APIRouter
+from pydantic import BaseModel, Field, model_validator
+from sqlalchemy import delete, select
+from sqlalchemy.orm import Session
+
+from walltopo_gym.accounts.access import AnyoneMay, SignedInMay
+from walltopo_gym.accounts.audit import log_change
+from walltopo_gym.accounts.models import AuditEntry
+from walltopo_gym.api.fields import Body, Name, Slug, Text
+from walltopo_gym.api.paging import Cursor, Page, Size, page_of
+from walltopo_gym.api.services import Db, HooksOf, ServicesOf
+from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError
+from walltopo_gym.gyms.access import Access, GuestMay, OwnerMay, gym_rule
+from walltopo_gym.gyms.models import GradeSystem, Gym, Membership
+from walltopo_gym.gyms.roles import Role
+from walltopo_gym.gyms.service import check_grades, check_time_zone, open_gym
+from walltopo_gym.settings import Feature
+
+router = APIRouter(tags=["gyms"])
+
+Visibility = Literal["public", "unlisted", "private"]
+
+Joining = Literal["open", "invitation"]
+
+Boards = Literal["off", "one", "categories"]
+
+
+class NewGym(Body):
+    """A new gym; `slug` is its part of the address, derived from the name by default."""
+
+    name: Name
+    slug: Slug = ""
+    place: Text = ""
+    time_zone: str = Field("UTC", max_length=60)
+    visibility: Visibility = "private"
+    joining: Joining = "invitation"
+
+
+class GymChange(Body):
+    """Changes of a gym; omitted fields stay."""
+
+    name: Name | None = None
+    place: Text | None = None
+    time_zone: str | None = Field(None, max_length=60)
+    visibility: Visibility | None = None
+    joining: Joining | None = None
+    boards: Boards | None = None
+    features_off: list[Feature] | None = Field(None, max_length=10)
+
+
+class GymFacts(BaseModel):
+    """A gym; `role` is the viewer's, `features_off` the features that the gym has turned off."""
+
+    id: UUID
+    slug: str
+    name: str
+    place: str
+    time_zone: str
+    visibility: Visibility
+    joining: Joining
+    boards: Boards
+    features_off: list[Feature]
+    created_at: datetime
+    role: Role = Role.GUEST
+
+
+class AuditLine(BaseModel):
+    """An entry of the audit log."""
+
+    created_at: datetime
+    person_id: UUID | None
+    action: str
+    subject: str
+    details: dict[str, Any]
+
+
+@router.get("/gyms")
+def list_gyms(
+    session: Db, actor: AnyoneMay, cursor: Cursor = None, size: Size = 50
+) -> Page[GymFacts]:
+    """Return the public gyms, the newest first."""
+    rows, following = page_of(
+        session, select(Gym).where(Gym.visibility == "public"), Gym, cursor, size
+    )
+    return Page(items=[gym_facts(row, Role.GUEST) for row in rows], next=following)
+
+
+@router.get("/me/gyms")
+def list_own_gyms(session: Db, actor: SignedInMay) -> list[GymFacts]:
+    """Return one's own gyms."""
+    rows = session.execute(
+        select(Gym, Membership.role)
+        .join(Membership, Membership.gym_id == Gym.id)
+        .where(Membership.person_id == actor.known)
+        .order_by(Gym.name)
+    )
+    return [gym_facts(gym, Role(role)) for gym, role in rows]
+
+
+@router.post("/gyms", status_code=201)
+def make_gym(body: NewGym, session: Db, services: ServicesOf, actor: SignedInMay) -> GymFacts:
+    """Create a gym as its owner."""
+    if services.settings.new_gyms == "operators" and not actor.operator:
+        raise ForbiddenError("gyms-by-operators", "ask-operator")
+    facts = body.model_dump(include={"place", "time_zone", "visibility", "joining"})
+    gym = open_gym(session, actor.known, body.name, body.slug, **facts)
+    return gym_facts(gym, Role.OWNER)
+
+
+@router.get("/gyms/{gym}")
+def read_gym(access: GuestMay) -> GymFacts:
+    """Return a gym."""
+    return gym_facts(access.gym, access.role)
+
+
+@router.patch("/gyms/{gym}")
+def change_gym(body: GymChange, session: Db, hooks: HooksOf, access: OwnerMay) -> GymFacts:
+    """Change a gym's facts and visibility."""
+    changes = body.model_dump(exclude_none=True)
+    if "time_zone" in changes:
+        check_time_zone(changes["time_zone"])
+    if "features_off" in changes:
+        changes["features_off"] = sorted(set(changes["features_off"]))
+    gym = session.get_one(Gym, access.gym.id)
+    zone = gym.time_zone
+    for name, value in changes.items():
+        setattr(gym, name, value)
+    if gym.time_zone != zone:  # its days begin otherwise
+        hooks.days_changed(session, gym.id)
+    log_change(session, "gym.change", person=access.actor.known, gym=gym.id, subject=gym.slug,
+               **changes)  # fmt: skip
+    return gym_facts(gym, access.role)
+
+
+@router.delete("/gyms/{gym}", status_code=204)
+def close_gym(session: Db, access: Annotated[Access, gym_rule(Role.OWNER, None)]) -> None:
+    """Delete a gym for good, with its walls, scans and routes."""
+    session.execute(delete(Gym).where(Gym.id == access.gym.id))
+    log_change(session, "gym.delete", person=access.actor.known, gym=access.gym.id,
+               subject=access.gym.slug)  # fmt: skip
+
+
+@router.get("/gyms/{gym}/audit")
+def list_changes(
+    session: Db, access: OwnerMay, cursor: Cursor = None, size: Size = 50
+) -> Page[AuditLine]:
+    """Return the gym's audit log, the newest first."""
+    wanted = select(AuditEntry).where(AuditEntry.gym_id == access.gym.id)
+    rows, following = page_of(session, wanted, AuditEntry, cursor, size)
+    lines = [AuditLine.model_validate(row, from_attributes=True) for row in rows]
+    return Page(items=lines, next=following)
+
+
+def gym_facts(gym: Gym, role: Role) -> GymFacts:
+    """Return a gym's facts for a role."""
+    facts = GymFacts.model_validate(gym, from_attributes=True)
+    return facts.model_copy(update={"role": role})
+
+
+grades_router = APIRouter(tags=["grades"])
+
+
+class Grade(Body):
+    """One grade; a circuit has a colour and a range in Font or V."""
+
+    label: Name
+    colour: str | None = Field(None, pattern=r"^#[0-9a-f]{6}$")
+    low: str | None = Field(None, max_length=10)
+    high: str | None = Field(None, max_length=10)
+
+
+class NewGradeSystem(Body):
+    """A grade system, from the easiest grade to the hardest."""
+
+    name: Name
+    kind: Literal["font", "v", "circuits", "own"]
+    grades: list[Grade] = Field(min_length=1, max_length=60)
+
+    @model_validator(mode="after")
+    def _make_sense(self) -> Self:
+        check_grades(
+            self.kind,
+            [grade.label for grade in self.grades],
+            [(grade.low, grade.high) for grade in self.grades],
+        )
+        return self
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return the grades as stored."""
+        return [grade.model_dump(exclude_none=True) for grade in self.grades]
+
+
+class GradeSystemFacts(BaseModel):
+    """A gym's grade system."""
+
+    id: UUID
+    name: str
+    kind: str
+    grades: list[Grade]
+
+
+@grades_router.get("/gyms/{gym}/grade-systems")
+def list_grade_systems(session: Db, access: GuestMay) -> list[GradeSystemFacts]:
+    """Return the gym's grade systems."""
+    rows = session.scalars(
+        select(GradeSystem)
+        .where(GradeSystem.gym_id == access.gym.id)
+        .order_by(GradeSystem.created_at, GradeSystem.id)
+    )
+    return [_system(row) for row in rows]
+
+
+@grades_router.post("/gyms/{gym}/grade-systems", status_code=201)
+def make_grade_system(body: NewGradeSystem, session: Db, access: OwnerMay) -> GradeSystemFacts:
+    """Add a grade system."""
+    row = GradeSystem(gym_id=access.gym.id, name=body.name, kind=body.kind, grades=body.rows())
+    _refuse_taken(session, access.gym.id, body.name)
+    session.add(row)
+    session.flush()
+    log_change(session, "grades.create", person=access.actor.known, gym=access.gym.id,
+               subject=body.name)  # fmt: skip
+    return _system(row)
+
+
+@grades_router.put("/gyms/{gym}/grade-systems/{system}")
+def change_grade_system(
+    system: UUID, body: NewGradeSystem, session: Db, access: OwnerMay
+) -> GradeSystemFacts:
+    """Change a grade system."""
+    row = _system_of(session, access.gym.id, system)
+    if row.name != body.name:
+        _refuse_taken(session, access.gym.id, body.name)
+    row.name, row.kind, row.grades = body.name, body.kind, body.rows()
+    log_change(session, "grades.change", person=access.actor.known, gym=access.gym.id,
+               subject=body.name)  # fmt: skip
+    return _system(row)
+
+
+@grades_router.delete("/gyms/{gym}/grade-systems/{system}", status_code=204)
+def drop_grade_system(system: UUID, session: Db, access: OwnerMay) -> None:
+    """Delete a grade system."""
+    row = _system_of(session, access.gym.id, system)
+    session.delete(row)
+    log_change(session, "grades.delete", person=access.actor.known, gym=access.gym.id,
+               subject=row.name)  # fmt: skip
+
+
+def _system(row: GradeSystem) -> GradeSystemFacts:
+    return GradeSystemFacts.model_validate(row, from_attributes=True)
+
+
+def _system_of(session: Session, gym: UUID, system: UUID) -> GradeSystem:
+    row = session.get(GradeSystem, system)
+    if row is None or row.gym_id != gym:
+        raise NotFoundError("not-there-grades")
+    return row
+
+
+def _refuse_taken(session: Session, gym: UUID, name: str) -> None:
+    taken = select(GradeSystem.id).where(GradeSystem.gym_id == gym, GradeSystem.name == name)
+    if session.scalar(taken) is not None:
+        raise ConflictError("grades-name-taken", name=name)

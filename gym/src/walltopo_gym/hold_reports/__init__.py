@@ -1,0 +1,1 @@
+"""Reports of holds that spin, are broken, sharp or dirty."""

@@ -1,0 +1,188 @@
+"""Endpoints of health, metrics, server facts, and a person's own data."""
+
+from __future__ import annotations
+
+import hmac
+import shutil
+from collections.abc import Iterable
+from typing import Any, Final
+
+from fastapi import APIRouter, Request, Response
+from obstore.exceptions import BaseError
+from prometheus_client import CollectorRegistry, Counter, Histogram, generate_latest
+from prometheus_client.core import GaugeMetricFamily
+from prometheus_client.registry import Collector
+from pydantic import BaseModel
+from sqlalchemy import func, select, text
+from sqlalchemy.exc import SQLAlchemyError
+from starlette.responses import JSONResponse, PlainTextResponse
+
+from walltopo_gym.accounts.access import AnyoneMay, SignedInMay
+from walltopo_gym.accounts.http.account import check_own_password
+from walltopo_gym.accounts.http.cookies import end_here
+from walltopo_gym.accounts.passwords import Password
+from walltopo_gym.api.fields import Body
+from walltopo_gym.api.problems import problem_answer
+from walltopo_gym.api.services import Db, Services, ServicesOf
+from walltopo_gym.errors import NotFoundError, RequestError
+from walltopo_gym.hall.models import KINDS
+from walltopo_gym.jobs.place import living
+from walltopo_gym.operating.own_data import all_of, ascents_csv, forget
+from walltopo_gym.scans.incoming import Incoming
+from walltopo_gym.scans.models import Photo, Scan
+from walltopo_gym.scans.service import State
+
+router = APIRouter(tags=["accounts"])
+
+
+class DeleteAccount(Body):
+    """The password, so that an unattended browser cannot delete the account."""
+
+    password: Password
+
+
+@router.get("/me/data")
+def read_data(response: Response, session: Db, actor: SignedInMay) -> dict[str, Any]:
+    """Return all data of one's account."""
+    response.headers["content-disposition"] = 'attachment; filename="walltopo.json"'
+    return all_of(session, actor.known, KINDS)
+
+
+@router.get("/me/ascents.csv", response_class=PlainTextResponse)
+def read_ascents_table(session: Db, actor: SignedInMay) -> PlainTextResponse:
+    """Return one's ascents as CSV."""
+    headers = {"content-disposition": 'attachment; filename="ascents.csv"'}
+    return PlainTextResponse(
+        ascents_csv(session, actor.known), headers=headers, media_type="text/csv"
+    )
+
+
+@router.post("/me/delete", status_code=204)
+def delete_me(
+    body: DeleteAccount, response: Response, services: ServicesOf, actor: SignedInMay
+) -> None:
+    """Delete one's account with all of its data."""
+    check_own_password(services, actor.known, body.password)
+    with services.database.writing() as session:
+        forget(session, actor.known)
+    end_here(response)
+
+
+about_router = APIRouter(tags=["server"])
+
+
+class ServerFacts(BaseModel):
+    """The ways to sign in; `oidc`: name of the other server behind `/oidc/sign-in`."""
+
+    sign_up: str
+    new_gyms: str
+    oidc: str | None
+
+
+@about_router.get("/server")
+def read_server(services: ServicesOf, actor: AnyoneMay) -> ServerFacts:
+    """Return facts of this server."""
+    settings = services.settings
+    return ServerFacts(
+        sign_up=settings.sign_up,
+        new_gyms=settings.new_gyms,
+        oidc=settings.oidc_name if settings.oidc_issuer else None,
+    )
+
+
+health_router = APIRouter(tags=["health"], include_in_schema=False)
+
+
+class Health(BaseModel):
+    status: str
+
+
+@health_router.get("/health")
+def read_health() -> Health:
+    """Return 200 while the process responds."""
+    return Health(status="ok")
+
+
+@health_router.get("/ready", response_model=Health)
+def read_readiness(services: ServicesOf) -> Health | JSONResponse:
+    """Return whether database and file store respond, and how full the disk is."""
+    try:
+        with services.database.reading() as session:
+            session.execute(text("SELECT 1"))
+    except SQLAlchemyError:
+        return problem_answer(RequestError("database-away"), 503)
+    try:
+        services.store.has("nothing")
+    except (BaseError, OSError):
+        return problem_answer(RequestError("store-away"), 503)
+    fullness = services.get(Incoming).fullness()
+    if fullness == "full":
+        return problem_answer(RequestError("disk-is-full", "disk-make-room"), 503)
+    return Health(status="ok" if fullness == "ok" else f"the disk is {fullness}")
+
+
+metrics_router = APIRouter(include_in_schema=False)
+
+_BOUNDS = (0.005, 0.01, 0.02, 0.03, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 10.0)
+
+
+class Metrics:
+    """The metrics of one server, in their own registry because a process may have several
+    servers."""
+
+    def __init__(self, services: Services) -> None:
+        self.registry = CollectorRegistry()
+        self.registry.register(_Table(services))
+        self._requests = Counter(
+            "walltopo_requests", "Requests", ("endpoint", "status"), registry=self.registry
+        )
+        self._seconds = Histogram(
+            "walltopo_request_seconds", "Time to the end of the answer", ("endpoint",),
+            buckets=_BOUNDS, registry=self.registry,
+        )  # fmt: skip
+
+    def note(self, endpoint: str, status: int, seconds: float) -> None:
+        """Count one request."""
+        self._requests.labels(endpoint, str(status)).inc()
+        self._seconds.labels(endpoint).observe(seconds)
+
+
+class _Table(Collector):
+    """Metrics of tables and disk, read at each request."""
+
+    def __init__(self, services: Services) -> None:
+        self._services = services
+
+    def collect(self) -> Iterable[GaugeMetricFamily]:
+        settings = self._services.settings
+        scans = GaugeMetricFamily("walltopo_scans", "Scans by state", labels=["state"])
+        workers = GaugeMetricFamily("walltopo_workers", "Workers that live")
+        photos = GaugeMetricFamily("walltopo_photos_waiting", "Photos nobody has looked at yet")
+        free = GaugeMetricFamily("walltopo_free_bytes", "Room left in the data folder")
+        with self._services.database.reading() as session:
+            counted = select(Scan.state, func.count()).group_by(Scan.state)
+            states = {row[0]: row[1] for row in session.execute(counted)}
+            waiting = select(func.count()).select_from(Photo).where(Photo.state == "received")
+            photos.add_metric([], session.scalar(waiting) or 0)
+        workers.add_metric([], living(settings, self._services.database))
+        for state in State:
+            scans.add_metric([state.value], states.get(state.value, 0))
+        free.add_metric([], shutil.disk_usage(settings.data).free)
+        return scans, workers, photos, free
+
+
+@metrics_router.get("/metrics")
+def read_metrics(request: Request, services: ServicesOf) -> Response:
+    """Return the metrics; 404 without a token in the settings."""
+    token = services.settings.metrics_token
+    given = request.headers.get("authorization", "").encode()
+    if not token or not hmac.compare_digest(given, f"Bearer {token}".encode()):
+        raise NotFoundError("not-found")
+    metrics: Metrics = request.app.state.metrics
+    return Response(generate_latest(metrics.registry), media_type="text/plain; version=0.0.4")
+
+
+ROUTERS: Final[tuple[APIRouter, ...]] = (
+    about_router,
+    router,
+)

@@ -1,0 +1,1 @@
+"""Problems that climbers make of a wall's holds."""

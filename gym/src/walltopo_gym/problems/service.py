@@ -1,0 +1,257 @@
+"""Store problems, and find their holds on the wall as it is now."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from enum import StrEnum
+from typing import Any, Final
+from uuid import UUID
+
+from sqlalchemy import Select, and_, exists, func, or_, select
+from sqlalchemy.orm import Session
+
+from walltopo_gym.accounts.limits import count_problem
+from walltopo_gym.accounts.models import Person
+from walltopo_gym.climbing.edits import Edit, takes
+from walltopo_gym.clock import now
+from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
+from walltopo_gym.gyms.models import Ban
+from walltopo_gym.problems.models import Problem, ProblemAscent
+from walltopo_gym.publishing.by_hand import HandRoute, add_routes
+from walltopo_gym.publishing.models import Route
+from walltopo_gym.publishing.version_holds import check_version, current_holds, version_holds
+from walltopo_gym.storage.files import FileStore
+from walltopo_gym.walls.models import Wall
+
+MAX_HOLDS: Final = 60
+
+
+class Use(StrEnum):
+    """What a hold of a problem is for."""
+
+    START = "start"
+    HAND = "hand"
+    FOOT = "foot"
+    TOP = "top"
+
+
+class Share(StrEnum):
+    """The people who see a problem: its author, people with the link, or all members of the gym."""
+
+    PRIVATE = "private"
+    LINK = "link"
+    GYM = "gym"
+
+
+@dataclass(frozen=True)
+class UsedHold:
+    """A hold of a problem by its id in a version of the wall."""
+
+    hold: int
+    use: Use
+
+
+@dataclass(frozen=True)
+class ProblemWords:
+    """A problem as its author has it; the columns of `Problem` say what the fields are."""
+
+    scan: UUID
+    holds: Sequence[UsedHold]
+    name: str
+    grade_system: UUID | None
+    grade: str
+    share: Share
+    matching: bool
+    note: str
+    remix_of: UUID | None
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A problem with its author's name, the number of its climbers, and one's own ascent.
+
+    Parameters
+    ----------
+    holds : those that are on the wall now, with their ids in the published version.
+    gone : number of the others.
+    """
+
+    problem: Problem
+    author: str
+    climbers: int
+    climbed_at: datetime | None
+    holds: list[UsedHold]
+    gone: int
+
+
+def check_holds(store: FileStore, scan: UUID, holds: Sequence[UsedHold]) -> None:
+    """Refuse holds that make no problem.
+
+    Raises
+    ------
+    RequestError : a hold comes twice or is not in the version, or start or top are missing.
+    """
+    ids = [used.hold for used in holds]
+    if len(set(ids)) < len(ids):
+        raise RequestError("problem-hold-twice")
+    uses = [used.use for used in holds]
+    if not 1 <= uses.count(Use.START) <= 4 or not 1 <= uses.count(Use.TOP) <= 2:
+        raise RequestError("problem-start-top")
+    known = version_holds(store, scan).by_id
+    if not all(hold in known for hold in ids):
+        raise RequestError("hold-unknown")
+
+
+def keep_problem(
+    session: Session, store: FileStore, problem: UUID, person: UUID, wall: Wall,
+    words: ProblemWords, edit: Edit | None,
+) -> tuple[Problem, bool]:  # fmt: skip
+    """Store or change a problem; return it and whether it is new.
+
+    A deleted problem stays deleted, and a newer edit stays.
+
+    Raises
+    ------
+    RequestError : the holds make no problem; ConflictError : the id belongs to another person or
+        wall; TooManyError : the person's limit of a day is reached.
+    """
+    # One person's problems come one after the other, so that two copies at once are one.
+    session.execute(select(Person.id).where(Person.id == person).with_for_update())
+    row = session.get(Problem, problem)
+    if row is not None and (row.person_id != person or row.wall_id != wall.id):
+        raise ConflictError("id-taken", "id-another")
+    if row is not None and row.taken_back_at is not None:
+        return row, False
+    check_version(session, wall, words.scan)
+    check_holds(store, words.scan, words.holds)
+    is_new = row is None
+    if row is None:
+        count_problem(session, person)
+        row = Problem(id=problem, wall_id=wall.id, person_id=person)
+    if takes(row, edit):
+        row.scan_id, row.name, row.note = words.scan, words.name, words.note
+        row.grade_system_id, row.grade = words.grade_system, words.grade
+        row.share, row.matching, row.remix_of = words.share, words.matching, words.remix_of
+        row.holds = [{"hold": used.hold, "use": used.use.value} for used in words.holds]
+    session.add(row)
+    session.flush()
+    return row, is_new
+
+
+def problem_of(
+    session: Session, gym: UUID, problem: UUID, person: UUID | None, *, is_member: bool,
+    is_setter: bool = False,
+) -> Problem:  # fmt: skip
+    """Return a problem of this gym that the person may see.
+
+    Raises
+    ------
+    NotFoundError : there is none, or it is not for this person.
+    """
+    in_gym = select(Problem).join(Wall, Wall.id == Problem.wall_id).where(Wall.gym_id == gym)
+    row = session.scalar(in_gym.where(Problem.id == problem, Problem.taken_back_at.is_(None)))
+    if row is None or not _may_see(row, person, is_member=is_member, is_setter=is_setter):
+        raise NotFoundError("not-there-problem")
+    return row
+
+
+def _may_see(row: Problem, person: UUID | None, *, is_member: bool, is_setter: bool) -> bool:
+    if row.person_id == person:
+        return True
+    if row.share == Share.PRIVATE or (row.hidden_at is not None and not is_setter):
+        return False
+    return row.share == Share.LINK or is_member
+
+
+def listed(
+    wall: Wall, person: UUID, *, mine: bool, is_setter: bool
+) -> Select[Problem, datetime, UUID]:
+    """Return the query of a wall's problems that a member sees, with time and id of each."""
+    rows: Select[Problem, datetime, UUID] = select(Problem, Problem.created_at, Problem.id).where(
+        Problem.wall_id == wall.id, Problem.taken_back_at.is_(None)
+    )
+    if mine:
+        return rows.where(Problem.person_id == person)
+    in_gym = Problem.share == Share.GYM
+    if not is_setter:
+        banned = exists().where(Ban.gym_id == wall.gym_id, Ban.person_id == Problem.person_id)
+        in_gym = and_(in_gym, Problem.hidden_at.is_(None), ~banned)
+    return rows.where(or_(in_gym, Problem.person_id == person))
+
+
+def shown(
+    session: Session, store: FileStore, wall: Wall, rows: Sequence[Problem], person: UUID | None
+) -> list[Shown]:
+    """Return the problems of a wall with what a page shows of them."""
+    ids = [row.id for row in rows]
+    authors = {row.person_id for row in rows}
+    people = select(Person.id, Person.name).where(Person.id.in_(authors))
+    names = dict(session.execute(people).all())
+    climbed = ProblemAscent.problem_id.in_(ids), ProblemAscent.climbed_at.is_not(None)
+    counted = select(ProblemAscent.problem_id, func.count()).where(*climbed)
+    counts = dict(session.execute(counted.group_by(ProblemAscent.problem_id)).all())
+    own = select(ProblemAscent.problem_id, ProblemAscent.climbed_at).where(
+        *climbed, ProblemAscent.person_id == person
+    )
+    mine = dict(session.execute(own).all())
+    scans = {row.scan_id for row in rows}
+    current = {scan: current_holds(session, store, wall, scan) for scan in scans}
+    found = []
+    for row in rows:
+        now_at = current[row.scan_id]
+        there = [
+            UsedHold(now_at[used["hold"]], Use(used["use"]))
+            for used in row.holds if used["hold"] in now_at
+        ]  # fmt: skip
+        found.append(
+            Shown(row, names.get(row.person_id, ""), counts.get(row.id, 0), mine.get(row.id),
+                  there, len(row.holds) - len(there))
+        )  # fmt: skip
+    return found
+
+
+def take_back(session: Session, problem: Problem) -> None:
+    """Delete a problem for all but late copies of its edits; its words and holds go."""
+    problem.taken_back_at = now()
+    problem.name = problem.note = problem.grade = ""
+    problem.holds, problem.grade_system_id = [], None
+
+
+def set_climbed(
+    session: Session, problem: UUID, person: UUID, climbed_at: datetime | None, edit: Edit | None
+) -> None:
+    """Store whether a person has climbed a problem; a late copy of an older edit changes nothing.
+
+    Parameters
+    ----------
+    climbed_at : None: not climbed. A time in the future counts as now.
+    """
+    session.execute(select(Person.id).where(Person.id == person).with_for_update())
+    row = session.get(ProblemAscent, (problem, person))
+    row = row or ProblemAscent(problem_id=problem, person_id=person)
+    if takes(row, edit):
+        row.climbed_at = None if climbed_at is None else min(climbed_at, now())
+    session.add(row)
+
+
+def promote(session: Session, wall: Wall, problem: Problem, setter: str) -> Route:
+    """Make a route of a problem, without a place on the wall until a scan shows it; return it.
+
+    A problem becomes a route once: the route has the problem's id.
+
+    Raises
+    ------
+    ConflictError : it is private.
+    """
+    if problem.share == Share.PRIVATE:
+        raise ConflictError("problem-private")
+    facts: dict[str, Any] = {
+        "name": problem.name, "colour": "", "grade_system_id": problem.grade_system_id,
+        "grade": problem.grade, "setter": setter, "tags": [], "set_on": now().date(),
+        "strip_on": None,
+    }  # fmt: skip
+    [route] = add_routes(session, wall, [HandRoute(problem.id, facts)])
+    problem.route_id = route.id
+    return route

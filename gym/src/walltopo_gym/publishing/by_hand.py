@@ -1,0 +1,136 @@
+"""Routes that setters add without a scan."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import date
+from typing import Any, Final, NamedTuple
+from uuid import UUID
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from walltopo_gym.errors import ConflictError, RequestError
+from walltopo_gym.gyms.models import GradeSystem
+from walltopo_gym.publishing.models import Route
+from walltopo_gym.spreadsheets import MAX_SHOWN
+from walltopo_gym.walls.models import Wall
+from walltopo_gym.webhooks.service import note
+
+MAX_ROUTES: Final = 1_000
+
+
+@dataclass(frozen=True)
+class HandRoute:
+    """A route to add.
+
+    Parameters
+    ----------
+    id : chosen by the sender, so that a repeated request adds nothing.
+    facts : columns of `Route`.
+    """
+
+    id: UUID
+    facts: Mapping[str, Any]
+
+
+class FactError(NamedTuple):
+    """An error in a fact of a route."""
+
+    column: str
+    problem: RequestError
+
+
+class Grades:
+    """The grade systems of a gym, by which labels of grades are found."""
+
+    def __init__(self, session: Session, gym: UUID) -> None:
+        rows = session.scalars(select(GradeSystem).where(GradeSystem.gym_id == gym))
+        self._systems = sorted(rows, key=lambda row: row.name)
+
+    def find(self, label: str, system: str) -> tuple[UUID, str]:
+        """Return the grade system's id and its label for a grade as somebody wrote it.
+
+        Parameters
+        ----------
+        system : name of the system; empty: the only one that has the grade.
+
+        Raises
+        ------
+        RequestError : no system has the grade, or several have it.
+        """
+        among = [row for row in self._systems if not system or _is_same(row.name, system)]
+        names = ", ".join(row.name for row in self._systems)
+        if not among:
+            raise RequestError("cell-no-system", "cell-systems", name=system[:MAX_SHOWN],
+                               names=names)  # fmt: skip
+        exact = [row for row in among if label in _labels(row)]
+        found = exact or [row for row in among if _in(label, row) is not None]
+        if not found:
+            grades = ", ".join(known for row in among for known in _labels(row))
+            raise RequestError("cell-no-grade", "grade-known", grade=label[:MAX_SHOWN],
+                               grades=grades)  # fmt: skip
+        if len(found) > 1:
+            several = ", ".join(row.name for row in found)
+            raise RequestError("cell-grade-twice", "cell-system-column", grade=label,
+                               names=several)  # fmt: skip
+        return found[0].id, label if exact else _in(label, found[0]) or label
+
+
+def _labels(row: GradeSystem) -> list[str]:
+    return [str(grade["label"]) for grade in row.grades]
+
+
+def _in(label: str, row: GradeSystem) -> str | None:
+    """Return the system's label that differs from another at most in upper and lower case."""
+    return next((known for known in _labels(row) if _is_same(known, label)), None)
+
+
+def _is_same(one: str, other: str) -> bool:
+    return one.casefold() == other.casefold()
+
+
+def check_facts(facts: Mapping[str, Any]) -> list[FactError]:
+    """Return what is wrong with the facts of a new route, besides its grade."""
+    wrong = []
+    if not facts["name"] and not facts["colour"]:
+        wrong.append(FactError("name", RequestError("route-no-name", "route-name-it")))
+    strips: date | None = facts["strip_on"]
+    if strips is not None and strips < facts["set_on"]:
+        problem = RequestError(
+            "strip-before-set", "strip-later", day=strips, set_on=facts["set_on"]
+        )
+        wrong.append(FactError("strip_on", problem))
+    return wrong
+
+
+def add_routes(session: Session, wall: Wall, routes: Sequence[HandRoute]) -> list[Route]:
+    """Add routes to a wall, or none if one cannot be added; return them in their order.
+
+    A route whose id is known on this wall was added by an earlier copy of the request: it stays as
+    it is.
+
+    Raises
+    ------
+    ConflictError : an id belongs to a route of another wall. RequestError : an id comes twice.
+    """
+    if len({route.id for route in routes}) < len(routes):
+        raise RequestError("route-twice")
+    # Two copies of a request come one after the other.
+    session.refresh(wall, with_for_update=True)
+    rows, is_changed = [], False
+    for route in routes:
+        row = session.get(Route, route.id)
+        if row is None:
+            row = Route(id=route.id, wall_id=wall.id, by_hand=True, **route.facts)
+            session.add(row)
+            is_changed = True
+        elif row.wall_id != wall.id:
+            raise ConflictError("id-taken", "id-another")
+        rows.append(row)
+    if is_changed:
+        wall.revision += 1
+        note(session, wall.gym_id, "routes.added", wall=str(wall.id))
+    session.flush()
+    return rows

@@ -1,0 +1,200 @@
+"""Endpoints of routes, current or stripped, and pictures of them."""
+
+from __future__ import annotations
+
+from datetime import date, datetime
+from typing import Annotated
+from uuid import UUID
+
+from fastapi import APIRouter, Response
+from pydantic import BaseModel, Field
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from walltopo_gym.accounts.audit import log_change
+from walltopo_gym.api.fields import Body, Day, Name, Text
+from walltopo_gym.api.services import Db, ServicesOf
+from walltopo_gym.errors import NotFoundError
+from walltopo_gym.gyms.access import Access, GuestMay, PublisherMay
+from walltopo_gym.publishing.models import Placement, Route
+from walltopo_gym.publishing.service import change_facts, restore, strip, touch_wall
+from walltopo_gym.publishing.versions import gym_routes, wall_routes
+from walltopo_gym.scans.pictures import route_picture, wall_picture
+from walltopo_gym.walls.http import wall_of
+from walltopo_gym.walls.models import Wall
+
+router = APIRouter(tags=["routes"])
+
+Tags = Annotated[list[Name], Field(max_length=20)]
+Short = Annotated[Text, Field(max_length=80)]
+
+
+class RouteWords(Body):
+    """A route's facts; a change keeps omitted ones."""
+
+    name: Short | None = None
+    grade_system_id: UUID | None = None
+    grade: Short | None = None
+    setter: Short | None = None
+    tags: Tags | None = None
+    set_on: Day | None = None
+    strip_on: Day | None = None
+
+    def facts(self) -> dict[str, object]:
+        """Return the given facts by column."""
+        given = self.model_dump(exclude={"number", "route_id"}, exclude_unset=True)
+        return {
+            name: value for name, value in given.items()
+            if value is not None or name in ("grade_system_id", "strip_on")
+        }  # fmt: skip
+
+
+class RouteChange(RouteWords):
+    """Changes of a route; a colour is what the setter says, whatever a scan found."""
+
+    colour: Text | None = Field(None, max_length=40)
+
+
+class RouteFacts(BaseModel):
+    """A route; `number`, `holds` and style are those of the published version. `by_hand`: it was
+    added without a scan; while its `number` is null, the 3D view does not show it. `reach`: heights
+    in metres (1.20 to 1.95, in steps of .15) for which the movement model finds moves to the top;
+    null while they are computed, or if the route is no climb."""
+
+    id: UUID
+    wall_id: UUID
+    name: str
+    colour: str
+    grade_system_id: UUID | None
+    grade: str
+    setter: str
+    tags: list[str]
+    set_on: date
+    strip_on: date | None
+    stripped_at: datetime | None
+    by_hand: bool
+    number: int | None = None
+    holds: list[int] = []
+    steepness_deg: float | None = None
+    hold_types: dict[str, int] = {}
+    reach: list[float] | None = None
+
+
+@router.get("/gyms/{gym}/routes")
+def list_routes(session: Db, access: GuestMay) -> list[RouteFacts]:
+    """Return the current routes of a gym, wall by wall."""
+    return [facts_of_route(route, placed) for route, placed in gym_routes(session, access.gym.id)]
+
+
+@router.get("/gyms/{gym}/routes/{route}")
+def read_route(route: UUID, session: Db, access: GuestMay) -> RouteFacts:
+    """Return a route, current or stripped."""
+    return _one(session, route_of(session, access, route))
+
+
+@router.patch("/gyms/{gym}/routes/{route}")
+def change_route(route: UUID, body: RouteChange, session: Db, access: PublisherMay) -> RouteFacts:
+    """Change a route's facts."""
+    row = route_of(session, access, route)
+    change_facts(session, access.gym.id, row, body.facts(), access.actor.known)
+    return _one(session, row)
+
+
+@router.post("/gyms/{gym}/routes/{route}/strip")
+def strip_route(route: UUID, session: Db, access: PublisherMay) -> RouteFacts:
+    """Strip a route without a new scan."""
+    row = route_of(session, access, route)
+    strip(session, row)
+    session.refresh(row)
+    touch_wall(session, row.wall_id)
+    _log(session, access, "route.strip", str(row.id))
+    return _one(session, row)
+
+
+@router.post("/gyms/{gym}/routes/{route}/restore")
+def restore_route(route: UUID, session: Db, access: PublisherMay) -> RouteFacts:
+    """Undo the stripping of a route without a new scan."""
+    row = route_of(session, access, route)
+    restore(session, row)
+    session.refresh(row)
+    touch_wall(session, row.wall_id)
+    _log(session, access, "route.restore", str(row.id))
+    return _one(session, row)
+
+
+def routes_of(session: Session, wall: Wall) -> list[RouteFacts]:
+    """Return the current routes of a wall by number, those without a placement last."""
+    return [facts_of_route(route, placed) for route, placed in wall_routes(session, wall)]
+
+
+def route_of(session: Session, access: Access, route: UUID) -> Route:
+    """Return a route of this gym.
+
+    Raises
+    ------
+    NotFoundError : this gym has no such route.
+    """
+    found = select(Route).join(Wall, Wall.id == Route.wall_id)
+    row = session.scalar(found.where(Route.id == route, Wall.gym_id == access.gym.id))
+    if row is None:
+        raise NotFoundError("not-there-route")
+    return row
+
+
+def _one(session: Session, row: Route) -> RouteFacts:
+    wall = session.get_one(Wall, row.wall_id)
+    placed = select(Placement).where(
+        Placement.route_id == row.id, Placement.scan_id == wall.published_scan_id
+    )
+    return facts_of_route(row, session.scalar(placed))
+
+
+def facts_of_route(row: Route, placement: Placement | None = None) -> RouteFacts:
+    """Return a route as the API has it."""
+    facts = RouteFacts.model_validate(row, from_attributes=True)
+    if placement is not None:
+        facts.number, facts.holds = placement.number, placement.holds
+        facts.steepness_deg, facts.hold_types = placement.steepness_deg, placement.hold_types
+        facts.reach = placement.reach
+    return facts
+
+
+def _log(session: Session, access: Access, action: str, subject: str) -> None:
+    log_change(session, action, person=access.actor.known, gym=access.gym.id, subject=subject)
+
+
+pictures_router = APIRouter(tags=["pictures"])
+
+
+class Picture(Response):
+    media_type = "image/jpeg"
+
+
+@pictures_router.get("/gyms/{gym}/walls/{wall}/picture", response_class=Picture)
+def read_wall_picture(wall: UUID, session: Db, services: ServicesOf, access: GuestMay) -> Picture:
+    """Return a picture of the published version from the front."""
+    scan = wall_of(session, access.gym.id, wall).published_scan_id
+    if scan is None:
+        raise NotFoundError("nothing-published")
+    return Picture(wall_picture(services.store, scan), headers=_caching(access.gym.visibility))
+
+
+@pictures_router.get("/gyms/{gym}/routes/{route}/picture", response_class=Picture)
+def read_route_picture(route: UUID, session: Db, services: ServicesOf, access: GuestMay) -> Picture:
+    """Return a picture of a route in the published version."""
+    placed = session.scalar(
+        select(Placement)
+        .join(Route, Route.id == Placement.route_id)
+        .join(Wall, Wall.id == Route.wall_id)
+        .where(Route.id == route, Wall.gym_id == access.gym.id)
+        .where(Placement.scan_id == Wall.published_scan_id)
+    )
+    if placed is None:
+        raise NotFoundError("not-there-published-route")
+    picture = route_picture(services.store, placed.scan_id, placed.holds)
+    return Picture(picture, headers=_caching(access.gym.visibility))
+
+
+def _caching(visibility: str) -> dict[str, str]:
+    """Return headers for a day: given addresses name the version, which never changes."""
+    return {"cache-control": f"{'private' if visibility == 'private' else 'public'}, max-age=86400"}

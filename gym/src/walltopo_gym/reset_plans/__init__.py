@@ -1,0 +1,1 @@
+"""Plans of resets, forerunners' proposals of grades, and their sign-off."""

@@ -1,0 +1,126 @@
+"""Scan folders in the object store, so that any worker can continue a scan.
+
+The folder on a worker's disk is a copy. After each stage its new files are uploaded.
+"""
+
+from __future__ import annotations
+
+import mimetypes
+import tempfile
+from pathlib import Path
+from typing import Any, Final
+from uuid import UUID
+
+from walltopo.core.files import files_below
+from walltopo.pipeline.stages import stage_named
+from walltopo.publish.page_tiers import TIERS
+from walltopo.scans.folder import ARTIFACTS, ScanFolder
+from walltopo.scans.manifest import Manifest
+from walltopo.scans.object_store import fetch_missing, send_files
+from walltopo_gym.errors import NotFoundError
+from walltopo_gym.storage.files import FileStore, hash_of_file
+
+# The public files of a published wall.
+_VISIBLE = ("page", "page_assets", "glb", "holds", "routes")
+MOVES_FILE: Final = "moves.json"  # added after the publication (publishing/moves.py)
+
+
+def _prefix(scan: UUID) -> str:
+    return f"scans/{scan}"
+
+
+def upload_stage(store: FileStore, scan: UUID, folder: ScanFolder, stage: str) -> None:
+    """Upload the files that a stage wrote.
+
+    Before the stage `edit`, a partial rescan is joined with its reference, which changes the files
+    of all earlier stages.
+    """
+    joined = stage == "edit" and Manifest.load(folder.manifest).joined is not None
+    made = [item.in_folder(folder) for item in (ARTIFACTS if joined else stage_named(stage).writes)]
+    if stage == "export":  # can be made again, but an edit would take as long as an export
+        made.append(folder.work / TIERS)
+    upload_files(store, scan, folder, *made, folder.manifest)
+
+
+def upload_files(store: FileStore, scan: UUID, folder: ScanFolder, *paths: Path) -> None:
+    """Upload existing files and folders of the scan folder."""
+    files = [file for path in paths for file in (files_below(path) if path.is_dir() else [path])]
+    there = (file for file in files if file.is_file())
+    send_files(store.objects, folder.root, there, f"{_prefix(scan)}/")
+
+
+def drop_joined(store: FileStore, scan: UUID) -> bool:
+    """Drop the files of a partial rescan that was joined, so that it starts from its photos again.
+
+    Its earlier stages could not run again, with other photos or another reference. Returns whether
+    it was joined.
+    """
+    below = f"{_prefix(scan)}/"
+    if not store.has(f"{below}scan.json") or read_manifest(store, scan).joined is None:
+        return False
+    store.drop(store.keys(below))
+    return True
+
+
+def read_manifest(store: FileStore, scan: UUID) -> Manifest:
+    """Return the stored manifest of a scan.
+
+    Raises
+    ------
+    NotFoundError : the scan has not come so far.
+    """
+    with tempfile.TemporaryDirectory() as name:
+        folder = ScanFolder(Path(name))
+        download_files(store, scan, folder, "manifest")
+        return Manifest.load(folder.manifest)
+
+
+def download_scan(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
+    """Download the files that are missing in the folder."""
+    fetch_missing(store.objects, folder.root, f"{_prefix(scan)}/")
+
+
+def download_sparse(store: FileStore, scan: UUID, root: Path) -> Path:
+    """Download the sparse model of a scan below `root`; return its folder.
+
+    Raises
+    ------
+    NotFoundError : the scan has not come so far.
+    """
+    folder = ScanFolder(root).sparse
+    prefix = f"{_prefix(scan)}/{folder.name}/"
+    if fetch_missing(store.objects, folder, prefix) == 0:
+        raise NotFoundError("file-gone")
+    return folder
+
+
+def download_files(store: FileStore, scan: UUID, folder: ScanFolder, *names: str) -> None:
+    """Download single files, by the names of the scan folder.
+
+    Raises
+    ------
+    NotFoundError : the scan has not come so far.
+    """
+    for name in names:
+        path: Path = getattr(folder, name)
+        store.fetch(f"{_prefix(scan)}/{path.relative_to(folder.root).as_posix()}", path)
+
+
+def store_public_file(store: FileStore, file: Path) -> dict[str, Any]:
+    """Store a public file under the hash of its content; return key, size and type."""
+    key = f"content/{hash_of_file(file)}"
+    store.put(key, file)  # also where it is already: a purge leaves young files alone
+    kind = mimetypes.guess_type(file.name)[0] or "application/octet-stream"
+    return {"key": key, "size": file.stat().st_size, "type": kind}
+
+
+def store_public_files(store: FileStore, folder: ScanFolder) -> dict[str, Any]:
+    """Store public files under hashes of their content; return path to key, size and type."""
+    found: dict[str, Any] = {}
+    for name in _VISIBLE:
+        path: Path = getattr(folder, name)
+        for file in files_below(path) if path.is_dir() else [path]:
+            if file.is_file():
+                shown = file.relative_to(folder.root).as_posix()
+                found[shown] = store_public_file(store, file)
+    return found

@@ -1,0 +1,201 @@
+"""Endpoints of scans: create, start, watch, cancel."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Annotated, Literal
+from uuid import UUID
+
+from anyio import sleep, to_thread
+from fastapi import APIRouter, Depends, Request
+from fastapi.sse import EventSourceResponse
+from pydantic import BaseModel
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from walltopo_gym.accounts.actor import Scope
+from walltopo_gym.accounts.audit import log_change
+from walltopo_gym.api.fields import Body
+from walltopo_gym.api.paging import Cursor, Page, Size, page_of
+from walltopo_gym.api.services import Db, Services, ServicesOf
+from walltopo_gym.errors import NotFoundError
+from walltopo_gym.gyms.access import Access, PublisherMay, gym_rule
+from walltopo_gym.gyms.roles import Role
+from walltopo_gym.scans.amendments import amend
+from walltopo_gym.scans.models import Scan, ScanProgress
+from walltopo_gym.scans.service import State, begin, move, start
+from walltopo_gym.walls.http import wall_of
+from walltopo_gym.walls.models import Wall
+
+router = APIRouter(tags=["scans"])
+
+UploaderMay = Annotated[Access, gym_rule(Role.SETTER, Scope.UPLOAD)]
+
+_WATCH_S = 0.5
+
+
+class Progress(BaseModel):
+    """The progress of a running scan: in words, and in numbers if they are known."""
+
+    stage: str
+    doing: str
+    done: int
+    total: int | None
+    notes: list[str]
+    at: datetime
+
+
+class ScaleFacts(BaseModel):
+    """Where a scan's metres come from: the labels of its scale plates, or the method."""
+
+    method: Literal["measure", "stickers", "distance", "poses", "reference", "none"]
+    metric: bool
+    plates: list[str]
+
+
+class ScanStart(Body):
+    """`part`: the photos show a part of the wall. The rest is taken from the published version."""
+
+    part: bool = False
+
+
+class ScanFacts(BaseModel):
+    """A version of a wall; `error` and `hint`: why it failed, and what to do. `part`: its photos
+    show a part of the wall, and the rest is from `reference_id`."""
+
+    id: UUID
+    wall_id: UUID
+    state: State
+    reference_id: UUID | None
+    amends_id: UUID | None
+    error: str
+    hint: str
+    created_at: datetime
+    published_at: datetime | None
+    scale: ScaleFacts | None
+    part: bool
+    progress: Progress | None = None
+
+
+def scan_of(session: Session, gym: UUID, scan: UUID) -> Scan:
+    """Return a scan of this gym.
+
+    Raises
+    ------
+    NotFoundError : this gym has no such scan.
+    """
+    found = select(Scan).join(Wall, Wall.id == Scan.wall_id)
+    row = session.scalar(found.where(Scan.id == scan, Wall.gym_id == gym))
+    if row is None:
+        raise NotFoundError("not-there-scan")
+    return row
+
+
+def facts_of(session: Session, row: Scan) -> ScanFacts:
+    """Return a scan with its progress."""
+    facts = ScanFacts.model_validate(row, from_attributes=True)
+    progress = session.get(ScanProgress, row.id)
+    if progress is not None:
+        facts.progress = Progress.model_validate(progress, from_attributes=True)
+    return facts
+
+
+@router.get("/gyms/{gym}/walls/{wall}/scans")
+def list_scans(
+    wall: UUID, session: Db, access: UploaderMay, cursor: Cursor = None, size: Size = 50
+) -> Page[ScanFacts]:
+    """Return the wall's versions, the newest first."""
+    wall_of(session, access.gym.id, wall)
+    rows, following = page_of(session, select(Scan).where(Scan.wall_id == wall), Scan, cursor, size)
+    return Page(items=[facts_of(session, row) for row in rows], next=following)
+
+
+@router.post("/gyms/{gym}/walls/{wall}/scans", status_code=201)
+def begin_scan(wall: UUID, session: Db, access: UploaderMay) -> ScanFacts:
+    """Create a version of the wall for uploads. It gets the coordinate frame of the published
+    version."""
+    row = wall_of(session, access.gym.id, wall)
+    scan = begin(session, row, access.actor.known)
+    _log(session, access, "scan.create", scan)
+    return facts_of(session, scan)
+
+
+@router.post("/gyms/{gym}/walls/{wall}/amendments", status_code=201)
+def amend_wall(wall: UUID, services: ServicesOf, access: PublisherMay) -> ScanFacts:
+    """Create an amendment of the published version: the same mesh and photos, to be edited,
+    reviewed and published. An amendment that is in review already is returned."""
+    with services.database.reading() as session:
+        row = wall_of(session, access.gym.id, wall)
+    scan = amend(services.database, services.store, row.id, access.actor.known)
+    with services.database.reading() as session:
+        return facts_of(session, session.get_one(Scan, scan))
+
+
+@router.get("/gyms/{gym}/scans/{scan}")
+def read_scan(scan: UUID, session: Db, access: UploaderMay) -> ScanFacts:
+    """Return a version of a wall and its progress."""
+    return facts_of(session, scan_of(session, access.gym.id, scan))
+
+
+@dataclass(frozen=True)
+class _Watched:
+    """A scan, and its state when the stream began."""
+
+    gym: UUID
+    facts: ScanFacts
+
+
+def _to_watch(scan: UUID, session: Db, access: UploaderMay) -> _Watched:
+    """Look the scan up before the response begins, because a stream cannot answer 404."""
+    facts = facts_of(session, scan_of(session, access.gym.id, scan))
+    return _Watched(access.gym.id, facts)
+
+
+def _facts_now(services: Services, watched: _Watched) -> ScanFacts:
+    with services.database.reading() as session:
+        return facts_of(session, scan_of(session, watched.gym, watched.facts.id))
+
+
+@router.get("/gyms/{gym}/scans/{scan}/events", response_class=EventSourceResponse)
+async def watch_scan(
+    request: Request, services: ServicesOf, first: Annotated[_Watched, Depends(_to_watch)]
+) -> AsyncIterator[ScanFacts]:
+    """Stream the progress of a scan until no worker works on it.
+
+    It is read from the table, so that any server can stream the progress of any worker.
+    """
+    facts = first.facts
+    yield facts
+    while facts.state in (State.QUEUED, State.RUNNING) and not await request.is_disconnected():
+        await sleep(_WATCH_S)
+        before, facts = facts, await to_thread.run_sync(_facts_now, services, first)
+        if facts != before:
+            yield facts
+
+
+@router.post("/gyms/{gym}/scans/{scan}/start")
+def start_scan(
+    scan: UUID, session: Db, access: UploaderMay, body: ScanStart | None = None
+) -> ScanFacts:
+    """Start a scan of the photos, also after a failure or a cancellation."""
+    row = scan_of(session, access.gym.id, scan)
+    start(session, row, part=body is not None and body.part)
+    _log(session, access, "scan.start", row)
+    return facts_of(session, row)
+
+
+@router.post("/gyms/{gym}/scans/{scan}/cancel")
+def cancel_scan(scan: UUID, session: Db, access: UploaderMay) -> ScanFacts:
+    """Cancel a scan; finished stages are kept for a restart."""
+    row = scan_of(session, access.gym.id, scan)
+    move(session, row.id, State.CANCELLED)
+    session.refresh(row)
+    _log(session, access, "scan.cancel", row)
+    return facts_of(session, row)
+
+
+def _log(session: Session, access: Access, action: str, scan: Scan) -> None:
+    log_change(session, action, person=access.actor.known, gym=access.gym.id,
+               subject=str(scan.id))  # fmt: skip

@@ -1,0 +1,302 @@
+"""Endpoints of photos and videos by tus 1.0.0 (https://tus.io/protocols/resumable-upload): core,
+creation, termination.
+
+A phone announces a photo (POST) and sends it (PATCH); after an interruption it asks for the offset
+(HEAD) and resumes. `Upload-Metadata` has `filename` and, if the phone can compute it, `sha256`: a
+stored photo is then not sent again, even after the tab was closed.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+from contextlib import ExitStack, suppress
+from typing import IO, Annotated, Final
+from uuid import UUID
+
+from anyio import to_thread
+from fastapi import APIRouter, BackgroundTasks, Depends, Header, HTTPException, Request, Response
+from pydantic import BaseModel
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+from starlette.requests import ClientDisconnect
+from starlette.responses import StreamingResponse
+
+from walltopo_gym.api.services import Db, Services, ServicesOf
+from walltopo_gym.errors import (
+    ConflictError,
+    ContentError,
+    NotFoundError,
+    RequestError,
+    TooLargeError,
+)
+from walltopo_gym.gyms.access import Access
+from walltopo_gym.scans.http.scans import UploaderMay, scan_of
+from walltopo_gym.scans.incoming import Incoming
+from walltopo_gym.scans.models import Photo, PhotoOverlap, Scan
+from walltopo_gym.scans.queues import photos_changed
+from walltopo_gym.scans.receiving import announce, announced_sizes, finish, is_video, kept_name
+from walltopo_gym.scans.service import State
+from walltopo_gym.walls.models import Wall
+
+_VERSION: Final = "1.0.0"
+_PIECE: Final = 1 << 20
+_LONGEST_PHOTO: Final = 2_000_000_000  # what can be announced at most, by the settings
+
+
+def _speak_tus(response: Response, tus_resumable: Annotated[str | None, Header()] = None) -> None:
+    """Check the tus version of a request, and set it in the response."""
+    response.headers["tus-resumable"] = _VERSION
+    if tus_resumable != _VERSION:
+        raise HTTPException(
+            412, f"Tus-Resumable: expected {_VERSION}, got {tus_resumable}",
+            {"tus-version": _VERSION},
+        )  # fmt: skip
+
+
+router = APIRouter(tags=["uploads"])
+Tus = Depends(_speak_tus)
+
+
+class PhotoFacts(BaseModel):
+    """A photo of a scan, or a video of so many `frames`; `reason`: why it is unusable, or why a
+    video was not read to its end. `plate_frames`: in how many frames a scale plate was seen."""
+
+    id: UUID
+    name: str
+    size: int
+    state: str
+    reason: str
+    width: int | None
+    height: int | None
+    frames: int
+    plate_frames: int
+
+
+class ShiftFacts(BaseModel):
+    """How far the view moved from one photo to another that overlaps it: `right` and `up`, as a
+    share of the picture's width and height; negative to the left and down."""
+
+    before: UUID
+    after: UUID
+    right: float
+    up: float
+
+
+class OverlapFacts(BaseModel):
+    """Groups of overlapping photos: `groups` of ids, the largest first.
+
+    `pending`: photos came or went, and the groups are being recomputed. `shifts` join the photos of
+    each group, and have all consecutive photos that overlap.
+    """
+
+    pending: bool
+    groups: list[list[UUID]]
+    shifts: list[ShiftFacts]
+
+
+@router.get("/gyms/{gym}/scans/{scan}/photos")
+def list_photos(scan: UUID, session: Db, access: UploaderMay) -> list[PhotoFacts]:
+    """Return the photos of a scan in the order of their announcement."""
+    row = scan_of(session, access.gym.id, scan)
+    photos = select(Photo).where(Photo.scan_id == row.id).order_by(Photo.created_at, Photo.id)
+    return [PhotoFacts.model_validate(photo, from_attributes=True)
+            for photo in session.scalars(photos)]  # fmt: skip
+
+
+@router.get("/gyms/{gym}/scans/{scan}/overlap")
+def read_overlap(scan: UUID, session: Db, access: UploaderMay) -> OverlapFacts:
+    """Return the groups of overlapping photos. One group becomes the wall, the rest is left out."""
+    row = session.get(PhotoOverlap, scan_of(session, access.gym.id, scan).id)
+    if row is None:
+        return OverlapFacts(pending=False, groups=[], shifts=[])
+    groups = [[UUID(photo) for photo in group] for group in row.groups]
+    shifts = [ShiftFacts.model_validate(shift) for shift in row.shifts]
+    return OverlapFacts(pending=row.answered < row.requested, groups=groups, shifts=shifts)
+
+
+@router.post("/gyms/{gym}/scans/{scan}/photos", status_code=201, dependencies=[Tus])
+def announce_photo(
+    scan: UUID, request: Request, response: Response, session: Db, services: ServicesOf,
+    later: BackgroundTasks, access: UploaderMay,
+    upload_length: Annotated[int, Header(ge=1, lt=2**63)],
+    upload_metadata: Annotated[str, Header(max_length=2000)],
+) -> None:  # fmt: skip
+    """Announce a photo; `Location` is its address, `Upload-Offset` the number of stored bytes."""
+    settings = services.settings
+    metadata = _metadata(upload_metadata)
+    name = kept_name(metadata["filename"])
+    kind, most = ("video", settings.max_video_mb) if is_video(name) else (
+        "photo", settings.max_photo_mb
+    )  # fmt: skip
+    if upload_length > most * 1_000_000:
+        raise TooLargeError("photo-too-large", kind=kind, most=most)
+    row = scan_of(session, access.gym.id, scan)
+    _check_open(row)
+    photo, is_new = announce(
+        session, row.id, name, upload_length, metadata.get("sha256"), settings.max_photos
+    )
+    if is_new:
+        others = announced_sizes(session)
+        del others[photo.id]
+        services.get(Incoming).begin(photo.id, upload_length, others)
+    offset = _offset(services, photo)
+    if photo.state == "receiving" and offset == photo.size:
+        later.add_task(_finish_whole, services, photo.id)
+    response.headers["location"] = f"{request.url.path.partition('/scans/')[0]}/photos/{photo.id}"
+    response.headers["upload-offset"] = str(offset)
+
+
+@router.head("/gyms/{gym}/photos/{photo}", dependencies=[Tus])
+def ask_offset(
+    photo: UUID, response: Response, session: Db, services: ServicesOf, later: BackgroundTasks,
+    access: UploaderMay,
+) -> None:  # fmt: skip
+    """Return the number of stored bytes of a photo."""
+    row = _photo_of(session, access, photo)
+    offset = _offset(services, row)
+    if row.state == "receiving" and offset == row.size:
+        later.add_task(_finish_whole, services, row.id)
+    response.headers["upload-offset"] = str(offset)
+    response.headers["upload-length"] = str(row.size)
+    response.headers["cache-control"] = "no-store"
+
+
+@router.patch(
+    "/gyms/{gym}/photos/{photo}", status_code=204, dependencies=[Tus], max_body_size=_LONGEST_PHOTO
+)
+async def send_photo(
+    photo: UUID, request: Request, response: Response, services: ServicesOf, access: UploaderMay,
+    upload_offset: Annotated[int, Header(ge=0, lt=2**63)],
+    content_type: Annotated[str, Header()],
+) -> None:  # fmt: skip
+    """Append bytes to a photo from `Upload-Offset` on; a complete photo is stored."""
+    if content_type != "application/offset+octet-stream":
+        raise HTTPException(415, "Content-Type: expected application/offset+octet-stream")
+    row = await to_thread.run_sync(_to_send, services, access, photo)
+    if row.state == "receiving":
+        with ExitStack() as stack:
+            stream = stack.enter_context(services.get(Incoming).appending(photo, upload_offset))
+            await _receive(request, services.get(Incoming), stream, row.size - upload_offset)
+            await to_thread.run_sync(stack.pop_all().close)
+    offset = _offset(services, row)
+    if offset == row.size:
+        arguments = (services.database, services.store, services.get(Incoming), photo)
+        await to_thread.run_sync(finish, *arguments)
+    response.headers["upload-offset"] = str(offset)
+
+
+@router.delete("/gyms/{gym}/photos/{photo}", status_code=204, dependencies=[Tus])
+def drop_photo(photo: UUID, session: Db, services: ServicesOf, access: UploaderMay) -> None:
+    """Delete a photo."""
+    row = _photo_of(session, access, photo)
+    scan = session.get_one(Scan, row.scan_id)
+    _check_open(scan)
+    scan.distance = None  # its points name photos by their numbers
+    session.delete(row)
+    photos_changed(session, row.scan_id)
+    services.get(Incoming).drop(photo)
+
+
+@router.get("/gyms/{gym}/photos/{photo}/thumbnail", response_class=StreamingResponse)
+def read_thumbnail(
+    photo: UUID, session: Db, services: ServicesOf, access: UploaderMay
+) -> StreamingResponse:
+    """Return a thumbnail of a photo, without its metadata."""
+    row = _photo_of(session, access, photo)
+    if row.sha256 is None or row.width is None:
+        raise NotFoundError("photo-not-read")
+    headers = {"etag": f'"{row.sha256}"', "cache-control": "private, max-age=31536000, immutable"}
+    pieces = services.store.chunks(row.thumbnail)
+    return StreamingResponse(pieces, media_type="image/jpeg", headers=headers)
+
+
+def _photo_of(session: Session, access: Access, photo: UUID) -> Photo:
+    found = (
+        select(Photo)
+        .join(Scan, Scan.id == Photo.scan_id)
+        .join(Wall, Wall.id == Scan.wall_id)
+        .where(Photo.id == photo, Wall.gym_id == access.gym.id)
+    )
+    row = session.scalar(found)
+    if row is None:
+        raise NotFoundError("not-there-photo")
+    return row
+
+
+def _check_open(scan: Scan) -> None:
+    if scan.state not in (State.UPLOADING, State.FAILED, State.CANCELLED):
+        raise ConflictError("scan-photos-stay", state=scan.state)
+
+
+def _to_send(services: Services, access: Access, photo: UUID) -> Photo:
+    with services.database.reading() as session:
+        row = _photo_of(session, access, photo)
+        _check_open(session.get_one(Scan, row.scan_id))
+        return row
+
+
+def _finish_whole(services: Services, photo: UUID) -> None:
+    """Store a photo whose bytes were complete when database or store went away; its sender sends no
+    more."""
+    with suppress(ContentError):  # not what was announced: it is forgotten
+        finish(services.database, services.store, services.get(Incoming), photo)
+
+
+def _offset(services: Services, photo: Photo) -> int:
+    if photo.state != "receiving":
+        return photo.size
+    return services.get(Incoming).offset(photo.id)
+
+
+async def _receive(request: Request, incoming: Incoming, stream: IO[bytes], most: int) -> None:
+    """Write the body to disk as it arrives. A broken connection keeps what arrived before.
+
+    Raises
+    ------
+    UnavailableError : the disk is too full; what arrived before is kept.
+    """
+    held = bytearray()
+
+    def write(piece: bytes) -> None:
+        for start in range(0, len(piece), _PIECE):
+            part = piece[start : start + _PIECE]
+            incoming.check_room(len(part))
+            stream.write(part)
+            stream.flush()
+
+    try:
+        async for piece in request.stream():
+            held += piece
+            most -= len(piece)
+            if most < 0:
+                raise HTTPException(413, "more bytes than were announced")
+            if len(held) >= _PIECE:
+                await to_thread.run_sync(write, bytes(held))
+                held.clear()
+    except ClientDisconnect:
+        pass  # the received part is kept; nobody is there to answer
+    if most >= 0:
+        await to_thread.run_sync(write, bytes(held))
+
+
+def _metadata(header: str) -> dict[str, str]:
+    """Return `Upload-Metadata`: keys with base64 values, separated by commas.
+
+    Raises
+    ------
+    RequestError : wrong syntax, no file name, or an invalid hash.
+    """
+    metadata = {}
+    for pair in header.split(","):
+        key, _, value = pair.strip().partition(" ")
+        try:
+            metadata[key] = base64.b64decode(value, validate=True).decode()
+        except (binascii.Error, UnicodeDecodeError) as error:
+            raise RequestError("tus-base64", key=key[:40]) from error
+    if not metadata.get("filename"):
+        raise RequestError("tus-no-filename")
+    digest = metadata.get("sha256")
+    if digest is not None and (len(digest) != 64 or set(digest) - set("0123456789abcdef")):
+        raise RequestError("tus-sha256")
+    return metadata

@@ -1,0 +1,77 @@
+"""Serving the application with uvicorn."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable
+from contextlib import nullcontext
+
+import uvicorn
+
+from walltopo.core import EnvironmentLacksError
+from walltopo_gym.migrations.run import migrate
+from walltopo_gym.scans.incoming import Incoming
+from walltopo_gym.scans.receiving import finish_all
+from walltopo_gym.server.app import build_app, open_services
+from walltopo_gym.server.observed import log_config
+from walltopo_gym.settings import GymSettings
+from walltopo_gym.work import at_work
+
+_KEPT_S = 60  # an idle connection; longer than clients keep theirs: none meets a closed one
+_LAST_WORDS_S = 10  # requests in progress when the server stops
+
+
+def serve(settings: GymSettings, tell: Callable[[str], None]) -> None:
+    """Serve until a signal arrives.
+
+    Parameters
+    ----------
+    tell : receives the address once the server listens on it.
+
+    Raises
+    ------
+    EnvironmentLacksError : the address cannot be listened on.
+    """
+    services = open_services(settings)
+    try:
+        migrate(services.database)
+        finish_all(services.database, services.store, services.get(Incoming))
+        listener = _listener(settings)
+        config = uvicorn.Config(
+            build_app(services),
+            server_header=False,
+            log_config=log_config(settings.log),
+            access_log=False,  # ours has ids, and no queries
+            proxy_headers=bool(settings.proxies),
+            forwarded_allow_ips=list(settings.proxies),
+            timeout_graceful_shutdown=_LAST_WORDS_S,
+            timeout_keep_alive=_KEPT_S,
+        )
+        host, port = listener.getsockname()[:2]
+        tell(f"http://{host}:{port}")
+        place = services.settings, services.database, services.store
+        # Without workers here the scans are left to `walltopo gym worker`.
+        with at_work(*place) if settings.workers else nullcontext():
+            uvicorn.Server(config).run(sockets=[listener])
+    finally:
+        services.close()
+
+
+def _listener(settings: GymSettings) -> socket.socket:
+    """Bind the socket here, so that port 0 is resolved and a used port gives a clear error."""
+    family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
+    listener = socket.socket(family, socket.SOCK_STREAM)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    # Head and body of an answer are two writes: the second would wait 40 ms for the first one's
+    # acknowledgement. Accepted sockets inherit it; asyncio sets it on sockets of its own only.
+    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    try:
+        listener.bind((settings.host, settings.port))
+        listener.listen()  # who comes before uvicorn is ready waits
+    except OSError as error:
+        listener.close()
+        raise EnvironmentLacksError(
+            f"cannot listen on {settings.host}:{settings.port} ({error.strerror})",
+            "Give another --port.",
+        ) from error
+    return listener

@@ -1,0 +1,1 @@
+"""Walls of a gym and its floor plan."""

@@ -1,0 +1,259 @@
+"""Climbers' problems: stored once, followed over versions, shared, moderated, promoted."""
+
+from __future__ import annotations
+
+from typing import Any
+from uuid import UUID, uuid4
+
+import pytest
+from gym.tests.worlds import World, hold
+from sqlalchemy import select
+
+from walltopo_gym.accounts import limits
+from walltopo_gym.accounts.limits import Limit
+from walltopo_gym.accounts.models import AuditEntry
+from walltopo_gym.grading.placing import Placing
+from walltopo_gym.gyms.models import Ban, GradeSystem
+from walltopo_gym.messages import english
+from walltopo_gym.operating.own_data import forget
+from walltopo_gym.problems.models import Problem
+
+LADDER = [hold(n, 0.15 * (n % 2), 0.4 + 0.35 * n) for n in range(1, 9)]
+HOLDS: list[dict[str, Any]] = [
+    {"hold": 2, "use": "start"},
+    {"hold": 1, "use": "foot"},
+    {"hold": 4, "use": "hand"},
+    {"hold": 6, "use": "hand"},
+    {"hold": 8, "use": "top"},
+]
+
+
+@pytest.fixture
+def scan(world: World) -> UUID:
+    """A published version: a ladder of eight holds, one of them on a route."""
+    made = world.reviewed({1: [1]}, LADDER)
+    assert world.publish(made, {"number": 1, "name": "Moon"}).is_success
+    return made
+
+
+def body(world: World, scan: UUID, **facts: Any) -> dict[str, Any]:
+    plain = {"wall_id": str(world.wall.id), "scan_id": str(scan), "holds": HOLDS, "name": "Mine"}
+    return plain | {"share": "gym"} | facts
+
+
+def put(world: World, who: str, scan: UUID, key: object = None, **facts: Any) -> Any:
+    path = f"{world.path}/problems/{key or uuid4()}"
+    return world.server.ask("PUT", path, world.people[who], body(world, scan, **facts))
+
+
+def read(world: World, who: str, key: object) -> Any:
+    return world.server.ask("GET", f"{world.path}/problems/{key}", world.people[who])
+
+
+def names(world: World, who: str, query: str = "") -> list[str]:
+    path = f"{world.path}/walls/{world.wall.id}/problems{query}"
+    answer = world.server.ask("GET", path, world.people[who])
+    assert answer.status_code == 200, answer.text
+    return [row["name"] for row in answer.json()["items"]]
+
+
+def test_a_problem_is_stored_once_and_changed_by_its_author(world: World, scan: UUID) -> None:
+    key = uuid4()
+    first = put(world, "member", scan, key)
+    assert first.status_code == 201, first.text
+    assert (first.json()["holds"], first.json()["gone"]) == (HOLDS, 0)
+    assert put(world, "member", scan, key, name="Yours", matching=False).status_code == 200
+    assert put(world, "judge", scan, key).status_code == 409
+    found = read(world, "judge", key).json()
+    assert (found["name"], found["matching"], found["author"]) == ("Yours", False, "member")
+    assert names(world, "judge") == ["Yours"]
+    assert names(world, "judge", "?mine=true") == []
+
+
+def test_a_late_copy_of_an_older_edit_changes_nothing(world: World, scan: UUID) -> None:
+    key, device = uuid4(), str(uuid4())
+    newer = {"device": device, "number": 2, "age_s": 0}
+    older = {"device": device, "number": 1, "age_s": 60}
+    assert put(world, "member", scan, key, name="New", edit=newer).is_success
+    assert put(world, "member", scan, key, name="Old", edit=older).json()["name"] == "New"
+
+
+def test_a_deleted_problem_is_not_revived_by_a_late_copy(world: World, scan: UUID) -> None:
+    key = uuid4()
+    put(world, "member", scan, key)
+    for _ in range(2):
+        gone = world.server.ask("DELETE", f"/me/problems/{key}", world.people["member"])
+        assert gone.status_code == 204
+    assert (
+        world.server.ask("DELETE", f"/me/problems/{key}", world.people["judge"]).status_code == 404
+    )
+    assert put(world, "member", scan, key).is_success
+    assert read(world, "member", key).status_code == 404
+    assert names(world, "member") == []
+
+
+@pytest.mark.parametrize(
+    ("holds", "key"),
+    [
+        ([*HOLDS, {"hold": 8, "use": "hand"}], "problem-hold-twice"),
+        (HOLDS[1:], "problem-start-top"),
+        (HOLDS[:-1], "problem-start-top"),
+        ([*HOLDS, {"hold": 99, "use": "hand"}], "hold-unknown"),
+    ],
+)
+def test_holds_that_make_no_problem(world: World, scan: UUID, holds: Any, key: str) -> None:
+    refused = put(world, "member", scan, holds=holds)
+    assert (refused.status_code, refused.json()["title"]) == (422, english(key, {}))
+
+
+def test_only_versions_that_this_wall_published(world: World, scan: UUID) -> None:
+    draft = world.reviewed({1: [1]}, LADDER)
+    assert put(world, "member", draft).status_code == 422
+
+
+def test_who_sees_a_problem(world: World, scan: UUID) -> None:
+    keys = {share: uuid4() for share in ("private", "link", "gym")}
+    for share, key in keys.items():
+        assert put(world, "member", scan, key, name=share, share=share).is_success
+    assert sorted(names(world, "member")) == ["gym", "link", "private"]
+    assert names(world, "judge") == names(world, "setter") == ["gym"]
+    seen = {share: read(world, "judge", key).status_code for share, key in keys.items()}
+    assert seen == {"private": 404, "link": 200, "gym": 200}
+    with world.server.database.writing() as session:
+        session.merge(world.gym).visibility = "public"
+    for who, status in (("stranger", 200), ("nobody", 200)):
+        linked = read(world, who, keys["link"])
+        assert (linked.status_code, linked.json()["author"]) == (status, "")
+        assert read(world, who, keys["gym"]).status_code == 404
+
+
+def test_after_a_reset_it_says_which_holds_are_gone(world: World, scan: UUID) -> None:
+    """Hold 6 was taken off; the others are numbered anew."""
+    key = uuid4()
+    put(world, "member", scan, key)
+    stayed = [one for one in LADDER if one.id != 6]
+    anew = [hold(50 + n, one.position[0], one.position[2]) for n, one in enumerate(stayed)]
+    later = world.reviewed({1: [50]}, anew)
+    assert world.publish(later, {"number": 1}, revision=1).is_success
+    found = read(world, "member", key).json()
+    now_at = {one.id: 50 + n for n, one in enumerate(stayed)}
+    kept = [
+        {"hold": now_at[each["hold"]], "use": each["use"]} for each in HOLDS if each["hold"] != 6
+    ]
+    assert (found["holds"], found["gone"]) == (kept, 1)
+    remix = put(world, "judge", later, holds=kept, remix_of=str(key), name="Again")
+    assert (remix.status_code, remix.json()["gone"], remix.json()["remix_of"]) == (201, 0, str(key))
+
+
+def test_who_climbed_it(world: World, scan: UUID) -> None:
+    key, device = uuid4(), str(uuid4())
+    put(world, "member", scan, key)
+    path = f"{world.path}/problems/{key}/climbed"
+    day = "2026-03-01T19:30:00Z"
+
+    def say(who: str, at: str | None, number: int) -> None:
+        edit = {"device": device, "number": number, "age_s": 0}
+        words = {"climbed_at": at, "edit": edit}
+        assert world.server.ask("PUT", path, world.people[who], words).status_code == 204
+
+    say("member", day, 1)
+    say("judge", day, 2)
+    found = read(world, "judge", key).json()
+    assert (found["climbers"], found["climbed_at"]) == (2, day)
+    say("judge", None, 4)
+    say("judge", day, 3)  # a late copy
+    assert read(world, "judge", key).json()["climbers"] == 1
+
+
+def test_a_reported_problem_is_hidden_or_kept(world: World, scan: UUID) -> None:
+    key = uuid4()
+    put(world, "member", scan, key, note="Rubbish")
+    report = f"{world.path}/problems/{key}/report"
+    for _ in range(2):
+        assert world.server.ask("PUT", report, world.people["judge"], {}).status_code == 204
+
+    def reports() -> Any:
+        path = f"{world.path}/problem-reports"
+        return world.server.ask("GET", path, world.people["setter"]).json()["items"]
+
+    [one] = reports()
+    assert one["text"] == "Mine\nRubbish"
+    hidden = f"{world.path}/problems/{key}/hidden"
+    for method, seen in (("PUT", []), ("DELETE", ["Mine"])):
+        assert world.server.ask(method, hidden, world.people["setter"]).status_code == 204
+        assert names(world, "judge") == seen
+        assert names(world, "member") == ["Mine"]
+        assert reports() == []
+    with world.server.database.reading() as session:
+        mine = select(AuditEntry.action).where(AuditEntry.gym_id == world.gym.id)
+        log = [action for action in session.scalars(mine) if action.startswith("problem.")]
+    assert sorted(log) == ["problem.hide", "problem.show"]
+
+
+def test_problems_of_banned_people_are_not_listed(world: World, scan: UUID) -> None:
+    put(world, "member", scan)
+    with world.server.database.writing() as session:
+        session.add(Ban(gym_id=world.gym.id, person_id=world.people["member"].id, reason=""))
+    assert names(world, "judge") == []
+    assert names(world, "setter") == ["Mine"]
+    assert put(world, "member", scan).status_code == 403
+
+
+def test_a_setter_makes_a_route_of_it_once(world: World, scan: UUID) -> None:
+    with world.server.database.reading() as session:
+        of_gym = select(GradeSystem).where(GradeSystem.gym_id == world.gym.id)
+        system = session.scalars(of_gym.order_by(GradeSystem.name)).first()
+        assert system is not None
+        graded = {"grade_system_id": str(system.id), "grade": system.grades[3]["label"]}
+    key = uuid4()
+    assert put(world, "member", scan, key, **graded).is_success
+    path = f"{world.path}/problems/{key}/promote"
+    made = [world.server.ask("POST", path, world.people["setter"]) for _ in range(2)]
+    assert [answer.status_code for answer in made] == [200, 200], made[0].text
+    route = world.server.ask(
+        "GET", f"{world.path}/routes/{made[0].json()['route_id']}", world.people["member"]
+    ).json()
+    assert (route["name"], route["setter"], route["grade"]) == ("Mine", "member", graded["grade"])
+    private = uuid4()
+    put(world, "setter", scan, private, share="private")
+    path = f"{world.path}/problems/{private}/promote"
+    assert world.server.ask("POST", path, world.people["setter"]).status_code == 409
+
+
+def test_the_model_gives_a_grade_and_who_reaches_the_holds(world: World, scan: UUID) -> None:
+    Placing(world.server.database, world.server.services.store).place(str(scan))
+    path = f"{world.path}/walls/{world.wall.id}/problem-estimate"
+
+    def ask(holds: Any) -> Any:
+        words = {"scan_id": str(scan), "holds": holds}
+        answer = world.server.ask("POST", path, world.people["member"], words)
+        assert answer.status_code == 200, answer.text
+        return answer.json()
+
+    ladder = [{"hold": n, "use": "start" if n == 2 else "top" if n == 8 else "hand"}
+              for n in range(1, 9)]  # fmt: skip
+    found = ask(ladder)
+    assert found["grades"] is not None
+    assert {row["height_m"] for row in found["heights"] if row["reached"]} >= {1.65, 1.80}
+    apart = [{"hold": 1, "use": "start"}, {"hold": 8, "use": "top"}]
+    far = ask(apart)
+    assert far["grades"] is None
+    assert not any(row["reached"] for row in far["heights"])
+
+
+def test_a_limit_of_a_day(world: World, scan: UUID, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(limits, "_PROBLEMS", Limit("problem", 2, 86400))
+    assert [put(world, "member", scan).status_code for _ in range(3)] == [201, 201, 429]
+
+
+def test_ones_own_data_and_the_end_of_an_account(world: World, scan: UUID) -> None:
+    key = uuid4()
+    put(world, "member", scan, key)
+    data = world.server.ask("GET", "/me/data", world.people["member"]).json()
+    assert [row["id"] for row in data["problems"]] == [str(key)]
+    member = world.people["member"].id
+    assert member is not None
+    with world.server.database.writing() as session:
+        forget(session, member)
+    with world.server.database.reading() as session:
+        assert session.get(Problem, key) is None

@@ -1,0 +1,83 @@
+"""A server with a gym for the tests in a browser, and the file that says where things are in it."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+from gym.tests.running import QUICK, Process
+from gym.tests.worlds import PASSWORD, Server, World, make_world
+
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.routes import Routes
+
+ROOT = Path(__file__).resolve().parents[3]
+WEB = ROOT / "gym" / "web"
+SHOTS = Path(os.environ.get("WALLTOPO_SHOTS", ROOT / "build" / "gym-shots"))
+
+
+def missing_browser() -> str:
+    """Return why no test can run in Chromium here; empty where they can."""
+    chromium = os.environ.get("WALLTOPO_CHROMIUM", "/usr/bin/chromium")
+    if not Path(chromium).exists():
+        return f"no browser at {chromium} (make system)"
+    if not (WEB / "node_modules/@playwright").is_dir():
+        return "gym/web/node_modules is missing (make browser)"
+    return ""
+
+
+def publish_wall(world: World, folder: Path) -> None:
+    """Publish a finished scan with the routes that were found on it."""
+    found = Routes.load(ScanFolder(folder).routes).routes
+    entries = [{"number": route.id, "name": f"Moon {route.id}"} for route in found]
+    answer = world.publish(world.finished(folder), *entries)
+    assert answer.is_success, answer.text
+
+
+def free_port() -> int:
+    """Return a port of this machine that nothing listens at."""
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port: int = free.getsockname()[1]
+    return port
+
+
+def new_world(data: Path) -> World:
+    """Make a data folder with a public gym, whose server is not started yet (`serving`)."""
+    data.mkdir()
+    (data / "quick.toml").write_text(QUICK)
+    return make_world(Server(data), visibility="public")
+
+
+@contextmanager
+def serving(
+    world: World, port: int, address: str, places: Mapping[str, object]
+) -> Iterator[dict[str, str]]:
+    """Serve the world as a process of its own; yields the environment of a browser test.
+
+    Parameters
+    ----------
+    address : that browsers open; places : what the test needs beside the gym and its people.
+    """
+    data = world.server.settings.data
+    world.server.close()
+    SHOTS.mkdir(parents=True, exist_ok=True)
+    common = {
+        "address": address,
+        "log": str(data / "serve.log"),
+        "shots": str(SHOTS),
+        "password": PASSWORD,
+        "gym": world.gym.slug,
+        "wall": str(world.wall.id),
+    }
+    people = {role: who.email for role, who in world.people.items()}
+    (data / "places.json").write_text(json.dumps(common | people | dict(places)))
+    settings = {"scan_settings": str(data / "quick.toml"), "new_gyms": "anyone"}
+    process = Process(data, "serve", "--port", str(port), address=address, **settings)
+    try:
+        yield {**os.environ, "WALLTOPO_PLACES": str(data / "places.json")}
+    finally:
+        process.stop()

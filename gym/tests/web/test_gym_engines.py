@@ -1,0 +1,82 @@
+"""The web app in Firefox and in WebKitGTK: `gym/web/tests/engines`."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import NoReturn
+
+import pytest
+from gym.tests.competitions.contest import Contest
+from gym.tests.web.places import WEB, free_port, new_world, publish_wall, serving
+from gym.tests.worlds import World
+
+ENGINES = {"firefox": "firefox-esr", "webkit": "WebKitWebDriver"}
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_app_in_another_engine(
+    engine: str,
+    tmp_path: Path,
+    tiny_photos: Path,
+    tiny_scan: Path,
+    lacks: Callable[[str], NoReturn],
+) -> None:
+    wanted = (ENGINES[engine], "Xvfb", "openssl")
+    missing = [program for program in wanted if shutil.which(program) is None]
+    if missing or not (WEB / "node_modules/@playwright").is_dir():
+        lacks(f"{', '.join(missing) or 'gym/web/node_modules'} is missing (make system browser)")
+    world = new_world(tmp_path / "app")
+    publish_wall(world, tiny_scan)
+    target, port = free_port(), free_port()
+    places = {
+        "photos": str(tiny_photos),
+        "later": str(world.finished(tiny_scan)),
+        "competition": _competition(world),
+        "port": port,
+        "target": target,
+        **_certificate(tmp_path),
+    }
+    with _screen() as display, serving(world, target, f"https://localhost:{port}", places) as env:
+        done = subprocess.run(
+            ["node_modules/.bin/playwright", "test", "-c", "tests/engines", "--project", engine],
+            cwd=WEB, capture_output=True, text=True, timeout=900, check=False,
+            env={**env, "DISPLAY": display},
+        )  # fmt: skip
+    assert done.returncode == 0, done.stdout[-8000:] + done.stderr[-2000:]
+
+
+def _competition(world: World) -> dict[str, str]:
+    """Make a competition that is running, with one competitor; return what a score event names."""
+    contest = Contest(world).make()
+    contest.move("running")
+    made = {"id": contest.sheet["id"], "problem": contest.problem(0)}
+    return made | {"entry": contest.entry("Anna Roth")}
+
+
+def _certificate(folder: Path) -> dict[str, str]:
+    """Make a certificate for localhost, which the browsers then accept."""
+    key, certificate = folder / "key.pem", folder / "certificate.pem"
+    subprocess.run(
+        ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2",
+         "-subj", "/CN=localhost", "-keyout", key, "-out", certificate],
+        check=True, capture_output=True,
+    )  # fmt: skip
+    return {"key": key.read_text(), "certificate": certificate.read_text()}
+
+
+@contextmanager
+def _screen() -> Iterator[str]:
+    """Start an X server without a screen; yields its display."""
+    words = ["Xvfb", "-displayfd", "1", "-screen", "0", "1280x1000x24", "-nolisten", "tcp"]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as server:
+        assert server.stdout is not None
+        try:
+            yield f":{server.stdout.readline().decode().strip()}"
+        finally:
+            server.terminate()

@@ -1,0 +1,33 @@
+/** Passkeys in this browser, by SimpleWebAuthn; its script is fetched when one is used. */
+
+import { answer, api, Problem, type Schemas } from "../api/client";
+import { t } from "../i18n.svelte";
+
+type Library = typeof import("@simplewebauthn/browser");
+
+export const canPasskeys = typeof window.PublicKeyCredential === "function";
+
+/** The device's response. Throws a `Problem` if its owner refused, or the device failed. */
+async function requested<T>(use: (library: Library) => Promise<T>): Promise<T> {
+  const library = await import("@simplewebauthn/browser");
+  try {
+    return await use(library);
+  } catch (error) {
+    if (!(error instanceof Error)) throw error;
+    // A device that has this account's passkey already says InvalidStateError.
+    const twice = error.name === "InvalidStateError";
+    throw new Problem(0, t(twice ? "passkeys.twice" : "passkeys.not"), twice ? "" : t("passkeys.notHint"));
+  }
+}
+
+export async function addPasskey(name: string): Promise<void> {
+  const optionsJSON = (await answer(api.POST("/api/v1/me/passkeys/options"))) as never;
+  const credential = await requested((library) => library.startRegistration({ optionsJSON }));
+  await answer(api.POST("/api/v1/me/passkeys", { body: { name, credential: { ...credential } } }));
+}
+
+export async function signInByPasskey(): Promise<Schemas["Me"]> {
+  const optionsJSON = (await answer(api.POST("/api/v1/session/passkey/options"))) as never;
+  const credential = await requested((library) => library.startAuthentication({ optionsJSON }));
+  return answer(api.POST("/api/v1/session/passkey", { body: { credential: { ...credential } } }));
+}

@@ -1,5 +1,0 @@
-/** The words of insights, in their own files: they come with these pages and no others. */
-
-import { addWords } from "../i18n.svelte";
-
-await addWords(import.meta.glob<object>("./locales/*.json", { import: "default" }));

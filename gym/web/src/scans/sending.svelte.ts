@@ -1,0 +1,127 @@
+/** Sends photos by tus, a few at a time; resumes by itself after a broken connection, and in a later tab. */
+
+import { Upload } from "tus-js-client";
+import { PREFIX, Problem } from "../api/client";
+import { forget, hashOf, keep, pendingOf } from "./pending";
+
+const AT_ONCE = 3;
+// For a phone in a basement: growing delays, then every half minute for an hour.
+const WAITS_MS = [500, 1000, 2000, 4000, 8000, 16000, ...Array<number>(120).fill(30000)];
+
+export class Sent {
+  sent = $state(0);
+  problem = $state.raw<Problem | null>(null);
+  done = $state(false);
+  upload: Upload | null = null;
+
+  constructor(
+    readonly hash: string,
+    readonly file: File,
+  ) {}
+}
+
+export class Sending {
+  /** The uploads of this tab. */
+  photos = $state<Sent[]>([]);
+  /** Files that are checked before they are sent. */
+  reading = $state(0);
+  /** Whether this browser stores pending photos, in case the tab is closed. */
+  kept = $state(true);
+  private stopped = false;
+
+  constructor(
+    private readonly gym: string,
+    private readonly scan: string,
+    /** Called when a photo has arrived. */
+    private readonly arrived: () => void,
+  ) {}
+
+  /** Resume the uploads of an earlier tab. */
+  async resume(): Promise<void> {
+    for (const { hash, file } of await pendingOf(this.scan)) this.add(hash, file);
+    this.next();
+  }
+
+  async choose(files: Iterable<File>): Promise<void> {
+    const chosen = [...files];
+    this.reading += chosen.length;
+    // One after the other: a phone lacks the memory for all.
+    for (const file of chosen) {
+      const hash = await hashOf(file);
+      this.reading -= 1;
+      // Even if the page was left meanwhile: the next one sends it.
+      if (!(await keep(this.scan, { hash, file }))) this.kept = false;
+      if (this.stopped) continue;
+      this.add(hash, file);
+      this.next();
+    }
+  }
+
+  /** The page was left: uploads pause. */
+  stop(): void {
+    this.stopped = true;
+    for (const { upload } of this.photos) void upload?.abort();
+  }
+
+  private add(hash: string, file: File): void {
+    const known = this.photos.find((photo) => photo.hash === hash);
+    if (!known) this.photos.push(new Sent(hash, file));
+    else if (known.problem) {
+      known.problem = null;
+      known.upload = null;
+    }
+  }
+
+  private next(): void {
+    if (this.stopped) return;
+    const busy = this.photos.filter(({ upload, done, problem }) => upload && !done && !problem).length;
+    const waiting = this.photos.filter(({ upload, problem }) => !upload && !problem);
+    for (const photo of waiting.slice(0, Math.max(0, AT_ONCE - busy))) this.send(photo);
+  }
+
+  private send(photo: Sent): void {
+    const upload = new Upload(photo.file, {
+      endpoint: `${location.origin}${PREFIX}/gyms/${this.gym}/scans/${this.scan}/photos`,
+      // The server recognises a photo by its hash and reports the last tab's offset.
+      metadata: { filename: photo.file.name, sha256: photo.hash },
+      storeFingerprintForResuming: false,
+      retryDelays: WAITS_MS,
+      onProgress: (sent) => void (photo.sent = sent),
+      onAfterResponse: (request, response) => {
+        const here = Number(response.getHeader("Upload-Offset") ?? 0);
+        if (request.getMethod() !== "POST" || here === 0) return;
+        // Announced before: request the offset, or skip it if complete.
+        void upload.abort().then(() => {
+          if (here >= photo.file.size) this.finished(photo);
+          else upload.start();
+        });
+      },
+      onSuccess: () => this.finished(photo),
+      onError: (error) => this.failed(photo, error),
+    });
+    photo.upload = upload;
+    upload.start();
+  }
+
+  private finished(photo: Sent): void {
+    photo.done = true;
+    photo.sent = photo.file.size;
+    void forget(this.scan, photo.hash);
+    this.arrived();
+    this.next();
+  }
+
+  private failed(photo: Sent, error: Error): void {
+    const answer = "originalResponse" in error ? (error.originalResponse as { getStatus(): number; getBody(): string } | null) : null;
+    let body: unknown = null;
+    try {
+      body = JSON.parse(answer?.getBody() ?? "");
+    } catch {
+      // A proxy's page, or nothing at all.
+    }
+    photo.problem = answer ? Problem.from(answer.getStatus(), body) : Problem.of(new TypeError(error.message));
+    // Refused for its content: a retry would be refused again.
+    if (answer && answer.getStatus() >= 400 && answer.getStatus() < 500) void forget(this.scan, photo.hash);
+    this.next();
+  }
+}

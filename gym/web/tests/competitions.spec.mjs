@@ -1,0 +1,279 @@
+// A competition from the wizard to the board: made by a setter, entered by a climber, judged without reception, seen live.
+
+import assert from "node:assert/strict";
+import { test } from "./fixtures.mjs";
+import { grave, signIn, tooWide, visit } from "./place.mjs";
+
+const NAMES = ["Anna Svobodová", "Béla Tóth", "Chloé Roux"];
+const LIST = (category) => ["name;category;gender;bib;club", ...NAMES.map((name, at) => `${name};${category};women;${at + 11};Prague`)].join("\n");
+
+/** The server's data, as the browser's person may see it. */
+function result(page, path) {
+  return page.evaluate((address) => fetch(`/api/v1${address}`, { cache: "no-store" }).then((answer) => answer.json()), path);
+}
+
+async function fine(somebody, name) {
+  const { page } = somebody;
+  assert.deepEqual(await grave(page), [], name);
+  await page.evaluate(() => document.documentElement.style.setProperty("font-size", "200%"));
+  const wide = await tooWide(page);
+  await page.evaluate(() => document.documentElement.style.removeProperty("font-size"));
+  assert.ok(wide <= 0, `${name} is ${wide} pixels too wide`);
+  await somebody.shot(`competition-${name}`);
+}
+
+/** The wizard's steps, from the list of competitions to the new one's page; its address. */
+async function made(setter, places) {
+  const { page } = setter;
+  await setter.go(`/g/${places.gym}`);
+  await page.getByRole("link", { name: "Competitions" }).click();
+  await page.getByText("No competitions yet.").waitFor();
+  await page.getByRole("link", { name: "New competition" }).click();
+  const on = () => page.getByRole("button", { name: "Continue" }).click();
+  await page.getByLabel("Competition name").fill("Winter Jam");
+  await fine(setter, "wizard-what");
+  await on();
+  await page.getByRole("button", { name: /^All \(/ }).click();
+  await page.getByLabel("Problems not on the wall yet").fill("2");
+  await fine(setter, "wizard-problems");
+  await on();
+  await page.getByLabel("Category name").first().waitFor();
+  await fine(setter, "wizard-categories");
+  await on();
+  await page.getByText("Flash 120 points").waitFor();
+  await page.getByText("Single problems: labels and points").click();
+  const first = page.locator("details fieldset").first();
+  await first.getByLabel("Label").fill("A1");
+  await first.getByLabel("Own points").check();
+  await first.getByLabel("Flash").fill("300");
+  await fine(setter, "wizard-points");
+  await on();
+  await page.getByLabel("Fee").fill("100 CZK at the desk");
+  await page.getByLabel("Waiver that").fill("I climb at my own risk.");
+  await fine(setter, "wizard-entry");
+  await on();
+  await page.getByText("All problems count.").waitFor();
+  await page.getByText("One problem has its own points.").waitFor();
+  await page.getByText("Fee: 100 CZK at the desk").waitFor();
+  await fine(setter, "wizard-summary");
+  await page.getByRole("button", { name: "Create competition" }).click();
+  await page.getByRole("heading", { name: "Winter Jam" }).waitFor();
+  return new URL(page.url()).pathname;
+}
+
+/** A list with an error imports nobody; without it, everybody. */
+async function listed(setter) {
+  const { page } = setter;
+  await page.getByRole("link", { name: "Start list" }).click();
+  await page.getByText("Import list (CSV)").click();
+  await page.getByLabel("Or paste it here").fill(LIST("Wimmen"));
+  await page.getByRole("button", { name: "Import" }).click();
+  await page.getByText("Line 2").waitFor();
+  await page.getByText("Categories: Women, Men.").first().waitFor();
+  await fine(setter, "list-wrong");
+  await page.getByLabel("Or paste it here").fill(LIST("Women"));
+  await page.getByRole("button", { name: "Import" }).click();
+  await page.getByText("3 competitors were added.").waitFor();
+  await page.getByText("Béla Tóth Women").waitFor();
+  await fine(setter, "list");
+}
+
+async function entered(climber, place) {
+  const { page } = climber;
+  await climber.go(place);
+  await page.getByRole("radio", { name: "Men", exact: true }).check();
+  const enter = page.getByRole("button", { name: "Enter", exact: true });
+  assert.equal(await enter.isDisabled(), true); // the waiver first
+  await page.getByLabel("I have read and accept the waiver.").check();
+  await fine(climber, "entry");
+  await enter.click();
+  await page.getByText("You are entered.").waitFor();
+}
+
+/** Five events without reception, one of them withdrawn; then each of them once at the server. */
+async function judged(judge, places, place) {
+  const { page, context, log } = judge;
+  await judge.go(place);
+  await page.getByRole("link", { name: "Judging" }).click();
+  await page.locator("[data-kept=yes]").waitFor();
+  await fine(judge, "judge");
+  await context.setOffline(true);
+  await page.getByRole("main").locator("li a").first().click();
+  const pad = (name) => page.getByRole("group", { name: new RegExp(name) });
+  await page.getByRole("button", { name: /11 Anna/ }).last().click();
+  await pad("Anna").getByRole("button", { name: /^Try/ }).click();
+  await pad("Anna").getByRole("button", { name: /^Zone/ }).click();
+  // In the same try as the zone.
+  await pad("Anna").getByRole("button", { name: "Top try 2" }).click();
+  await page.getByText("Top, try 2: saved.").waitFor();
+  await page.getByRole("button", { name: "Next: 12 Béla" }).click();
+  await pad("Béla").getByRole("button", { name: "Top try 1" }).click();
+  await page.getByRole("button", { name: "Undo" }).click();
+  await page.getByText("Undone.").waitFor();
+  await pad("Béla").getByRole("button", { name: /^Try/ }).click();
+  await page.getByLabel("Bib or name").fill("chloe");
+  await page.getByRole("button", { name: /13 Chloé/ }).last().click();
+  await pad("Chloé").getByRole("button", { name: "Top try 1" }).click();
+  await page.getByRole("link", { name: "5 entries waiting to sync" }).waitFor();
+  await fine(judge, "judge-offline");
+  await context.setOffline(false);
+  await page.evaluate(() => dispatchEvent(new Event("online")));
+  await page.getByText("Everything is synced.").waitFor();
+  log.length = 0; // what could not be fetched
+  const { items } = await result(page, `${place.replace(/^\/g/, "/gyms")}/events?size=100`);
+  assert.deepEqual(items.map(({ kind, n }) => `${kind} ${n}`).sort(), ["attempt 1", "attempt 1", "top 1", "top 2", "zone 2"]);
+  await page.getByText("History (").click();
+  await fine(judge, "judge-history");
+}
+
+/** Disqualified, with the reason visible to everybody; and reinstated. */
+async function disqualified(judge, guest, place) {
+  const { page } = judge;
+  await judge.go(`${place}/entries`);
+  const row = page.locator("[data-bib='12']");
+  await row.locator("summary").click();
+  await row.getByLabel("Reason").fill("Left the mat during the try.");
+  await fine(judge, "disqualify");
+  await row.getByRole("button", { name: "Disqualify" }).click();
+  await row.getByText("not ranked").waitFor();
+  await page.getByText("Everything is synced.").waitFor();
+  await page.getByRole("button", { name: "Show only these (1)" }).click();
+  assert.equal(await page.locator("[data-bib]").count(), 1);
+  await fine(judge, "disqualified");
+  await guest.page.getByRole("row", { name: /Béla/ }).getByText("not ranked").waitFor();
+  await row.getByRole("button", { name: "Reinstate" }).click();
+  await row.getByText("not ranked").waitFor({ state: "detached" });
+  await guest.page.getByRole("row", { name: /^3 Béla/ }).waitFor();
+}
+
+/** Make a cup whose qualification is over, without the app; return its address. */
+async function qualified(setter, places) {
+  const id = await setter.page.evaluate(async (gym) => {
+    const ask = async (method, path, body) => {
+      const headers = { "content-type": "application/json" };
+      const answer = await fetch(`/api/v1/gyms/${gym}/competitions${path}`, { method, headers, body: JSON.stringify(body) });
+      if (!answer.ok) throw new Error(await answer.text());
+      return answer.json();
+    };
+    const scoring = { rules: "ifsc-2025" };
+    const made = await ask("POST", "", {
+      name: "Winter Cup", format: "rounds", categories: [{ name: "Open" }],
+      rounds: [{ name: "Qualification", scoring, problems: [{ name: "A" }] }, { name: "Final", scoring, quota: 2, problems: [{ name: "B" }] }],
+    });
+    const of = `/${made.id}`;
+    await ask("PUT", `${of}/state`, { state: "running" });
+    for (const [at, name] of ["Dana Malá", "Emil Roth", "Fay Dubois"].entries()) {
+      const { id: entry_id } = await ask("POST", `${of}/entries`, { name, category_id: made.categories[0].id });
+      const now = new Date().toISOString();
+      const stated = { entry_id, problem_id: made.rounds[0].problems[0].id, kind: "top", n: at + 1, device: "check", number: at, made_at: now, sent_at: now };
+      await ask("PUT", `${of}/events/${crypto.randomUUID()}`, stated);
+    }
+    await ask("PUT", `${of}/rounds/${made.rounds[0].id}/state`, { state: "ended" });
+    return made.id;
+  }, places.gym);
+  return `/g/${places.gym}/competitions/${id}`;
+}
+
+async function scored(climber, place) {
+  const { page } = climber;
+  await climber.go(`${place}/card`);
+  await page.getByRole("main").locator("li button").nth(1).click();
+  await page.getByRole("button", { name: "Flash", exact: true }).click();
+  await page.getByText("Flash: saved.").waitFor();
+  await page.getByText("Everything is synced.").waitFor();
+  await fine(climber, "card");
+}
+
+test("a competition from the wizard to the board", async ({ browser, places }) => {
+  const setter = await visit(browser, places);
+  await signIn(setter, places, places.setter);
+  const place = await made(setter, places);
+  await listed(setter);
+  await setter.go(place);
+  await setter.page.getByRole("button", { name: "Open entries" }).click();
+  const climber = await visit(browser, places);
+  await signIn(climber, places, places.member);
+  await entered(climber, place);
+  await setter.page.getByRole("button", { name: "Start", exact: true }).click();
+  await setter.page.getByText("The competition is running.").waitFor();
+  await fine(setter, "front");
+  await setter.close();
+
+  const guest = await visit(browser, places, { dark: true });
+  await guest.go(`${place}/board`);
+  await guest.page.locator("[data-live=true]").waitFor();
+  const judge = await visit(browser, places);
+  await signIn(judge, places, places.judge);
+  await judged(judge, places, place);
+  // Without a reload.
+  await guest.page.getByRole("row", { name: /^1 Chloé/ }).waitFor();
+  await guest.page.getByRole("row", { name: /^2 Anna/ }).waitFor();
+  await disqualified(judge, guest, place);
+  await scored(climber, place);
+  await climber.close();
+  await guest.page.getByRole("button", { name: "Men", exact: true }).click();
+  await guest.page.getByRole("row", { name: /^1 / }).getByText("120").waitFor();
+  await guest.page.getByRole("button", { name: "Women" }).click();
+  await guest.page.getByRole("button", { name: "Anna Svobodová" }).click();
+  await guest.page.getByText("Why Chloé Roux ranks above Anna").waitFor();
+  await fine(guest, "board");
+  await guest.page.getByRole("button", { name: "Replay" }).click();
+  await guest.page.getByRole("slider").fill("0"); // when it began
+  await guest.page.getByText("You see the ranking at").waitFor();
+  await fine(guest, "replay");
+
+  const hall = await visit(browser, places, { phone: false });
+  await hall.go(`${place}/board?projector`);
+  await hall.page.getByRole("row", { name: /Chloé/ }).waitFor();
+  assert.equal(await hall.page.getByRole("navigation").count(), 0);
+  assert.deepEqual(await grave(hall.page), []);
+  await hall.shot("competition-projector");
+  await hall.close();
+
+  await judge.go(`${place}/appeals`);
+  await judge.page.getByLabel("Climber").selectOption({ label: "12 Béla Tóth" });
+  await judge.page.getByLabel("Subject").fill("I held the zone.");
+  await judge.page.getByRole("button", { name: "New appeal" }).click();
+  await judge.page.getByText("I held the zone.").waitFor();
+  await judge.page.getByLabel("Reason for the decision").fill("The film shows it.");
+  await fine(judge, "appeals");
+  await judge.page.getByRole("button", { name: "Uphold" }).click();
+  await judge.page.getByText("Upheld").waitFor();
+  await judge.close();
+  await guest.close();
+});
+
+test("a final's running order is drawn, moved by keyboard, and seen", async ({ browser, places }) => {
+  const setter = await visit(browser, places);
+  const { page } = setter;
+  await signIn(setter, places, places.setter);
+  const place = await qualified(setter, places);
+  await setter.go(place);
+  await page.getByRole("link", { name: "Running order" }).click();
+  await page.getByRole("button", { name: "Final" }).click();
+  await page.getByRole("button", { name: "Draw lots" }).click();
+  const names = (of) => of.getByRole("main").locator("li .who").allInnerTexts();
+  await page.getByLabel("Position of Emil Roth").waitFor();
+  assert.deepEqual(await names(page), ["2 Emil Roth", "1 Dana Malá"]); // the best last
+  await page.getByLabel("Add a climber").selectOption({ label: "3 Fay Dubois" });
+  const earlier = page.getByRole("button", { name: "Move Fay Dubois up" });
+  await earlier.focus();
+  await page.keyboard.press("Enter");
+  await page.keyboard.press("Enter"); // the key keeps the focus
+  assert.deepEqual(await names(page), ["3 Fay Dubois", "2 Emil Roth", "1 Dana Malá"]);
+  await page.getByLabel("Position of Emil Roth").fill("9");
+  await page.keyboard.press("Tab");
+  await fine(setter, "order-moved");
+  await page.getByRole("button", { name: "Save order" }).click();
+  await page.getByRole("button", { name: "Save order" }).waitFor({ state: "detached" });
+  await setter.close();
+
+  const guest = await visit(browser, places, { dark: true, locale: "fr" });
+  await guest.go(`${place}/order`);
+  await guest.page.getByRole("button", { name: "Final" }).click();
+  await guest.page.getByText("Fay Dubois").waitFor();
+  assert.deepEqual(await names(guest.page), ["3 Fay Dubois", "1 Dana Malá", "2 Emil Roth"]);
+  assert.equal(await guest.page.getByRole("spinbutton").count(), 0);
+  await fine(guest, "order-seen");
+  await guest.close();
+});

@@ -1,0 +1,242 @@
+"""Read and write mesh files: PLY, OBJ, GLB, STL, OFF."""
+
+from __future__ import annotations
+
+import io
+import re
+from contextlib import suppress
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import InputError, Mesh
+from walltopo.core.errors import naming
+from walltopo.core.files import atomic_path, join_inside
+
+_GUESSED = "guessed"
+
+
+def write_ply(path: Path, mesh: Mesh, instance: NDArray[np.int32] | None = None) -> None:
+    """Write a mesh as binary PLY (float32 vertices, uint8 colours if present), atomically.
+
+    If the mesh has guessed triangles, faces have a property `guessed`, 1 for guessed.
+
+    Parameters
+    ----------
+    instance : (F,) written as the faces' property `instance`.
+    """
+    colours = mesh.vertex_colours
+    fields: list[tuple[str, str]] = [("x", "<f4"), ("y", "<f4"), ("z", "<f4")]
+    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(mesh.vertices)}"]
+    header += [f"property float {axis}" for axis in "xyz"]
+    if colours is not None:
+        fields += [("red", "u1"), ("green", "u1"), ("blue", "u1")]
+        header += [f"property uchar {name}" for name in ("red", "green", "blue")]
+    header += [f"element face {len(mesh.faces)}", "property list uchar int vertex_indices"]
+    vertices = np.zeros(len(mesh.vertices), dtype=fields)
+    for k, axis in enumerate("xyz"):
+        vertices[axis] = mesh.vertices[:, k]
+    if colours is not None:
+        for k, name in enumerate(("red", "green", "blue")):
+            vertices[name] = colours[:, k]
+    face_fields: list[tuple[Any, ...]] = [("n", "u1"), ("v", "<i4", (3,))]
+    if instance is not None:
+        face_fields.append(("instance", "<i4"))
+        header.append("property int instance")
+    if mesh.guessed is not None:
+        face_fields.append((_GUESSED, "u1"))
+        header.append(f"property uchar {_GUESSED}")
+    faces = np.zeros(len(mesh.faces), dtype=face_fields)
+    faces["n"], faces["v"] = 3, mesh.faces
+    if instance is not None:
+        faces["instance"] = instance
+    if mesh.guessed is not None:
+        faces[_GUESSED] = mesh.guessed
+    with atomic_path(path) as temporary, temporary.open("wb") as stream:
+        stream.write(("\n".join([*header, "end_header"]) + "\n").encode("ascii"))
+        stream.write(vertices.tobytes())
+        stream.write(faces.tobytes())
+
+
+def read_mesh(path: Path) -> Mesh:
+    """Read a triangle mesh (PLY, OBJ, glTF, STL, OFF) without changing its vertices.
+
+    Raises
+    ------
+    InputError : the file is missing, unreadable or holds no triangles.
+    """
+    import trimesh
+
+    path = Path(path)
+    loaded = load_with_trimesh(path)
+    try:
+        if isinstance(loaded, trimesh.Scene):
+            loaded = loaded.to_mesh()
+    except Exception as error:  # trimesh raises many kinds for broken files
+        raise InputError(f"{path}: cannot be read as a mesh ({error})") from error
+    if not isinstance(loaded, trimesh.Trimesh) or len(loaded.faces) == 0:
+        raise InputError(f"{path}: holds no triangles", "A point cloud must be meshed first.")
+    colours = None
+    if loaded.visual.kind == "vertex":
+        colours = np.ascontiguousarray(np.asarray(loaded.visual.vertex_colors)[:, :3], np.uint8)
+    with naming(path):
+        faces = int32_faces(loaded.faces)
+        return Mesh(np.asarray(loaded.vertices), faces, colours, _guessed(loaded))
+
+
+def _guessed(loaded: Any) -> NDArray[np.bool_] | None:
+    """Return (F,) the faces' property `guessed` of a PLY, or None if absent."""
+    table = loaded.metadata.get("_ply_raw", {}).get("face", {}).get("data")
+    names = table if isinstance(table, dict) else getattr(table, "dtype", np.dtype("f4")).names
+    if table is None or _GUESSED not in (names or ()):
+        return None
+    values = np.asarray(table[_GUESSED])
+    if values.dtype.kind not in "iuf":
+        raise InputError(
+            f"face property `guessed`: expected one number per face, got {values.dtype}"
+        )
+    return values != 0
+
+
+# trimesh reads more formats, including archives, which are not accepted.
+SUFFIXES = (".ply", ".obj", ".glb", ".gltf", ".stl", ".off")
+_HEADER = 64_000
+_MAX_NUMBERS_PER_BYTE = 64  # more than any compression of glTF achieves
+
+
+PICTURES = (".png", ".jpg", ".jpeg", ".webp")
+
+
+def load_with_trimesh(path: Path, *, pictures: bool = False) -> Any:
+    """Load a mesh file with trimesh, as a `Trimesh`, `Scene` or `PointCloud`.
+
+    Referenced files are read from the mesh's own folder only.
+
+    Parameters
+    ----------
+    pictures : whether pictures beside the mesh are opened too, as textures; the order of vertices
+        and faces is then arbitrary.
+
+    Raises
+    ------
+    InputError : the file is missing, of an unknown type, damaged, or declares too much data.
+    """
+    import trimesh
+
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"{path}: not a mesh file; expected one of {', '.join(SUFFIXES)}")
+    if path.suffix.lower() == ".ply":
+        _check_counts(path)
+    if path.suffix.lower() in (".glb", ".gltf"):
+        _check_accessors(path)
+
+    try:
+        return trimesh.load(
+            # From memory: a streamed file could declare any length and so allocate any memory.
+            io.BytesIO(path.read_bytes()),
+            file_type=path.suffix[1:].lower(),
+            resolver=_local_resolver(path.parent, pictures),
+            process=False,
+            # trimesh loses texture coordinates if it has to keep the vertices of an OBJ.
+            maintain_order=not pictures,
+        )
+    except Exception as error:  # trimesh raises many kinds for broken files
+        raise InputError(f"{path}: cannot be read as a mesh ({error})") from error
+
+
+def _local_resolver(folder: Path, pictures: bool) -> Any:
+    """Return a trimesh resolver for materials and buffers beside a mesh."""
+    from trimesh.resolvers import Resolver
+
+    accepted = (".mtl", ".bin", *(PICTURES if pictures else ()))
+
+    class LocalResolver(Resolver):
+        def __init__(self) -> None:
+            pass
+
+        def get(self, name: str) -> bytes:
+            found = join_inside(folder, name)
+            if found.suffix.lower() not in accepted:
+                raise FileNotFoundError(name)
+            return found.read_bytes()
+
+        def write(self, name: str, data: bytes) -> None:
+            raise PermissionError(name)
+
+        def keys(self) -> list[str]:
+            return []
+
+        def namespaced(self, namespace: str) -> LocalResolver:
+            return self
+
+    return LocalResolver()
+
+
+def _check_counts(path: Path) -> None:
+    """Raise InputError if a PLY declares more entries than it has bytes: counts size the arrays."""
+    size = path.stat().st_size
+    with path.open("rb") as stream:
+        head = stream.read(_HEADER).partition(b"end_header")[0]
+    for count in re.findall(rb"^\s*element\s+\S+\s+(\S+)", head, flags=re.MULTILINE):
+        if not count.isdigit() or len(count) > 18 or int(count) > size:
+            claimed = count[:20].decode("ascii", "replace")
+            raise InputError(f"{path}: damaged: it declares {claimed} entries in {size} bytes")
+
+
+_REFERENCES = {
+    ".obj": re.compile(rb"^\s*mtllib\s+(.+?)\s*$", re.MULTILINE),
+    ".mtl": re.compile(rb"^\s*map_Kd\s+(?:-\S+ \S+ )*(.+?)\s*$", re.MULTILINE | re.IGNORECASE),
+    ".gltf": re.compile(rb'"uri"\s*:\s*"([^":]+)"'),
+}
+
+
+def files_of_mesh(path: Path) -> list[Path]:
+    """Return the existing files in a mesh's folder that the mesh refers to: materials, textures."""
+    pattern = _REFERENCES.get(path.suffix.lower())
+    if pattern is None or not path.is_file():
+        return []
+    found: list[Path] = []
+    for name in dict.fromkeys(pattern.findall(path.read_bytes())):
+        with suppress(InputError):  # a name that leads out of the folder is not read either
+            file = join_inside(path.parent, name.decode("utf-8", "replace"))
+            if file.is_file():
+                found += [file, *files_of_mesh(file)]
+    return found
+
+
+class _Accessor(msgspec.Struct, frozen=True):
+    count: Annotated[int, msgspec.Meta(ge=0, le=2**40)] = 0
+
+
+class _Gltf(msgspec.Struct, frozen=True):
+    """The part of glTF's JSON that determines the size of arrays."""
+
+    accessors: tuple[_Accessor, ...] = ()
+
+
+def _check_accessors(path: Path) -> None:
+    """Raise InputError if glTF declares more numbers than its files hold.
+
+    Without the check, zeros would fill the missing data, at any size.
+    """
+    data = path.read_bytes()
+    size = len(data) + sum(item.stat().st_size for item in path.parent.glob("*.bin"))
+    if data.startswith(b"glTF"):
+        data = data[20 : 20 + int.from_bytes(data[12:16], "little")]
+    try:
+        table = msgspec.json.decode(data, type=_Gltf)
+    except (msgspec.DecodeError, RecursionError) as error:
+        raise InputError(f"{path}: damaged: not the JSON of glTF ({error})") from error
+    if sum(accessor.count for accessor in table.accessors) > _MAX_NUMBERS_PER_BYTE * size:
+        raise InputError(f"{path}: damaged: it declares more numbers than {size} bytes can hold")
+
+
+def int32_faces(faces: object) -> NDArray[np.int32]:
+    """Return (F, 3) int32 faces; indices beyond int32 are clipped instead of wrapped."""
+    wide = np.asarray(faces, dtype=np.int64)
+    return np.clip(wide, -1, 2**31 - 1).astype(np.int32)

@@ -1,0 +1,253 @@
+"""Find people in a photo, and hide them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core.files import shipped_file
+from walltopo.images.networks import Network, open_network
+
+Image = NDArray[np.uint8]
+Bitmap = NDArray[np.bool_]
+Floats = NDArray[np.float64]
+
+MODEL = "people.onnx"
+# Boxes from _CANDIDATE on are looked at again, enlarged, unless they have _CERTAIN.
+_CANDIDATE, _CERTAIN = 0.02, 0.5
+# Minimum score of a person whose box is at least _LARGE of the photo's longer side, and of a
+# smaller one: in 350 photos of `hold-boxes/train`, most small boxes of less than .8 were holds.
+MIN_SCORE, MIN_SCORE_SMALL = 0.5, 0.8
+_LARGE = 0.25
+_MAX_SECOND_LOOKS = 5  # per photo
+_ZOOM = 3.0  # side of a second look, in longer sides of the box
+_MIN_ZOOMED = 60  # pixels; a smaller second look shows nothing new
+_SIDE = 416  # side of the network's square input, pixels
+_STRIDES = (8, 16, 32)  # pixels of a cell of the network's three grids
+_PADDING = 114  # grey beside a picture that is not square, as in training
+_TILES = 2  # per direction; people of 40 px in a photo of 1280 px are too small for one look
+_OVERLAP = 0.2  # share of a tile's side that neighbours have in common
+_SAME = 0.5  # share of the smaller box above which two boxes are one person
+_SAME_AGAIN = 0.3  # the same between the looks, because small boxes are inexact
+# The outline is found in a picture of at most this many pixels along the box's longer side.
+_OUTLINE_SIDE = 96
+_MARGIN = 0.12  # of the box's sides: arms and feet reach beyond boxes
+_ROUNDS = 2  # of GrabCut
+_FILL_SIDE = 640  # pixels of the picture that gives the colours in place of people
+_MIN_VISIBLE = 0.5  # share of such a pixel that must lie outside people for it to count
+# An outline outside these shares of its box is a failure; the whole box is taken instead.
+_MIN_SHARE, _MAX_SHARE = 0.3, 0.98
+_GROWTH = 0.05  # of the box's shorter side, by which an outline is widened
+
+
+@dataclass(frozen=True)
+class Person:
+    """A person: `box` is x0, y0, x1, y1 in pixels, `score` in (0, 1]."""
+
+    box: tuple[float, float, float, float]
+    score: float
+
+
+def find_people(photo: Image) -> list[Person]:
+    """Return the people that a photo shows, the highest score first.
+
+    Parameters
+    ----------
+    photo : (H, W, 3) uint8 RGB.
+    """
+    height, width = photo.shape[:2]
+    parts = [(0, 0, width, height), *_tiles(width, height)]
+    candidates = _distinct(np.concatenate([_look(photo, part) for part in parts]))
+    found = candidates[candidates[:, 4] >= _CERTAIN]
+    for box in candidates[candidates[:, 4] < _CERTAIN][:_MAX_SECOND_LOOKS]:
+        again = _look(photo, _around(box, width, height))
+        same = [row for row in again if row[4] >= MIN_SCORE and _overlap(row, box) > _SAME_AGAIN]
+        found = np.concatenate([found, np.array(same).reshape(-1, 5)])
+    boxes = _distinct(found)
+    large = (boxes[:, 2:4] - boxes[:, :2]).max(axis=1, initial=0.0) >= _LARGE * max(width, height)
+    boxes = boxes[boxes[:, 4] >= np.where(large, MIN_SCORE, MIN_SCORE_SMALL)]
+    boxes[:, [0, 2]] = boxes[:, [0, 2]].clip(0, width)
+    boxes[:, [1, 3]] = boxes[:, [1, 3]].clip(0, height)
+    return [
+        Person((float(x0), float(y0), float(x1), float(y1)), float(score))
+        for x0, y0, x1, y1, score in boxes
+    ]
+
+
+def people_mask(photo: Image, people: list[Person]) -> Bitmap:
+    """Return the (H, W) pixels of the people in a photo, rather too many than too few."""
+    mask = np.zeros(photo.shape[:2], dtype=np.bool_)
+    for person in people:
+        _add_outline(photo, person, mask)
+    return mask
+
+
+def hide_people(photo: Image, mask: Bitmap) -> Image:
+    """Return the photo with the pixels of a mask replaced by smooth colours of those around them.
+
+    Nothing of the hidden pixels is left. Pixels outside the mask stay as they are.
+    """
+    height, width = mask.shape
+    factor = min(1.0, _FILL_SIDE / max(height, width))
+    size = (max(1, round(width * factor)), max(1, round(height * factor)))
+    # Reduced alike, the quotient of both is the mean colour of the pixels outside the mask.
+    outside = np.where(mask, 0, 255).astype(np.uint8)
+    visible = cv2.bitwise_and(photo, photo, mask=outside)
+    colours = np.asarray(cv2.resize(visible, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
+    share = cv2.resize(outside, size, interpolation=cv2.INTER_AREA)
+    weight = np.asarray(share, dtype=np.float32) / np.float32(255)
+    weight[weight < _MIN_VISIBLE] = 0.0
+    filled = _spread(colours * (weight > 0)[..., None], weight).clip(0, 255).astype(np.uint8)
+    smooth = cv2.resize(filled, (width, height), interpolation=cv2.INTER_LINEAR)
+    return np.where(mask[..., None], np.asarray(smooth), photo)
+
+
+@cache
+def _network() -> Network:
+    return open_network(shipped_file(MODEL), threads=1)
+
+
+@cache
+def _grid() -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return the (n, 2) cells of the network's outputs, and the (n, 1) pixels of a cell."""
+    cells, strides = [], []
+    for stride in _STRIDES:
+        count = _SIDE // stride
+        y, x = np.mgrid[:count, :count]
+        cells.append(np.stack([x, y], axis=-1).reshape(-1, 2))
+        strides.append(np.full((count * count, 1), stride))
+    return np.concatenate(cells).astype(np.float32), np.concatenate(strides).astype(np.float32)
+
+
+def _tiles(width: int, height: int) -> list[tuple[int, int, int, int]]:
+    """Return the tiles x0, y0, x1, y1 of a photo; none for a photo that one look shows whole."""
+    if max(width, height) <= _SIDE:
+        return []
+    share = 1 / (_TILES - (_TILES - 1) * _OVERLAP)
+    across, down = round(width * share), round(height * share)
+    return [
+        (x, y, x + across, y + down)
+        for y in np.linspace(0, height - down, _TILES).round().astype(int).tolist()
+        for x in np.linspace(0, width - across, _TILES).round().astype(int).tolist()
+    ]
+
+
+def _look(photo: Image, part: tuple[int, int, int, int]) -> Floats:
+    """Return (n, 5) boxes x0, y0, x1, y1 and scores of the people that the network may see.
+
+    Parameters
+    ----------
+    part : x0, y0, x1, y1 of the rectangle to look at; the boxes are in pixels of the photo.
+    """
+    x0, y0, x1, y1 = part
+    height, width = y1 - y0, x1 - x0
+    factor = _SIDE / max(height, width)
+    size = (max(1, round(width * factor)), max(1, round(height * factor)))
+    method = cv2.INTER_AREA if factor < 1 else cv2.INTER_LINEAR
+    square = np.full((_SIDE, _SIDE, 3), _PADDING, dtype=np.uint8)
+    square[: size[1], : size[0]] = cv2.resize(photo[y0:y1, x0:x1], size, interpolation=method)
+    values = np.ascontiguousarray(square[..., ::-1].transpose(2, 0, 1)[None], dtype=np.float32)
+    rows = _network().session.run(None, {"images": values})[0][0]
+    score = rows[:, 4] * rows[:, 5]  # that an object is there, and that it is a person
+    good = score >= _CANDIDATE
+    cells, strides = _grid()
+    rows, middle = rows[good], (rows[good, :2] + cells[good]) * strides[good]
+    half = np.exp(rows[:, 2:4]) * strides[good] / 2
+    boxes = np.concatenate([middle - half, middle + half], axis=1) / factor
+    boxes += np.array([x0, y0, x0, y0])
+    return np.concatenate([boxes, score[good, None]], axis=1).astype(np.float64)
+
+
+def _around(box: Floats, width: int, height: int) -> tuple[int, int, int, int]:
+    """Return a square around a box, within the photo."""
+    side = int(max(_ZOOM * float((box[2:4] - box[:2]).max()), _MIN_ZOOMED))
+    across, down = min(side, width), min(side, height)
+    x0 = int(np.clip((box[0] + box[2] - across) / 2, 0, width - across))
+    y0 = int(np.clip((box[1] + box[3] - down) / 2, 0, height - down))
+    return x0, y0, x0 + across, y0 + down
+
+
+def _overlap(a: Floats, b: Floats) -> float:
+    """Return the common area of two boxes as a share of the smaller one."""
+    sides = np.minimum(a[2:4], b[2:4]) - np.maximum(a[:2], b[:2])
+    smaller = min(float(np.prod(box[2:4] - box[:2])) for box in (a, b))
+    return float(np.prod(np.maximum(sides, 0.0))) / max(smaller, 1e-9)
+
+
+def _distinct(boxes: Floats) -> Floats:
+    """Return the boxes of distinct people, the highest score first; (n, 5) as in `_look`.
+
+    The box of a person's part, from a tile that cuts the person, is joined to the larger box.
+    """
+    kept: list[NDArray[np.float64]] = []
+    for box in boxes[np.argsort(-boxes[:, 4], kind="stable")]:
+        for other in kept:
+            if _overlap(box, other) > _SAME:
+                other[:2] = np.minimum(box[:2], other[:2])
+                other[2:4] = np.maximum(box[2:4], other[2:4])
+                break
+        else:
+            kept.append(box.copy())
+    return np.array(kept).reshape(-1, 5)
+
+
+def _add_outline(photo: Image, person: Person, mask: Bitmap) -> None:
+    """Add the outline of a person to a mask, in place."""
+    height, width = mask.shape
+    x0, y0, x1, y1 = person.box
+    pad = _MARGIN * (x1 - x0), _MARGIN * (y1 - y0)
+    left, top = max(0, int(x0 - pad[0])), max(0, int(y0 - pad[1]))
+    right, bottom = min(width, int(x1 + pad[0]) + 1), min(height, int(y1 + pad[1]) + 1)
+    crop = photo[top:bottom, left:right]
+    inside = (round(x0) - left, round(y0) - top, round(x1) - left, round(y1) - top)
+    mask[top:bottom, left:right] |= _outline(crop, inside)
+
+
+def _outline(crop: Image, box: tuple[int, int, int, int]) -> Bitmap:
+    """Return the (h, w) pixels of the person in `box`, which are those of the whole box if colours
+    do not separate the person from what is behind."""
+    height, width = crop.shape[:2]
+    whole = np.zeros((height, width), dtype=np.uint8)
+    whole[box[1] : box[3], box[0] : box[2]] = 1
+    factor = min(1.0, _OUTLINE_SIDE / max(height, width))
+    size = (max(8, round(width * factor)), max(8, round(height * factor)))
+    small = np.asarray(cv2.resize(crop, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+    inner = cv2.resize(whole, size, interpolation=cv2.INTER_NEAREST)
+    if not inner.any() or inner.all():
+        return whole.astype(np.bool_)
+    labels = np.where(inner > 0, cv2.GC_PR_FGD, cv2.GC_BGD).astype(np.uint8)
+    cv2.setRNGSeed(0)
+    models = np.zeros((1, 65)), np.zeros((1, 65))
+    cv2.grabCut(small, labels, (0, 0, 1, 1), *models, _ROUNDS, cv2.GC_INIT_WITH_MASK)
+    found = (labels == cv2.GC_PR_FGD).astype(np.uint8)
+    if not _MIN_SHARE <= found.sum() / inner.sum() <= _MAX_SHARE:
+        return whole.astype(np.bool_)
+    reach = max(1, round(_GROWTH * min(size)))
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))
+    grown = cv2.dilate(cv2.morphologyEx(found, cv2.MORPH_CLOSE, disc), disc)
+    return np.asarray(cv2.resize(grown, (width, height), interpolation=cv2.INTER_LINEAR) > 0)
+
+
+def _spread(colours: NDArray[np.float32], weight: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return (H, W, 3) colours, where `weight` is 0 those of a smaller picture, and so on.
+
+    Parameters
+    ----------
+    colours : (H, W, 3) colours times weight; weight : (H, W) in [0, 1].
+    """
+    height, width = weight.shape
+    mean = colours / np.maximum(weight, 1e-6)[..., None]
+    if min(height, width) <= 2 or weight.all():
+        total = max(float(weight.sum()), 1e-6)
+        return np.where(weight[..., None] > 0, mean, colours.sum(axis=(0, 1)) / total)
+    size = ((width + 1) // 2, (height + 1) // 2)
+    smaller = _spread(
+        np.asarray(cv2.resize(colours, size, interpolation=cv2.INTER_AREA), dtype=np.float32),
+        np.asarray(cv2.resize(weight, size, interpolation=cv2.INTER_AREA), dtype=np.float32),
+    )
+    larger = cv2.resize(smaller, (width, height), interpolation=cv2.INTER_LINEAR)
+    return np.where(weight[..., None] > 0, mean, larger).astype(np.float32)

@@ -1,0 +1,1 @@
+"""Rescan a part of a wall: what the new photos show replaces the old surface; the rest stays."""

@@ -1,0 +1,168 @@
+"""The tiers of a scan's page: geometry, texture and patches, which no edit changes.
+
+Finished files are cached in `work/tiers` under a hash of their inputs, so that an edit builds and
+writes no geometry.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import InputError
+from walltopo.core.files import atomic_path, hash_path
+from walltopo.publish.meshopt import available
+from walltopo.publish.settings import ExportSettings
+from walltopo.publish.surface import Surface, TexturedSurface
+from walltopo.publish.texture_image import decode_picture
+from walltopo.publish.tiers import TierBuilder
+from walltopo.publish.wall_data import WallModel
+from walltopo.publish.web_page import LABELS, write_tier
+from walltopo.scans.document import Document, read_arrays
+
+TIERS = "tiers"  # the folder's name, in `work/`
+NAMES = ("detail", "first")
+VERSION = 2  # increase when the tiers change
+_INDEX, _LOOK, _COVERAGE = "index.json", "first.npz", "coverage.npz"
+_SURFACE = tuple(field.name for field in fields(Surface))
+
+
+class _Index(Document, frozen=True, kw_only=True):
+    """The key of a folder of tiers, its files' hashes, and each tier's number of triangles."""
+
+    made_from: str
+    files: dict[str, str]
+    triangles: dict[str, int]
+
+
+@dataclass(frozen=True)
+class PageTiers:
+    """The finished tiers in a folder.
+
+    Parameters
+    ----------
+    triangles : number of triangles of each tier, by name.
+    """
+
+    folder: Path
+    triangles: dict[str, int]
+
+    def link_into(self, folder: Path) -> None:
+        """Put the files of the page into a folder, as hard links if the file system has them."""
+        for name in NAMES:
+            for file in (f"{name}.glb", f"{name}.js"):
+                try:
+                    os.link(self.folder / file, folder / file)
+                except OSError:
+                    shutil.copyfile(self.folder / file, folder / file)
+
+    def megabytes(self, name: str) -> float:
+        """Return the size of a tier in megabytes."""
+        return round((self.folder / f"{name}.glb").stat().st_size / 1e6, 3)
+
+    def coverage(self) -> NDArray[np.int32]:
+        """Return the (F,) number of photos that see each face of the mesh."""
+        return read_arrays(self.folder / _COVERAGE, "counts")[0].astype(np.int32)
+
+    def first(self) -> TexturedSurface:
+        """Return the first tier, for drawings."""
+        *parts, picture = read_arrays(self.folder / _LOOK, *_SURFACE, "picture")
+        values: dict[str, Any] = {
+            name: part if part.size else None for name, part in zip(_SURFACE, parts, strict=True)
+        }
+        encoded = picture.tobytes()
+        return TexturedSurface(Surface(**values), decode_picture(encoded) if encoded else None)
+
+
+def page_tiers(
+    wall: WallModel,
+    settings: ExportSettings,
+    folder: Path,
+    advance: Callable[[], None] = lambda: None,
+) -> PageTiers:
+    """Return the tiers of a wall's page, built only if the cached ones have another key.
+
+    Parameters
+    ----------
+    folder : cache of finished tiers; may be deleted at any time.
+    advance : called after each tier.
+    """
+    key = _made_from(wall, settings)
+    kept = _kept(folder, key)
+    if kept is None:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with atomic_path(folder) as temporary:
+            temporary.mkdir()
+            _make(wall, settings, temporary, key, advance)
+        kept = _kept(folder, key)
+        assert kept is not None
+    else:
+        for _ in NAMES:
+            advance()
+    return kept
+
+
+def _kept(folder: Path, key: str) -> PageTiers | None:
+    try:
+        index = _Index.load(folder / _INDEX)
+    except InputError:  # the cache is empty or unreadable
+        return None
+    if index.made_from != key:
+        return None
+    # The page's files may be hard links to these, so a changed file invalidates the cache.
+    if any(hash_path(folder / name) != found for name, found in index.files.items()):
+        return None
+    return PageTiers(folder, index.triangles)
+
+
+def _make(
+    wall: WallModel, settings: ExportSettings, folder: Path, key: str, advance: Callable[[], None]
+) -> None:
+    patches = wall.face_instance if wall.patches is None else wall.patches
+    # Names and edits do not influence the geometry.
+    bare = replace(wall, face_instance=patches, holds=[], routes=[])
+    builder = TierBuilder(bare, settings)
+    triangles = {}
+    for name in NAMES:
+        triangles[name] = len(builder.textured_surface(name).surface.triangles)
+        write_tier(folder, name, builder.page_glb(name, LABELS))
+        advance()
+    surface, picture = builder.textured_surface("first").surface, builder.picture("first")
+    none = np.zeros(0, dtype=np.uint8)
+    parts: dict[str, Any] = {
+        name: none if (value := getattr(surface, name)) is None else value for name in _SURFACE
+    }
+    encoded = np.frombuffer(picture[0], dtype=np.uint8) if picture else none
+    np.savez(folder / _LOOK, **parts, picture=encoded)
+    np.savez_compressed(folder / _COVERAGE, counts=builder.coverage.astype(np.uint16))
+    files = {path.name: hash_path(path) for path in sorted(folder.iterdir())}
+    _Index(made_from=key, files=files, triangles=triangles).save(folder / _INDEX)
+
+
+def _made_from(wall: WallModel, settings: ExportSettings) -> str:
+    """Return a hash of the inputs of the tiers."""
+    sizes = {
+        name: value
+        for name, value in msgspec.to_builtins(settings).items()
+        if name.startswith(NAMES)
+    }
+    digest = hashlib.blake2b(repr((VERSION, available(), sorted(sizes.items()))).encode())
+    mesh, patches = wall.mesh, wall.face_instance if wall.patches is None else wall.patches
+    for values in (mesh.vertices, mesh.faces, wall.uv, mesh.vertex_colours, patches):
+        if values is not None:
+            digest.update(np.ascontiguousarray(values).data)
+        digest.update(b";")
+    for view in wall.views:
+        digest.update(repr(view.camera).encode() + view.cam_from_world.tobytes())
+    if wall.texture is not None:
+        digest.update(hash_path(wall.texture).encode())
+    return digest.hexdigest()
