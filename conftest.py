@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NoReturn
@@ -87,12 +88,14 @@ def once(tmp_path_factory: pytest.TempPathFactory) -> Once:
     shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
 
     def made(name: str, make: Callable[[Path], object]) -> Path:
-        out, done = shared / name, shared / f"{name}-is-made"
+        out = shared / name
         with (shared / f"{name}-lock").open("w") as lock:
             take_lock(lock, wait=True)
-            if not done.exists():
-                make(out)
-                done.touch()
+            if not out.exists():
+                # An attempt that fails leaves nothing that the next one would take for whole.
+                part = Path(tempfile.mkdtemp(dir=shared)) / name
+                make(part)
+                part.rename(out)
         return out
 
     return made

@@ -35,12 +35,13 @@ size = 512
 def wait_for(what: Callable[[], Any]) -> Any:
     """The first result that counts as true."""
     deadline = time.monotonic() + PATIENCE_S
-    while time.monotonic() < deadline:
+    while True:
         found = what()
         if found:
             return found
+        if time.monotonic() > deadline:
+            raise TimeoutError(f"{what} did not come true; it was {found!r} at last")
         time.sleep(0.1)
-    raise TimeoutError(f"{what} did not come true")
 
 
 class Process:
@@ -74,7 +75,11 @@ class Process:
             self.wait()
 
     def wait(self) -> None:
-        self._child.wait(timeout=PATIENCE_S)
+        try:
+            self._child.wait(timeout=PATIENCE_S)
+        except subprocess.TimeoutExpired:
+            os.killpg(self._child.pid, signal.SIGKILL)  # else it slows all that comes after
+            raise
         assert self._child.stdout is not None
         self._child.stdout.close()
         self._log.close()

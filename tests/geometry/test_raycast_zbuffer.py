@@ -51,10 +51,12 @@ def test_the_picture_does_not_depend_on_the_number_of_threads() -> None:
     vertices, faces = soup(1, 500)
     before = numba.get_num_threads()
     pictures = []
-    for threads in (1, before):
-        numba.set_num_threads(threads)
-        pictures.append(render_ids(vertices, faces, PINHOLE, IDENTITY)[0])
-    numba.set_num_threads(before)
+    try:
+        for threads in (1, before):
+            numba.set_num_threads(threads)
+            pictures.append(render_ids(vertices, faces, PINHOLE, IDENTITY)[0])
+    finally:
+        numba.set_num_threads(before)
     assert np.array_equal(pictures[0], pictures[-1])
 
 

@@ -25,7 +25,7 @@ def run(name: str, *words: object) -> str:
 
 @pytest.fixture
 def copied(tiny_scan: Path, tmp_path: Path) -> Path:
-    return Path(shutil.copytree(tiny_scan, tmp_path / "wall"))
+    return Path(shutil.copytree(tiny_scan, tmp_path / tiny_scan.name))
 
 
 @pytest.mark.slow
@@ -69,8 +69,8 @@ def test_lift_own_data_of_a_scene_that_is_not_climbing(tmp_path: Path) -> None:
     assert len(output.pop().splitlines()) == 12
 
 
-def test_scan_photos(tiny_photos: Path, tiny_scan: Path) -> None:
+def test_scan_photos(tiny_photos: Path, copied: Path) -> None:
     """On a scan that is up to date: what the others made is not made again."""
-    output = run("scan_photos", tiny_photos, tiny_scan, "sparse.threads=1", "texture.size=512")
+    output = run("scan_photos", tiny_photos, copied, "sparse.threads=1", "texture.size=512")
     assert "nothing, all was up to date" in output
     assert "route 1" in output

@@ -143,10 +143,12 @@ def test_threads_do_not_change_the_result(
     mesh, views, _ = three_bumps
     many = lift(mesh, views)
     before = numba.get_num_threads()
-    numba.set_num_threads(1)
     monkeypatch.setattr("os.sched_getaffinity", lambda _: {0})
-    one = lift(mesh, views)
-    numba.set_num_threads(before)
+    numba.set_num_threads(1)
+    try:
+        one = lift(mesh, views)
+    finally:
+        numba.set_num_threads(before)
     np.testing.assert_array_equal(one.face_instance, many.face_instance)
     np.testing.assert_array_equal(one.face_score, many.face_score)
     assert one.records == many.records
