@@ -86,7 +86,6 @@ def test_another_worker_goes_on_when_one_is_killed(server: Server) -> None:
         assert server.ask("POST", f"{path}/start", setter).status_code == 200
         at_work = wait_for(lambda: list((data / "work").glob(f"*/{scan}/scan")))[0]
         busy = int(at_work.parts[-3].rpartition("-")[2])
-        assert server.ask("GET", path, setter).json()["state"] == "running"
         workers[busy].kill()
         ended = wait_for(
             lambda: (facts := server.ask("GET", path, setter).json())["state"] == "failed" and facts

@@ -103,9 +103,12 @@ def serve_and_stop(folder: Path, command: str, venv: Path) -> str:
 def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the checkout, installed as the setter's page says: it leaves build/ behind."""
     copy = tmp_path_factory.mktemp("newcomer") / "walltopo"
+    # Other tests write caches of compiled code meanwhile.
+    caches = ("__pycache__", "*.pyc", "*.nb[ic]", "htmlcov")
     skipped = shutil.ignore_patterns(
-        ".*", "node_modules", "build", "site", "dist", "*-scan", "demo-gym", "pictures", "results"
-    )
+        ".*", "node_modules", "build", "site", "dist", "*-scan", "demo-gym", "pictures", "results",
+        *caches,
+    )  # fmt: skip
     shutil.copytree(ROOT, copy, ignore=skipped, symlinks=True)
     output = type_in(copy, blocks("setter.md")[0])
     assert "A scan can run here" in output
