@@ -12,6 +12,7 @@ from typing import NoReturn
 
 import pytest
 from hypothesis import HealthCheck, settings
+from tests.holding.hold import Hold
 
 from walltopo.core.locks import take_lock
 
@@ -76,6 +77,12 @@ def data_root(lacks: Callable[[str], NoReturn]) -> Path:
 def gym_a(data_root: Path) -> Path:
     """The rendered gym with exact ground truth."""
     return data_root / "gym-a"
+
+
+@pytest.fixture
+def hold(tmp_path_factory: pytest.TempPathFactory) -> Hold:
+    """Holds a child process at a place."""
+    return Hold(tmp_path_factory.mktemp("hold") / "held")
 
 
 Once = Callable[[str, Callable[[Path], object]], Path]

@@ -5,11 +5,11 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from tests.holding.hold import Hold
 
 from walltopo.scans.manifest import Manifest
 
@@ -92,13 +92,14 @@ def _state(out: Path, stage: str) -> str:
     return "not run" if record is None else record.state
 
 
-def _stop(arguments: list[str], number: signal.Signals, begun: Callable[[], bool]) -> None:
-    """Start a command, send it the signal once `begun`, and check what it says and returns."""
+def _stop(arguments: list[str], number: signal.Signals, hold: Hold, place: str) -> None:
+    """Start a command, send it the signal at a place, and check what it says and returns."""
     command = [sys.executable, "-m", "walltopo", *arguments]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=hold.at(place)
+    )
     try:
-        while process.poll() is None and not begun():
-            time.sleep(0.01)
+        hold.wait(process)
         process.send_signal(number)
         output = process.communicate(timeout=120)[1]
     finally:
@@ -108,10 +109,11 @@ def _stop(arguments: list[str], number: signal.Signals, begun: Callable[[], bool
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_stopped_scan_says_so(tiny_photos: Path, tmp_path: Path, number: signal.Signals) -> None:
+def test_a_stopped_scan_says_so(
+    tiny_photos: Path, tmp_path: Path, number: signal.Signals, hold: Hold
+) -> None:
     out = tmp_path / "scan"
-    arguments = ["scan", str(tiny_photos), "-o", str(out)]
-    _stop(arguments, number, lambda: _state(out, "sparse") == "running")
+    _stop(["scan", str(tiny_photos), "-o", str(out)], number, hold, "stage:sparse")
     # On a busy machine it may have been ended before it had noted that.
     assert _state(out, "sparse") in ("interrupted", "running")
 
@@ -130,9 +132,13 @@ def _lift(gym: Path, out: Path) -> list[str]:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("make", [_detect, _lift])
 def test_a_stopped_command_writes_nothing(
-    make: Callable[[Path, Path], list[str]], number: signal.Signals, gym_a: Path, tmp_path: Path
+    make: Callable[[Path, Path], list[str]],
+    number: signal.Signals,
+    gym_a: Path,
+    tmp_path: Path,
+    hold: Hold,
 ) -> None:
-    _stop(make(gym_a, tmp_path), number, lambda: any(tmp_path.rglob(".partial-*")))
+    _stop(make(gym_a, tmp_path), number, hold, "rename")
     # What native code kept from being swept lies under a name of its own, never under a result's.
     left = [path for path in tmp_path.rglob("*") if ".partial-" not in str(path)]
     assert not [path for path in left if path.is_file()]
