@@ -11,6 +11,8 @@ from gym.tests.worlds import World, hold
 from walltopo_gym.climbing.points import crowd_grade
 from walltopo_gym.clock import now
 
+pytestmark = pytest.mark.both_databases("aggregates in SQL")
+
 LABELS = ("5", "6A", "6B", "6C")
 
 

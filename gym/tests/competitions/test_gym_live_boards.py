@@ -17,6 +17,8 @@ from walltopo_gym.competitions import live
 from walltopo_gym.competitions.live import LiveBoards
 from walltopo_gym.database.engine import Database
 
+pytestmark = pytest.mark.both_databases("concurrent events")
+
 
 @pytest.fixture
 def contest(world: World) -> Contest:

@@ -23,6 +23,8 @@ from walltopo_gym.database.engine import Database
 from walltopo_gym.migrations.run import is_current, migrate, revisions
 from walltopo_gym.migrations.tables import METADATA, is_ours
 
+pytestmark = pytest.mark.both_databases("migrations and constraints")
+
 KEY = UUID(int=1)
 COMPARED = {"compare_type": True, "include_name": is_ours}
 

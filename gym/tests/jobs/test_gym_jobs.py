@@ -28,6 +28,8 @@ from walltopo_gym.jobs.queue import Failure, Job, NotYetError, Task, enqueue
 from walltopo_gym.jobs.worker import Chore, tidy, watch, working
 from walltopo_gym.operating.jobs import jobs
 
+pytestmark = pytest.mark.both_databases("queues and locks")
+
 JOB = Job("test-job", waits=(60.0, 60.0))
 GYM = uuid4()
 

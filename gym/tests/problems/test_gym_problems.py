@@ -18,6 +18,8 @@ from walltopo_gym.messages import english
 from walltopo_gym.operating.own_data import forget
 from walltopo_gym.problems.models import Problem
 
+pytestmark = pytest.mark.both_databases("search and paging in SQL")
+
 LADDER = [hold(n, 0.15 * (n % 2), 0.4 + 0.35 * n) for n in range(1, 9)]
 HOLDS: list[dict[str, Any]] = [
     {"hold": 2, "use": "start"},

@@ -18,6 +18,8 @@ from walltopo_gym.api.services import Db
 from walltopo_gym.database.engine import CONNECTIONS
 from walltopo_gym.server.app import PREFIX
 
+pytestmark = pytest.mark.both_databases("transactions and locks")
+
 
 @contextmanager
 def _noted(server: Server, what: str, note: Callable[..., None]) -> Iterator[None]:
