@@ -92,6 +92,7 @@ def photos_of(world: World) -> dict[str, str]:
         return {photo.name: photo.state for photo in session.scalars(ours)}
 
 
+@pytest.mark.slow
 def test_a_photo_that_cannot_be_looked_at_is_set_aside(worlds: tuple[World, World]) -> None:
     bad, good = worlds
     server, store = bad.server, bad.server.services.store
@@ -161,6 +162,7 @@ def test_a_batch_whose_worker_was_killed_is_looked_at_one_by_one(
     assert photos_of(world) == {"fine.jpg": "usable"}
 
 
+@pytest.mark.slow
 def test_photos_that_cannot_be_compared_are_set_aside(worlds: tuple[World, World]) -> None:
     bad, good = worlds
     server, store = bad.server, bad.server.services.store
@@ -186,6 +188,7 @@ def test_photos_that_cannot_be_compared_are_set_aside(worlds: tuple[World, World
     assert waiting(server, OVERLAPS.name) == [(str(broken[0]), 2)]
 
 
+@pytest.mark.slow
 def test_a_wall_that_cannot_be_placed_is_set_aside(worlds: tuple[World, World]) -> None:
     bad, good = worlds
     server = bad.server
@@ -223,6 +226,7 @@ def planned(world: World, entries: list[dict[str, Any]]) -> UUID:
     return scan
 
 
+@pytest.mark.slow
 def test_a_planned_publication_that_fails_is_set_aside(worlds: tuple[World, World]) -> None:
     bad, good = worlds
     broken, fine = planned(bad, [{"no": "entry"}]), planned(good, [])
@@ -240,6 +244,7 @@ def test_a_planned_publication_that_fails_is_set_aside(worlds: tuple[World, Worl
         assert "KeyError" not in plan.error  # the gym reads it
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("poison", [{"secret": "whsec_A"}, {"url": f"https://{'a' * 64}.example/"}])
 def test_a_webhook_that_fails_is_set_aside(
     worlds: tuple[World, World], poison: dict[str, str]
@@ -286,6 +291,7 @@ def wish(world: World) -> None:
     assert answer.is_success
 
 
+@pytest.mark.slow
 def test_a_mail_that_cannot_be_sent_is_set_aside(
     worlds: tuple[World, World], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -15,6 +15,8 @@ from walltopo.scans.folder import ScanFolder
 from walltopo_lab.benchmarks.partial_rescan import Rescan, rescan_left_half
 from walltopo_lab.synth.small import tiny_recipe
 
+pytestmark = pytest.mark.slow
+
 QUICK = ["sparse.threads=1", "texture.size=1024"]
 
 

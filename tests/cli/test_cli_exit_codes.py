@@ -77,7 +77,11 @@ def _run(command: list[str], cwd: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, cwd=cwd)
 
 
-@pytest.mark.parametrize(("code", "make"), CASES)
+# The code 4 takes a whole scan of photos that do not fit together.
+@pytest.mark.parametrize(
+    ("code", "make"),
+    [pytest.param(*case, marks=[pytest.mark.slow] if case[0] == 4 else []) for case in CASES],
+)
 def test_it_ends_as_the_help_says(
     code: int, make: Callable[[Path], list[str]], tmp_path: Path
 ) -> None:

@@ -76,6 +76,7 @@ def test_all_that_is_damaged_is_made_again(tiny_scan: Path, wall: Path) -> None:
     assert scan([], wall, SETTINGS).ran == ()
 
 
+@pytest.mark.slow
 def test_nothing_is_made_again_for_what_a_desktop_leaves_behind(wall: Path) -> None:
     for place in (wall / "photos", wall / "page"):
         (place / ".DS_Store").write_bytes(b"\0" * 8)

@@ -175,6 +175,7 @@ def test_what_cannot_be_done_yet_is_no_try(server: Server) -> None:
     assert aside(server) == []
 
 
+@pytest.mark.slow
 def test_a_job_that_kills_its_worker_is_set_aside(server: Server) -> None:
     put(server, 1)
     for _ in range(JOB.max_tries):
@@ -224,6 +225,7 @@ def test_a_worker_whose_lock_was_lost_keeps_what_is_still_its_own(server: Server
         assert living(server.settings, server.database) == 1
 
 
+@pytest.mark.slow
 def test_a_chore_runs_by_the_clock_until_it_is_none(server: Server) -> None:
     done = threading.Event()
     place = Place(server.settings, server.database)

@@ -70,6 +70,7 @@ def moves_of(world: World, scan: object, who: str = "member") -> Any:
     return answer.json() if answer.is_success else answer.status_code
 
 
+@pytest.mark.slow
 def test_a_version_gets_its_moves_after_its_publication(world: World) -> None:
     scan = reviewed(world)
     assert world.publish(scan, *ENTRIES).is_success
@@ -180,6 +181,7 @@ def test_what_was_deleted_needs_no_moves(world: World) -> None:
     assert aside(world.server) == []
 
 
+@pytest.mark.slow
 def test_a_starting_worker_queues_what_has_no_moves_once(world: World) -> None:
     server = world.server
     scan = reviewed(world)
@@ -195,6 +197,7 @@ def test_a_starting_worker_queues_what_has_no_moves_once(world: World) -> None:
     assert (str(scan),) not in waiting(server, MOVES.name)
 
 
+@pytest.mark.slow
 def test_another_worker_goes_on_when_one_is_killed(world: World) -> None:
     """The first one is killed while it computes."""
     server = world.server

@@ -65,6 +65,7 @@ def test_a_worker_takes_what_is_queued_and_says_why_it_fails(server: Server) -> 
         worker.stop()
 
 
+@pytest.mark.slow
 def test_another_worker_goes_on_when_one_is_killed(server: Server) -> None:
     """One is killed over three photos of noise; the other ends what it had begun."""
     world = make_world(server)

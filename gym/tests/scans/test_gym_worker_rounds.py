@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from gym.tests.hurried import at_work, forget_jobs
 from gym.tests.running import wait_for
 from gym.tests.scans.test_gym_uploads import jpeg
@@ -21,6 +23,7 @@ def received(world: World) -> int:
         return session.scalar(ours.where(Photo.state == "received")) or 0
 
 
+@pytest.mark.slow
 def test_a_flood_of_photos_delays_no_other_gyms(server: Server) -> None:
     forget_jobs(server)
     server.services.store.put("originals/flood", jpeg(40))

@@ -22,7 +22,16 @@ def _run(
     return code, captured.out + captured.err
 
 
-@pytest.mark.parametrize("case", CASES, ids=[case.name for case in CASES])
+_SLOW = {"photos that show nothing in common", "a picture of 1.6 gigapixels"}
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(case, id=case.name, marks=[pytest.mark.slow] if case.name in _SLOW else [])
+        for case in CASES
+    ],
+)
 def test_bad_input(case: Case, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, output = _run(case.make(tmp_path), capsys, case.command)
     flat = " ".join(output.split())

@@ -102,6 +102,7 @@ def test_every_link_leads_somewhere(pages: dict[Path, Page]) -> None:
     assert broken == []
 
 
+@pytest.mark.slow
 def test_nothing_is_loaded_from_another_host(pages: dict[Path, Page]) -> None:
     assert [target for page in pages.values() for target in page.loads if foreign(target)] == []
 

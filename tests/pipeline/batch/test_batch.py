@@ -16,6 +16,8 @@ from tests.pipeline.batch.quick_scans import stage_seconds, write_list, writer_o
 from walltopo.cli import main
 from walltopo.pipeline.batch.job import ScanJob, run_job
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def done(tiny_photos: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -36,7 +38,6 @@ def done(tiny_photos: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.slow
 def test_a_killed_scan_is_done_again(done: Path) -> None:
     outcomes = {Path(o["out"]).name: o for o in json.loads((done / "out.json").read_text())}
     assert {name: o["state"] for name, o in outcomes.items()} == {

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 import numpy as np
 from numpy.typing import NDArray
 from tests.pipeline.partial.partial_walls import Wall, flat_uv, photos_at
@@ -53,6 +55,7 @@ def test_charts_of_replaced_triangles_leave_the_picture() -> None:
     assert join_textures(parts)[0].shape[0] <= 768
 
 
+@pytest.mark.slow
 def test_twenty_partial_rescans_do_not_drift() -> None:
     """Untouched holds stay exactly where they were, and the seams within 5 mm."""
     rng = np.random.default_rng(0)

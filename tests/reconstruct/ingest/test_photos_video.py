@@ -82,6 +82,7 @@ def test_frames_beyond_what_a_phone_films_are_refused(
     assert "too large to be a phone's video" in done.reasons[0]
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_with_the_film(tmp_path: Path) -> None:
     """NumPy tells tracemalloc what its arrays take."""
     write_film(tmp_path / "walk.mp4", 300, step=40)

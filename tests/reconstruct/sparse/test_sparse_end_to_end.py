@@ -124,6 +124,7 @@ def test_a_reference_without_cameras_or_of_itself_is_refused(
             run_stage(reference, "sparse", SparseSettings(reference=str(path)))
 
 
+@pytest.mark.slow
 def test_photos_that_share_nothing_are_reported(tmp_path: Path) -> None:
     files = []
     for k in range(3):
