@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-
 from gym.tests.hurried import at_work, forget_jobs
 from gym.tests.running import wait_for
 from gym.tests.scans.test_gym_uploads import jpeg

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import pytest
-
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 from tests.pipeline.partial.partial_walls import Wall, flat_uv, photos_at
 
