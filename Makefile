@@ -212,7 +212,8 @@ browser:
 	  || $(MAKE) --no-print-directory system \
 	  || echo "no browser, or not all: their tests will be skipped"
 	@if command -v npm >/dev/null; then for folder in viewer gym/web; do \
-	  [ -d $$folder/node_modules ] || (cd $$folder && npm ci --no-audit --no-fund --silent) \
+	  [ $$folder/node_modules/.package-lock.json -nt $$folder/package-lock.json ] \
+	    || (cd $$folder && npm ci --no-audit --no-fund --silent) \
 	    || echo "npm ci failed: the tests of $$folder will be skipped"; done; fi
 
 # The tests of the platform and one of the lab run on a PostgreSQL of their own.
