@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from walltopo.geometry.mesh_files import read_mesh
     from walltopo.pipeline.runner import scan
     from walltopo.pipeline.settings import Settings, load_settings
+    from walltopo.scans.coco_import import read_coco_masks
     from walltopo.scans.colmap_model import read_views
-    from walltopo.scans.detections import read_coco_masks
     from walltopo.segment.lift import LiftParams, lift
 
     __version__: str
@@ -43,7 +43,7 @@ _LAZY = {
     "Settings": "walltopo.pipeline.settings",
     "lift": "walltopo.segment.lift",
     "load_settings": "walltopo.pipeline.settings",
-    "read_coco_masks": "walltopo.scans.detections",
+    "read_coco_masks": "walltopo.scans.coco_import",
     "read_mesh": "walltopo.geometry.mesh_files",
     "read_views": "walltopo.scans.colmap_model",
     "scan": "walltopo.pipeline.runner",

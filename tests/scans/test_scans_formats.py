@@ -13,8 +13,9 @@ import pytest
 from walltopo.core import InputError, Mask, Mesh
 from walltopo.geometry.colmap import pycolmap
 from walltopo.geometry.mesh_files import read_mesh, write_ply
+from walltopo.scans.coco_import import read_coco_masks
 from walltopo.scans.colmap_model import read_views
-from walltopo.scans.detections import Detections, read_coco_masks
+from walltopo.scans.detections import Detections
 
 
 def _mask(seed: int, label: int, score: float) -> Mask:

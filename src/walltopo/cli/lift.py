@@ -34,13 +34,20 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     )
     parser.add_argument("--mesh", type=Path, required=True, help="triangle mesh (PLY, OBJ, GLB)")
     parser.add_argument(
-        "--cameras", type=Path, required=True, help="COLMAP model folder, or transforms.json"
+        "--cameras",
+        type=Path,
+        required=True,
+        help="COLMAP model or project folder, or transforms.json",
     )
     parser.add_argument(
         "--masks", type=Path, required=True, help="COCO file, or folder of PNGs of object numbers"
     )
     parser.add_argument("-o", "--output", type=Path, required=True, help="folder for the results")
     add_overwrite(parser)
+    parser.add_argument(
+        "--allow-missing", action="store_true",
+        help="go on if more than half of the photos of the masks have no camera",
+    )  # fmt: skip
     parser.add_argument(
         "--refine-borders", type=Number(int, low=0, high=8), default=0, metavar="N",
         help="also split the triangles at the borders of instances, N times, and write the finer "
@@ -60,20 +67,32 @@ def run(args: argparse.Namespace) -> int:
     from walltopo.segment.lift import lift
     from walltopo.segment.lift.refine import refine_borders
     from walltopo.segment.lift_files import (
-        attach_masks,
+        find_cameras,
         read_cameras,
         read_masks,
         records_of,
         table_of,
         write_coloured,
     )
+    from walltopo.segment.lift_matching import attach_masks
+    from walltopo.segment.lift_nothing import explain_nothing
 
     place = target(args, args.output, "lift", inputs=(args.mesh, args.cameras, args.masks))
     with written_folder(place) as out:
-        masks, classes = read_masks(args.masks)
-        views = attach_masks(read_cameras(args.cameras), masks)
+        masks = read_masks(args.masks)
+        cameras, models = find_cameras(args.cameras)
+        if cameras != args.cameras:
+            choice = f", the largest of {models} models" if models > 1 else ""
+            console.print(f"cameras: {cameras}{choice}")
+        posed = read_cameras(cameras, masks.sizes)
+        matched = attach_masks(posed, masks.masks, allow_missing=args.allow_missing)
+        if matched.without_camera:
+            console.print(matched.describe_loss())
+        views, classes = matched.views, masks.classes
         mesh = read_mesh(args.mesh)
         instances = lift(mesh, views, params)
+        if not len(instances) and (reason := explain_nothing(mesh, views, params)):
+            raise reason
 
         def write(folder: Path, mesh: Mesh, found: Instances) -> None:
             folder.mkdir(parents=True, exist_ok=True)

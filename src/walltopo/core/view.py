@@ -23,7 +23,11 @@ class View:
     camera : intrinsics.
     cam_from_world : (3, 4) float, rotation | translation; world metres to the camera frame of
         COLMAP (x right, y down, z forward).
-    masks : the masks of the photo.
+    masks : the masks of the photo, in its proportions but at any resolution.
+
+    Raises
+    ------
+    InputError : the pose is not a finite rigid transform, or a mask has other proportions.
 
     Examples
     --------
@@ -50,6 +54,24 @@ class View:
         if not np.isfinite(pose).all() or np.abs(rotation @ rotation.T - np.eye(3)).max() > 1e-4:
             raise InputError(f"{self.name}: cam_from_world is not a finite rigid transform")
         object.__setattr__(self, "cam_from_world", pose)
+        for width, height in {(mask.width, mask.height) for mask in self.masks}:
+            self._check_proportions(width, height)
+
+    def _check_proportions(self, width: int, height: int) -> None:
+        """Raise InputError if masks of this size do not show the camera's whole photo."""
+        wide, high = self.camera.width, self.camera.height
+        if _same_proportions((width, height), (wide, high)):
+            return
+        hint = "Masks must show the whole photo, at any resolution."
+        if _same_proportions((height, width), (wide, high)):
+            hint = (
+                "The sides are swapped: the masks were drawn on the photo as its EXIF orientation "
+                "turns it, and the camera belongs to the photo as it is stored. Turn the photos "
+                "before both steps (for example by `mogrify -auto-orient`), or turn the masks back."
+            )
+        raise InputError(
+            f"{self.name}: its masks are {width}x{height} pixels, its camera {wide}x{high}", hint
+        )
 
     @property
     def centre(self) -> Floats:
@@ -72,6 +94,16 @@ class View:
     def with_masks(self, masks: tuple[Mask, ...]) -> View:
         """Return the same view with other masks."""
         return replace(self, masks=masks)
+
+
+# Masks of undistorted photos may be cropped by a few pixels.
+_PROPORTION_TOLERANCE = 0.01
+
+
+def _same_proportions(a: tuple[int, int], b: tuple[int, int]) -> bool:
+    """Return whether two sizes differ by resolution only, up to a pixel and the tolerance."""
+    difference = abs(a[0] * b[1] - a[1] * b[0])
+    return difference <= max(_PROPORTION_TOLERANCE * a[1] * b[0], b[0] + b[1])
 
 
 @dataclass(frozen=True, eq=False)

@@ -57,6 +57,24 @@ def read_stored(path: Path) -> NDArray[np.generic]:
     return _read(path, cv2.IMREAD_UNCHANGED)
 
 
+def read_indices(path: Path) -> NDArray[np.uint8] | None:
+    """Read the (H, W) palette indices of a picture; None if it has no palette.
+
+    Raises
+    ------
+    InputError : as in `read_rgb`.
+    """
+    if not path.is_file():
+        raise InputError(f"{path}: no such picture", _HINT)
+    try:
+        with open_picture(path) as picture:
+            if picture.mode != "P":
+                return None
+            return np.array(picture, dtype=np.uint8)
+    except (InputError, OSError, SyntaxError) as error:
+        raise InputError(f"{path}: {getattr(error, 'message', error)}", _HINT) from error
+
+
 def _read(path: Path, mode: int) -> NDArray[np.generic]:
     import cv2
 

@@ -46,7 +46,11 @@ class Detections:
         ------
         InputError : the file is missing or not COCO, or an annotation is invalid (it is named).
         """
-        data = read_document(path, CocoFile)
+        return cls.from_coco(read_document(path, CocoFile), path)
+
+    @classmethod
+    def from_coco(cls, data: CocoFile, path: Path) -> Detections:
+        """Return the content of a COCO file; `path` names it in errors (see `load`)."""
         images = {image.id: image for image in data.images}
         budget = MaskBudget(path)
         masks: dict[str, list[Mask]] = {image.file_name: [] for image in data.images}
@@ -159,9 +163,3 @@ def _annotation(mask: Mask, number: int, image: int) -> dict[str, Any]:
         "iscrowd": 0,
         "score": max(round(float(mask.score), 4), 1e-4),  # a score must not be 0
     }
-
-
-def read_coco_masks(path: Path) -> tuple[dict[str, tuple[Mask, ...]], dict[int, str]]:
-    """Return masks by photo name, and class names by label, of a COCO file."""
-    found = Detections.load(Path(path))
-    return dict(found.masks), dict(found.classes)

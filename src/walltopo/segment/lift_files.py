@@ -12,15 +12,50 @@ from numpy.typing import NDArray
 from walltopo.core import InputError, Instances, Mask, Mesh, View
 from walltopo.core.files import atomic_path
 from walltopo.geometry.mesh_files import write_ply
-from walltopo.images.files import read_stored
+from walltopo.images.files import read_indices, read_stored
+from walltopo.scans.coco_import import read_coco
 from walltopo.scans.colmap_model import read_views
-from walltopo.scans.detections import read_coco_masks
+from walltopo.scans.detections import Detections
 from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
 from walltopo.scans.transforms import read_transforms
 
 
-def read_cameras(path: Path) -> list[View]:
+def find_cameras(path: Path) -> tuple[Path, int]:
+    """Return the cameras at or in a path, and how many models there were to choose from.
+
+    A COLMAP project has its models in `sparse/0`, `sparse/1`, ...; the one with the largest file of
+    images is taken. A path without any is returned as it is, for `read_cameras` to reject.
+    """
+    path = Path(path)
+    if not path.is_dir() or _images_of(path):
+        return path, 1
+    if (path / "transforms.json").is_file():
+        return path / "transforms.json", 1
+    folders = [
+        folder for parent in (path, path / "sparse") for folder in (parent, *_numbered(parent))
+    ]
+    models = {folder: file.stat().st_size for folder in folders if (file := _images_of(folder))}
+    if not models:
+        return path, 0
+    return max(models, key=lambda folder: models[folder]), len(models)
+
+
+def _numbered(parent: Path) -> list[Path]:
+    return sorted(parent.glob("[0-9]*")) if parent.is_dir() else []
+
+
+def _images_of(folder: Path) -> Path | None:
+    """Return the file of images of the COLMAP model in a folder; None without a model."""
+    files = (folder / "images.bin", folder / "images.txt")
+    return next((file for file in files if file.is_file()), None)
+
+
+def read_cameras(path: Path, sizes: Mapping[str, tuple[int, int]] | None = None) -> list[View]:
     """Return views without masks from a COLMAP model folder or a `transforms.json`.
+
+    Parameters
+    ----------
+    sizes : photo name to (width, height) of its masks, for a `transforms.json` without sizes.
 
     Raises
     ------
@@ -30,56 +65,50 @@ def read_cameras(path: Path) -> list[View]:
     if path.is_dir():
         return read_views(path)
     if path.suffix.lower() == ".json":
-        return read_transforms(path)
+        return read_transforms(path, sizes)
     raise InputError(f"{path}: expected a COLMAP model folder or a transforms.json")
 
 
-def read_masks(path: Path) -> tuple[dict[str, tuple[Mask, ...]], dict[int, str]]:
-    """Return masks by photo name, and class names, from a COCO file or a folder of id images.
+def read_masks(path: Path) -> Detections:
+    """Return the masks of a COCO file or of a folder of id images, with their sizes and classes.
 
-    In a folder, each PNG holds the masks of one photo: pixel values are object numbers within the
-    photo (8 or 16 bit), 0 = none. All objects get class 1, "object", and score 1.
-    """
-    path = Path(path)
-    if path.is_file():
-        return read_coco_masks(path)
-    files = sorted(path.glob("*.png")) if path.is_dir() else []
-    if not files:
-        raise InputError(f"{path}: expected a COCO file or a folder of PNG id images")
-    return {file.name: _masks_of_ids(file) for file in files}, {1: "object"}
-
-
-def _masks_of_ids(file: Path) -> tuple[Mask, ...]:
-    image = read_stored(file)
-    if image.ndim != 2 or image.dtype not in (np.uint8, np.uint16):
-        raise InputError(
-            f"{file}: expected a single-channel PNG, 8 or 16 bit, with object numbers",
-            "Masks drawn in colour cannot be read.",
-        )
-    ids: NDArray[Any] = np.unique(image)
-    return tuple(Mask.from_full(image == number, 1) for number in ids[ids > 0])
-
-
-def attach_masks(views: Sequence[View], masks: Mapping[str, Sequence[Mask]]) -> list[View]:
-    """Return the views with their masks, matched by file name, else by its stem.
+    In a folder, each PNG holds the masks of one photo, whose name is the PNG's path in the folder:
+    pixel values (or palette indices) are object numbers within the photo, 8 or 16 bit, 0 = none.
+    All objects get class 1, "object", and score 1.
 
     Raises
     ------
-    InputError : no photo of the masks is among the views.
+    InputError : the path is neither of them, or a file in it is unreadable.
     """
-    by_stem = {Path(name).stem: tuple(items) for name, items in masks.items()}
-    result, matched = [], 0
-    for view in views:
-        found = masks.get(view.name, by_stem.get(Path(view.name).stem))
-        matched += found is not None
-        result.append(view.with_masks(tuple(found or ())))
-    if masks and matched == 0:
-        raise InputError(
-            f"masks and cameras have no photo in common: masks of {sorted(masks)[0]!r}, "
-            f"cameras of {views[0].name!r}",
-            "Masks and cameras are matched by file name.",
+    path = Path(path)
+    if path.is_file():
+        return read_coco(path)
+    files = sorted(file for file in path.rglob("*") if file.suffix.lower() == ".png")
+    if not files:
+        raise InputError(f"{path}: expected a COCO file or a folder of PNG id images")
+    masks: dict[str, tuple[Mask, ...]] = {}
+    sizes: dict[str, tuple[int, int]] = {}
+    for file in files:
+        name = file.relative_to(path).as_posix()
+        numbers = _numbers_in(file)
+        masks[name] = tuple(
+            Mask.from_full(numbers == number, 1) for number in np.unique(numbers) if number > 0
         )
-    return result
+        sizes[name] = (numbers.shape[1], numbers.shape[0])
+    return Detections(masks, sizes, {1: "object"})
+
+
+def _numbers_in(file: Path) -> NDArray[Any]:
+    """Return the (H, W) object numbers of a PNG; of one with a palette, its indices."""
+    image = read_indices(file)
+    if image is None:
+        image = read_stored(file)
+    if image.ndim != 2 or image.dtype not in (np.uint8, np.uint16):
+        raise InputError(
+            f"{file}: expected a single-channel PNG, 8 or 16 bit, with object numbers",
+            "Masks drawn in colour cannot be read; a PNG with a palette can.",
+        )
+    return image
 
 
 UNLABELLED = (150, 150, 150)

@@ -12,7 +12,8 @@ import pytest
 from walltopo.cli import main
 from walltopo.core import InputError
 from walltopo.geometry.mesh_files import read_mesh, write_ply
-from walltopo.segment.lift_files import attach_masks, read_cameras, read_masks
+from walltopo.segment.lift_files import read_cameras, read_masks
+from walltopo.segment.lift_matching import attach_masks
 
 
 @pytest.fixture

@@ -8,8 +8,8 @@ from typing import Any
 
 from walltopo.core import InputError, Mesh, View
 from walltopo.geometry.mesh_files import read_mesh
+from walltopo.scans.coco_import import read_coco_masks
 from walltopo.scans.colmap_model import read_views
-from walltopo.scans.detections import read_coco_masks
 from walltopo.scans.folder import ScanFolder
 from walltopo.segment.lift import LiftParams
 from walltopo_lab.evaluate.align import align_views

@@ -1,0 +1,53 @@
+"""Explain a lift that found no instance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from walltopo.core import InputError, Mesh, View
+from walltopo.segment.lift.distance import mean_object_distance, resolve_lengths
+from walltopo.segment.lift.settings import LiftParams
+
+
+def explain_nothing(mesh: Mesh, views: Sequence[View], params: LiftParams) -> InputError | None:
+    """Return the error that explains why no instance was found; None if none of the causes holds.
+
+    The causes are empty masks, rays that miss the mesh (units or frames differ), and objects beyond
+    `visibility_distance`.
+    """
+    if not any(mask.area for view in views for mask in view.masks):
+        count = sum(len(view.masks) for view in views)
+        return InputError(
+            f"0 instances: all {count} masks are empty" if count else "0 instances: no masks",
+            "Annotations without pixels (`segmentation: []`, boxes alone) cannot be lifted.",
+        )
+    try:
+        mean = mean_object_distance(mesh, views, params.seed)
+    except InputError:
+        return InputError(
+            f"0 instances: no ray through a mask meets the mesh; {_extents(mesh, views)}"
+        )
+    limit = resolve_lengths(params, mesh, views).visibility_distance
+    if mean > limit:
+        return InputError(
+            f"0 instances: the objects are {mean:.4g} units from the cameras on average, beyond "
+            f"the visibility_distance of {limit:.4g}",
+            "If the unit of the mesh is not the metre, use --normalised.",
+        )
+    return None
+
+
+def _extents(mesh: Mesh, views: Sequence[View]) -> str:
+    """Return the extents of mesh and cameras in words, with their ratio."""
+    sizes = [
+        float(np.linalg.norm(np.ptp(points, axis=0)))
+        for points in (mesh.vertices, np.array([view.centre for view in views]))
+    ]
+    ratio = sizes[0] / sizes[1] if sizes[1] > 0 else float("inf")
+    unit = "if their units differ (mm and m: a ratio of 1000), scale one of them"
+    return (
+        f"the mesh has an extent of {sizes[0]:.4g}, the cameras of {sizes[1]:.4g}, a ratio of "
+        f"{ratio:.3g}: {unit}; else check that both are in the same coordinate frame"
+    )
