@@ -12,8 +12,8 @@ from PIL import Image
 
 from walltopo.core import Camera, InputError, SettingsError
 from walltopo.core.outputs import Target, claimed_folder
+from walltopo.scans.coco_import import read_coco_masks
 from walltopo.scans.colmap_model import open_model, read_views
-from walltopo.scans.detections import read_coco_masks
 from walltopo_lab.cli import synth as synth_cli
 from walltopo_lab.synth import PhotoSettings, generate, tiny_recipe
 from walltopo_lab.synth.path import look_at

@@ -28,7 +28,9 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         help="lift 2D masks of posed photos onto a mesh",
         description="Find the objects that masks in many photos show, and label the mesh's "
         "triangles with them. Writes instances.npz, instances.json and, for inspection, "
-        "instances.ply and instances.glb with a colour per instance.",
+        "instances.ply and instances.glb with a colour per instance. Labels are in the order of "
+        "the mesh file's faces; for a file of polygons, file_faces.npz has the face of the file "
+        "for each triangle.",
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -61,9 +63,12 @@ def run(args: argparse.Namespace) -> int:
     """Read the inputs, lift, write the results and print a summary."""
     params = options_given(args, LiftParams)
 
+    import numpy as np
+
     from walltopo.cli.console import console
+    from walltopo.core.files import atomic_path
     from walltopo.core.outputs import written_folder
-    from walltopo.geometry.mesh_files import read_mesh, write_ply
+    from walltopo.geometry.mesh_files import read_mesh_file, write_ply
     from walltopo.segment.lift import lift
     from walltopo.segment.lift.refine import refine_borders
     from walltopo.segment.lift_files import (
@@ -89,7 +94,8 @@ def run(args: argparse.Namespace) -> int:
         if matched.without_camera:
             console.print(matched.describe_loss())
         views, classes = matched.views, masks.classes
-        mesh = read_mesh(args.mesh)
+        source = read_mesh_file(args.mesh)
+        mesh = source.mesh
         instances = lift(mesh, views, params)
         if not len(instances) and (reason := explain_nothing(mesh, views, params)):
             raise reason
@@ -101,6 +107,9 @@ def run(args: argparse.Namespace) -> int:
             write_coloured(folder, mesh, found)
 
         write(out, mesh, instances)
+        if source.file_face is not None:
+            with atomic_path(out / "file_faces.npz") as temporary, temporary.open("wb") as stream:
+                np.savez_compressed(stream, file_face=source.file_face)
         if args.refine_borders:
             finer, labels = refine_borders(mesh, views, instances, params, args.refine_borders)
             write(out / "refined", finer, labels)

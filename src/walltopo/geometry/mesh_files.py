@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import re
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from walltopo.core import InputError, Mesh
 from walltopo.core.errors import naming
 from walltopo.core.files import atomic_path, join_inside
+from walltopo.geometry.polygon_files import PolygonFile, read_obj, read_ply
 
 _GUESSED = "guessed"
 
@@ -61,16 +63,62 @@ def write_ply(path: Path, mesh: Mesh, instance: NDArray[np.int32] | None = None)
         stream.write(faces.tobytes())
 
 
+@dataclass(frozen=True, eq=False)
+class MeshFile:
+    """A mesh as its file has it.
+
+    Parameters
+    ----------
+    mesh : the triangles, in the order of the file's faces.
+    file_face : (F,) int, face of the file that each triangle is a part of; None if the file has
+        triangles only.
+    """
+
+    mesh: Mesh
+    file_face: NDArray[np.int64] | None = None
+
+
 def read_mesh(path: Path) -> Mesh:
     """Read a triangle mesh (PLY, OBJ, glTF, STL, OFF) without changing its vertices.
+
+    Triangles have the order of the file's faces; polygons of PLY and OBJ are split in place.
 
     Raises
     ------
     InputError : the file is missing, unreadable or holds no triangles.
     """
+    return read_mesh_file(path).mesh
+
+
+def read_mesh_file(path: Path) -> MeshFile:
+    """Read a mesh as `read_mesh`, with the face of the file for each triangle."""
+    path = Path(path)
+    found = _read_polygons(path)
+    if found is None:
+        return MeshFile(_read_by_trimesh(path))
+    triangles, polygon = found.triangles()
+    if len(triangles) == 0:
+        raise InputError(f"{path}: holds no triangles", "A point cloud must be meshed first.")
+    with naming(path):
+        mesh = Mesh(found.vertices, int32_faces(triangles), found.colours)
+    return MeshFile(mesh, None if (found.counts == 3).all() else polygon)
+
+
+def _read_polygons(path: Path) -> PolygonFile | None:
+    """Return the polygons of a file whose faces trimesh would reorder; else None."""
+    readers = {".obj": read_obj, ".ply": read_ply}
+    reader = readers.get(path.suffix.lower())
+    if reader is None or not path.is_file():
+        return None
+    if path.suffix.lower() == ".ply":
+        _check_counts(path)
+    with naming(path):
+        return reader(path.read_bytes())
+
+
+def _read_by_trimesh(path: Path) -> Mesh:
     import trimesh
 
-    path = Path(path)
     loaded = load_with_trimesh(path)
     try:
         if isinstance(loaded, trimesh.Scene):
@@ -214,9 +262,27 @@ class _Accessor(msgspec.Struct, frozen=True):
 
 
 class _Gltf(msgspec.Struct, frozen=True):
-    """The part of glTF's JSON that determines the size of arrays."""
+    """The part of glTF's JSON that determines how arrays are read, and their size."""
 
     accessors: tuple[_Accessor, ...] = ()
+    required: tuple[str, ...] = msgspec.field(default=(), name="extensionsRequired")
+
+
+# Extensions that do not change how vertices and triangles are read.
+_LOOKS = re.compile(
+    r"(KHR_materials_|KHR_texture_|EXT_texture_|KHR_lights_|EXT_mesh_features|EXT_structural_)"
+)
+
+
+def _check_extensions(path: Path, required: tuple[str, ...]) -> None:
+    """Raise InputError if glTF requires an extension without which its geometry is misread."""
+    unknown = [name for name in required if not _LOOKS.match(name)]
+    if unknown:
+        raise InputError(
+            f"{path}: it requires the extension {', '.join(unknown)}, which is not read here",
+            "Export it without compression, or decompress it: npx @gltf-transform/cli copy, then "
+            "dequantize.",
+        )
 
 
 def _check_accessors(path: Path) -> None:
@@ -232,6 +298,7 @@ def _check_accessors(path: Path) -> None:
         table = msgspec.json.decode(data, type=_Gltf)
     except (msgspec.DecodeError, RecursionError) as error:
         raise InputError(f"{path}: damaged: not the JSON of glTF ({error})") from error
+    _check_extensions(path, table.required)
     if sum(accessor.count for accessor in table.accessors) > _MAX_NUMBERS_PER_BYTE * size:
         raise InputError(f"{path}: damaged: it declares more numbers than {size} bytes can hold")
 

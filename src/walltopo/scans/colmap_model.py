@@ -66,6 +66,7 @@ def open_model(path: Path) -> pycolmap.Reconstruction:
     path = Path(path)
     _check_model(path)
     check_model_files(path)
+    _check_text_names(path)
     try:
         model = pycolmap.Reconstruction(path)
         with naming(path):
@@ -73,6 +74,26 @@ def open_model(path: Path) -> pycolmap.Reconstruction:
     except (IndexError, MemoryError, RuntimeError, ValueError) as error:
         raise InputError(f"{path}: unreadable COLMAP model: {error}") from error
     return model
+
+
+def _check_text_names(folder: Path) -> None:
+    """Raise InputError if a text model has a photo whose name contains a space.
+
+    COLMAP's own reader takes the first word for the name.
+    """
+    path = folder / "images.txt"
+    if (folder / "images.bin").is_file() or not path.is_file():
+        return
+    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    rows = [line for line in lines if not line.startswith("#")]
+    for row in rows[::2]:  # every second line has the points of the photo above it
+        words = row.split(maxsplit=9)
+        if len(words) == 10 and " " in words[9].strip():
+            raise InputError(
+                f"{path}: the name {words[9].strip()!r} contains a space, which COLMAP's text "
+                "models cannot express",
+                "Rename the photo, or export the model in COLMAP's binary form.",
+            )
 
 
 def _check_images(model: pycolmap.Reconstruction) -> None:

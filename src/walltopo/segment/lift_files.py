@@ -100,9 +100,8 @@ def read_masks(path: Path) -> Detections:
 
 def _numbers_in(file: Path) -> NDArray[Any]:
     """Return the (H, W) object numbers of a PNG; of one with a palette, its indices."""
-    image = read_indices(file)
-    if image is None:
-        image = read_stored(file)
+    indices = read_indices(file)
+    image: NDArray[Any] = read_stored(file) if indices is None else indices
     if image.ndim != 2 or image.dtype not in (np.uint8, np.uint16):
         raise InputError(
             f"{file}: expected a single-channel PNG, 8 or 16 bit, with object numbers",

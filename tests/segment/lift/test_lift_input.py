@@ -178,6 +178,14 @@ def test_a_project_has_its_largest_model(tmp_path: Path) -> None:
     assert find_cameras(tmp_path / "nothing") == (tmp_path / "nothing", 1)
 
 
+def test_a_text_model_with_a_space_in_a_name_says_so(tmp_path: Path) -> None:
+    (tmp_path / "cameras.txt").write_text("1 PINHOLE 128 96 100 100 64 48\n")
+    (tmp_path / "points3D.txt").write_text("")
+    (tmp_path / "images.txt").write_text("# images\n1 1 0 0 0 0 0 0 1 my wall.jpg\n\n")
+    with pytest.raises(InputError, match=r"'my wall\.jpg' contains a space"):
+        read_cameras(tmp_path)
+
+
 @pytest.fixture
 def scene(three_bumps: Any, tmp_path: Path) -> Path:
     """A mesh, a transforms.json and a folder of object numbers."""

@@ -96,8 +96,8 @@ def test_same_as_the_reference_on_random_scenes(
 def test_same_as_the_reference_on_a_decimated_gym(gym_a: Path) -> None:
     import fast_simplification
 
+    from walltopo.scans.coco_import import read_coco_masks
     from walltopo.scans.colmap_model import read_views
-    from walltopo.scans.detections import read_coco_masks
 
     truth = np.load(gym_a / "lift" / "gt.npz")
     vertices, faces = fast_simplification.simplify(

@@ -24,8 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Instances, Mesh, View
+from walltopo.scans.coco_import import read_coco_masks
 from walltopo.scans.colmap_model import read_views
-from walltopo.scans.detections import read_coco_masks
 from walltopo.segment.lift import LiftParams, lift
 from walltopo.segment.lift.fast import literal_kept, projection_scores
 from walltopo_lab.benchmarks.lift_scenes import MaskNoise, Scene, make_scene, spoil

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from walltopo.core import InputError, Mask, Progress, Silent
 from walltopo.core.files import atomic_path, read_json
 from walltopo.images.files import read_rgb
-from walltopo.scans.detections import read_coco_masks
+from walltopo.scans.coco_import import read_coco_masks
 from walltopo_lab.train.pseudomask import HULL_POINTS, hull_of, paint_instances
 
 PREPARED_VERSION = 1  # increase it when a code change alters the entries of unchanged labels

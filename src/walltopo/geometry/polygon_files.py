@@ -1,0 +1,318 @@
+"""Read OBJ and PLY files of polygons, with triangles in the order of the file's faces.
+
+trimesh groups the faces of an OBJ by material and puts the triangles of quads last, so that a label
+per face would belong to another face of the file. Sources of the formats: the OBJ specification
+(Wavefront, appendix B1) and Turk's "The PLY Polygon File Format" (1994).
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import InputError
+
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class PolygonFile:
+    """The content of a file of polygons.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float.
+    colours : (V, 3) uint8 sRGB, or None.
+    counts : (P,) corners of each polygon, at least 3.
+    corners : (sum of counts,) vertex of each corner, polygon after polygon.
+    """
+
+    vertices: NDArray[np.float64]
+    colours: NDArray[np.uint8] | None
+    counts: Ints
+    corners: Ints
+
+    def triangles(self) -> tuple[Ints, Ints]:
+        """Return (F, 3) triangles, a fan for each polygon in place, and (F,) their polygons."""
+        fans = self.counts - 2
+        polygon = np.repeat(np.arange(len(fans)), fans)
+        first = np.repeat(np.cumsum(self.counts) - self.counts, fans)
+        step = np.arange(len(polygon)) - np.repeat(np.cumsum(fans) - fans, fans)
+        at = np.stack([first, first + step + 1, first + step + 2], axis=1)
+        return self.corners[at], polygon
+
+
+def read_obj(content: bytes) -> PolygonFile:
+    """Return the polygons of an OBJ file; groups, materials, lines and points are left out.
+
+    Raises
+    ------
+    InputError : a vertex or a face is invalid; the message has the number of its line.
+    """
+    lines = content.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ").splitlines()
+    vertex_lines = [k for k, line in enumerate(lines) if line.lstrip()[:2] in (b"v ", b"v\t")]
+    face_lines = [k for k, line in enumerate(lines) if line.lstrip()[:2] in (b"f ", b"f\t")]
+    rows = [lines[k].split()[1:] for k in vertex_lines]
+    coordinates = _numbers([row[:3] for row in rows], vertex_lines, "vertex", 3)
+    colours = None
+    if rows and min(map(len, rows)) >= 6:  # x y z r g b, each colour from 0 to 1
+        shares = _numbers([row[3:6] for row in rows], vertex_lines, "vertex", 3)
+        colours = np.clip(np.rint(255 * shares), 0, 255).astype(np.uint8)
+    # A corner is vertex, vertex/texture, vertex//normal or vertex/texture/normal.
+    corners = [re.sub(rb"/\S*", b"", lines[k]).split()[1:] for k in face_lines]
+    counts = np.array([len(row) for row in corners], dtype=np.int64)
+    if len(counts) and counts.min() < 3:
+        raise InputError(
+            f"line {face_lines[int(counts.argmin())] + 1}: a face of {counts.min()} corners"
+        )
+    try:
+        flat = np.array([word for row in corners for word in row], dtype=np.int64)
+    except (OverflowError, ValueError) as error:
+        raise InputError(f"a face has a corner that is no number ({error})") from error
+    # Negative numbers count back from the last vertex above the face.
+    above = np.searchsorted(vertex_lines, face_lines)
+    flat = np.where(flat < 0, flat + np.repeat(above, counts), flat - 1)
+    return _checked(PolygonFile(coordinates, colours, counts, flat), face_lines)
+
+
+def _numbers(
+    rows: list[list[bytes]], lines: list[int], what: str, size: int
+) -> NDArray[np.float64]:
+    """Return rows of words as (n, size) numbers."""
+    try:
+        return np.array(rows, dtype=np.float64).reshape(len(rows), size)
+    except ValueError:
+        for row, line in zip(rows, lines, strict=True):
+            try:
+                if len([float(word) for word in row]) == size:
+                    continue
+            except ValueError:
+                pass
+            raise InputError(f"line {line + 1}: not a {what}") from None
+        raise
+
+
+def _checked(found: PolygonFile, lines: list[int] | None = None) -> PolygonFile:
+    """Return the polygons; raise InputError if a corner is no vertex."""
+    outside = (found.corners < 0) | (found.corners >= len(found.vertices))
+    if outside.any():
+        polygon = int(np.repeat(np.arange(len(found.counts)), found.counts)[outside.argmax()])
+        where = f"face {polygon}" if lines is None else f"line {lines[polygon] + 1}"
+        raise InputError(f"{where}: a corner that is none of the {len(found.vertices)} vertices")
+    return found
+
+
+_TYPES = {
+    "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2",
+    "ushort": "u2", "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4",
+    "float": "f4", "float32": "f4", "double": "f8", "float64": "f8",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Property:
+    """A property of a PLY element; `count` is the type of a list's length, None for a number."""
+
+    name: str
+    kind: str
+    count: str | None = None
+
+
+@dataclass(frozen=True)
+class _Element:
+    name: str
+    size: int
+    properties: tuple[_Property, ...]
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether there is no list among the properties."""
+        return all(prop.count is None for prop in self.properties)
+
+
+def read_ply(content: bytes) -> PolygonFile | None:
+    """Return the polygons of a PLY file; None if all of its faces are triangles, or it has none.
+
+    Raises
+    ------
+    InputError : the file is damaged, or a face has fewer than 3 corners or an unknown vertex.
+    """
+    head, mark, body = content.partition(b"end_header")
+    if not mark:
+        raise InputError("damaged: its header has no end")
+    body = body[1:] if body[:1] == b"\n" else body.partition(b"\n")[2]
+    kind, elements = _header(head.decode("ascii", "replace"))
+    reader = _Ascii(body) if kind == "ascii" else _Binary(body, "<" if "little" in kind else ">")
+    vertices: NDArray[np.float64] = np.zeros((0, 3))
+    colours: NDArray[np.uint8] | None = None
+    for element in elements:
+        if element.name == "vertex":
+            vertices, colours = _vertices(reader.table(element))
+        elif element.name == "face":
+            if reader.has_triangles_only(element):
+                return None
+            counts, corners = reader.lists(element)
+            if counts.min() < 3:
+                raise InputError(f"face {int(counts.argmin())} has {counts.min()} corners")
+            return _checked(PolygonFile(vertices, colours, counts, corners))
+        else:
+            reader.skip(element)
+    return None
+
+
+def _header(text: str) -> tuple[str, list[_Element]]:
+    """Return the kind of a PLY file and its elements, by its header."""
+    kind, elements = "", []
+    for line in text.splitlines():
+        match line.split():
+            case ["format", name, *_]:
+                kind = name
+            case ["element", name, size]:
+                elements.append(_Element(name, int(size), ()))
+            case ["property", "list", count, item, name] if elements:
+                elements[-1] = _extended(elements[-1], _Property(name, item, count))
+            case ["property", item, name] if elements:
+                elements[-1] = _extended(elements[-1], _Property(name, item))
+    types = {item for e in elements for p in e.properties for item in (p.kind, p.count) if item}
+    if kind not in ("ascii", "binary_little_endian", "binary_big_endian") or types - _TYPES.keys():
+        raise InputError(f"not a PLY file that can be read: format {kind!r}, types {sorted(types)}")
+    return kind, elements
+
+
+def _extended(element: _Element, prop: _Property) -> _Element:
+    return _Element(element.name, element.size, (*element.properties, prop))
+
+
+def _vertices(
+    table: dict[str, NDArray[Any]],
+) -> tuple[NDArray[np.float64], NDArray[np.uint8] | None]:
+    """Return the places and colours of a table of vertices."""
+    if not {"x", "y", "z"} <= table.keys():
+        raise InputError("its vertices have no x, y, z")
+    places = np.stack([table[axis].astype(np.float64) for axis in "xyz"], axis=1)
+    names = ("red", "green", "blue")
+    if not all(name in table and table[name].dtype == np.uint8 for name in names):
+        return places, None
+    return places, np.stack([table[name] for name in names], axis=1)
+
+
+class _Binary:
+    """Steps through the elements of a binary PLY file."""
+
+    def __init__(self, body: bytes, order: str) -> None:
+        self.body, self.order, self.at = body, order, 0
+
+    def _type(self, name: str) -> np.dtype[Any]:
+        return np.dtype(self.order + _TYPES[name])
+
+    def _take(self, kind: np.dtype[Any], count: int) -> NDArray[Any]:
+        end = self.at + kind.itemsize * count
+        if end > len(self.body):
+            raise InputError("damaged: it ends before its last entry")
+        values = np.frombuffer(self.body, kind, count, self.at)
+        self.at = end
+        return values
+
+    def table(self, element: _Element) -> dict[str, NDArray[Any]]:
+        """Return the columns of an element without lists."""
+        if not element.is_plain:
+            raise InputError(f"its element {element.name} has lists")
+        fields = [(prop.name, self._type(prop.kind)) for prop in element.properties]
+        values = self._take(np.dtype(fields), element.size)
+        return {name: values[name].astype(kind.newbyteorder("=")) for name, kind in fields}
+
+    def has_triangles_only(self, element: _Element) -> bool:
+        """Return whether each face is a list of three corners, without reading them one by one."""
+        fields: list[Any] = []
+        for prop in element.properties:
+            if prop.count is not None:
+                fields.append((f"number of {prop.name}", self._type(prop.count)))
+            shape = () if prop.count is None else (3,)
+            fields.append((prop.name, self._type(prop.kind), shape))
+        kind = np.dtype(fields)
+        if self.at + kind.itemsize * element.size > len(self.body):
+            return False
+        rows = np.frombuffer(self.body, kind, element.size, self.at)
+        lists = [prop.name for prop in element.properties if prop.count is not None]
+        return all(bool((rows[f"number of {name}"] == 3).all()) for name in lists)
+
+    def lists(self, element: _Element) -> tuple[Ints, Ints]:
+        """Return lengths and values of the lists `vertex_indices` of an element."""
+        counts: list[int] = []
+        values: list[NDArray[Any]] = []
+        for _ in range(element.size):
+            for prop in element.properties:
+                if prop.count is None:
+                    self._take(self._type(prop.kind), 1)
+                    continue
+                count = int(self._take(self._type(prop.count), 1)[0])
+                row = self._take(self._type(prop.kind), count)
+                if prop.name in ("vertex_indices", "vertex_index"):
+                    counts.append(count)
+                    values.append(row)
+        flat = np.concatenate(values).astype(np.int64) if values else np.zeros(0, np.int64)
+        return np.array(counts, dtype=np.int64), flat
+
+    def skip(self, element: _Element) -> None:
+        """Step over an element."""
+        self.table(element) if element.is_plain else self.lists(element)
+
+
+class _Ascii:
+    """Steps through the elements of a text PLY file: a line for each entry."""
+
+    def __init__(self, body: bytes) -> None:
+        self.lines = [line.split() for line in body.splitlines() if line.strip()]
+        self.at = 0
+
+    def _take(self, count: int) -> list[list[bytes]]:
+        rows = self.lines[self.at : self.at + count]
+        if len(rows) < count:
+            raise InputError("damaged: it ends before its last entry")
+        self.at += count
+        return rows
+
+    def table(self, element: _Element) -> dict[str, NDArray[Any]]:
+        """Return the columns of an element without lists."""
+        rows = self._take(element.size)
+        try:
+            values = np.array(rows, dtype=np.float64).reshape(len(rows), len(element.properties))
+        except ValueError as error:
+            raise InputError(f"damaged: a {element.name} is no row of numbers") from error
+        columns = enumerate(element.properties)
+        return {prop.name: values[:, k].astype(_TYPES[prop.kind]) for k, prop in columns}
+
+    def has_triangles_only(self, element: _Element) -> bool:
+        """Return whether each face is a list of three corners and nothing else."""
+        rows = self.lines[self.at : self.at + element.size]
+        return all(len(row) == 4 and row[0] == b"3" for row in rows)
+
+    def lists(self, element: _Element) -> tuple[Ints, Ints]:
+        """Return lengths and values of the lists `vertex_indices` of an element."""
+        counts: list[int] = []
+        flat: list[int] = []
+        try:
+            for row in self._take(element.size):
+                at = 0
+                for prop in element.properties:
+                    if prop.count is None:
+                        at += 1
+                        continue
+                    count = int(row[at])
+                    if prop.name in ("vertex_indices", "vertex_index"):
+                        counts.append(count)
+                        flat += map(int, row[at + 1 : at + 1 + count])
+                    at += 1 + count
+        except (IndexError, ValueError) as error:
+            raise InputError("damaged: a face is no list of numbers") from error
+        if sum(counts) != len(flat):
+            raise InputError("damaged: a face has fewer corners than it declares")
+        return np.array(counts, dtype=np.int64), np.array(flat, dtype=np.int64)
+
+    def skip(self, element: _Element) -> None:
+        """Step over an element."""
+        self._take(element.size)
