@@ -156,6 +156,8 @@ def read_ply(content: bytes) -> PolygonFile | None:
             if reader.has_triangles_only(element):
                 return None
             counts, corners = reader.lists(element)
+            if len(counts) == 0:
+                raise InputError("its faces have no list of vertices")
             if counts.min() < 3:
                 raise InputError(f"face {int(counts.argmin())} has {counts.min()} corners")
             return _checked(PolygonFile(vertices, colours, counts, corners))
@@ -177,6 +179,10 @@ def _header(text: str) -> tuple[str, list[_Element]]:
                 elements[-1] = _extended(elements[-1], _Property(name, item, count))
             case ["property", item, name] if elements:
                 elements[-1] = _extended(elements[-1], _Property(name, item))
+    for element in elements:
+        names = [prop.name for prop in element.properties]
+        if len(set(names)) < len(names):
+            raise InputError(f"damaged: a property of {element.name} is declared twice")
     types = {item for e in elements for p in e.properties for item in (p.kind, p.count) if item}
     if kind not in ("ascii", "binary_little_endian", "binary_big_endian") or types - _TYPES.keys():
         raise InputError(f"not a PLY file that can be read: format {kind!r}, types {sorted(types)}")

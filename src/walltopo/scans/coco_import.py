@@ -15,6 +15,7 @@ from typing import Any
 import msgspec
 
 from walltopo.core import InputError
+from walltopo.core.errors import naming
 from walltopo.scans.detections import CocoFile, Detections
 from walltopo.scans.document import parse
 
@@ -38,7 +39,9 @@ def read_coco(path: Path) -> Detections:
     data = _read(path)
     if not isinstance(data, dict) or not isinstance(data.get("images"), list):
         raise InputError(f"{path}: not a COCO file: it has no list of images", _REMEDY)
-    return Detections.from_coco(parse(_plain(data), CocoFile, str(path)), path)
+    with naming(path):
+        plain = _plain(data)
+    return Detections.from_coco(parse(plain, CocoFile, str(path)), path)
 
 
 def read_coco_masks(path: Path) -> tuple[dict[str, Any], dict[int, str]]:
@@ -60,7 +63,9 @@ def _read(path: Path) -> Any:
         try:
             return msgspec.json.decode(content)
         except msgspec.DecodeError:
-            return json.loads(content)  # which accepts NaN; the checks reject it where it counts
+            found = json.loads(content)  # which accepts NaN; the checks reject it where it counts
+            json.dumps(found, ensure_ascii=False).encode()  # and unpaired surrogates: rejected here
+            return found
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: not valid JSON ({error})") from error
 
@@ -68,9 +73,7 @@ def _read(path: Path) -> Any:
 def _plain(data: Row) -> Row:
     """Return the lists of a COCO file with the types of `CocoFile`."""
     images, annotations, categories = (
-        [dict(row) if isinstance(row, dict) else row for row in data.get(name) or ()]
-        if isinstance(data.get(name, []), list | None)
-        else data[name]
+        [dict(row) if isinstance(row, dict) else row for row in _list(data, name)]
         for name in ("images", "annotations", "categories")
     )
     numbers: dict[str, int] = {}  # of ids that are words
@@ -107,6 +110,14 @@ def _plain(data: Row) -> Row:
         "categories": categories,
         "info": info if isinstance(info, dict) else {},
     }
+
+
+def _list(data: Row, name: str) -> list[Any]:
+    """Return a list of a COCO file; null and a missing list are empty."""
+    rows = data.get(name)
+    if isinstance(rows, list) or rows is None:
+        return rows or []
+    raise InputError(f"expected a list of {name}, got {type(rows).__name__}", _REMEDY)
 
 
 def _is_row(row: Any) -> bool:

@@ -25,6 +25,7 @@ import numpy as np
 from PIL import Image
 
 from walltopo.pipeline.runner import scan
+from walltopo_lab.benchmarks.bad_lift import LIFT_CASES
 
 HEAD = """\
 # What happens with bad input
@@ -681,6 +682,7 @@ READER_CASES = (
     Case("a mirrored `transform_matrix`", _mirrored, 3, "frame 0: the pose mirrors", "lift"),
 )
 CASES += READER_CASES
+CASES += tuple(Case(name, make, 3, says, "lift") for name, make, says in LIFT_CASES)
 
 
 # Cases that need something absent from this machine or this scan.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import shutil
+import struct
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -101,6 +102,12 @@ def _read_detections(folder: Path) -> object:
     return Detections.load(folder / "d.json")
 
 
+def _read_foreign(folder: Path) -> object:
+    from walltopo.scans.coco_import import read_coco
+
+    return read_coco(folder / "d.json")
+
+
 def _make_sets(root: Path) -> None:
     from walltopo_lab.datasets.read import read_dataset, write_dataset
 
@@ -168,6 +175,15 @@ def _read_transforms(folder: Path) -> object:
 # --- meshes ---
 
 
+_POLYGONS = (
+    b"ply\nformat binary_little_endian 1.0\nelement vertex 5\n"
+    b"property float x\nproperty float y\nproperty float z\nelement face 2\n"
+    b"property list uchar int vertex_indices\nend_header\n"
+    + np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0]], "<f4").tobytes()
+    + struct.pack("<BiiiiBiii", 4, 0, 1, 2, 3, 3, 1, 4, 2)
+)
+
+
 def _make_meshes(root: Path) -> None:
     import trimesh
 
@@ -177,8 +193,9 @@ def _make_meshes(root: Path) -> None:
     box = trimesh.creation.box()
     mesh = Mesh(np.asarray(box.vertices), np.asarray(box.faces, dtype=np.int32))
     red = Mesh(mesh.vertices, mesh.faces, np.full((len(mesh.vertices), 3), 200, dtype=np.uint8))
-    for name in ("plain", "red", "ascii", "obj", "glb", "gltf", "stl", "off"):
+    for name in ("plain", "red", "ascii", "obj", "glb", "gltf", "stl", "off", "polygons"):
         (root / name).mkdir()
+    (root / "polygons" / "m.ply").write_bytes(_POLYGONS)
     write_ply(root / "plain" / "m.ply", mesh)
     write_ply(root / "red" / "m.ply", red, np.arange(len(mesh.faces), dtype=np.int32))
     (root / "ascii" / "m.ply").write_bytes(box.export(file_type="ply", encoding="ascii"))
@@ -461,6 +478,7 @@ def _read_photo(folder: Path) -> object:
 
 TARGETS: dict[str, Target] = {
     "coco": Target(_make_detections, _read_detections),
+    "coco-import": Target(_make_detections, _read_foreign),
     "sets": Target(_make_sets, _read_set),
     "colmap": Target(_make_models, _read_model),
     "transforms": Target(_make_transforms, _read_transforms),
