@@ -158,6 +158,8 @@ def read_ply(content: bytes) -> PolygonFile | None:
             counts, corners = reader.lists(element)
             if len(counts) == 0:
                 raise InputError("its faces have no list of vertices")
+            if (counts == 3).all():
+                return None
             if counts.min() < 3:
                 raise InputError(f"face {int(counts.argmin())} has {counts.min()} corners")
             return _checked(PolygonFile(vertices, colours, counts, corners))

@@ -92,7 +92,7 @@ def test_what_a_photo_cannot_see_is_no_disagreement(three_bumps: Bumps) -> None:
         if number % 2:
             camera = replace(view.camera, width=48)
             masks = tuple(Mask.from_full(m.full()[:, :48], 1, 0.9) for m in view.masks)
-            view = replace(view, camera=camera).with_masks(masks)
+            view = replace(view, camera=camera, masks=masks)
         cut.append(view)
     params = LiftParams(cohesion=0.6, rounds=0, min_support=0.0)
     together, apart = lift(mesh, cut, params), lift(mesh, cut, replace(params, overlap="all"))
