@@ -105,6 +105,17 @@ _SIGNATURES: Final = (
     (4, b"ftyp", ("HEIF", "AVIF")),
 )
 
+# Brands of an ISO file ("ftyp") that mean pictures; videos have other ones.
+_PICTURE_BRANDS: Final = (b"heic", b"heix", b"hevc", b"mif1", b"msf1", b"avif", b"avis")
+
+
+def is_picture(head: bytes) -> bool:
+    """Return whether a file begins like a picture that can be read here, by its first 12 bytes."""
+    if head[4:8] == b"ftyp":
+        return head[8:12] in _PICTURE_BRANDS
+    return any(head[at:].startswith(sign) for at, sign, _ in _SIGNATURES)
+
+
 # Decoders that read the whole file into memory before they know the image size.
 _READ_WHOLE: Final = {"HEIF", "AVIF", "WEBP"}
 

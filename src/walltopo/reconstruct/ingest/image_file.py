@@ -32,6 +32,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from walltopo.images.files import open_picture
+from walltopo.images.hdr import TRANSFERS, Transfer, to_srgb8
 from walltopo.reconstruct.ingest.decoding import bytes_to_open
 
 if TYPE_CHECKING:
@@ -76,6 +77,7 @@ def decoded_photo(
             )
             strip, size = _decode(opened, factor)
             # EXIF is read after decoding: Pillow decodes a PNG to find it, and rotates TIFF itself.
+            _check_panorama(opened)
             orientation, focal_px = opened.getexif().get(_ORIENTATION, 1), _focal_px(opened, full)
             rgb = _to_srgb8(opened, strip, size, factor)
             del strip
@@ -99,6 +101,28 @@ def check_shape(size: tuple[int, int], settings: IngestSettings) -> None:
         raise InputError(f"{size[0]}x{size[1]} px, smaller than {settings.min_side} px")
     if long / short > settings.max_aspect:
         raise InputError(f"{size[0]}x{size[1]} px, a panorama; it has no single camera")
+
+
+# EXIF's tag CustomRendered; Apple's cameras write 6 for a panorama.
+_CUSTOM_RENDERED, _APPLE_PANORAMA = 0xA401, 6
+
+
+def _check_panorama(opened: Image) -> None:
+    """Raise InputError for a photo that says it was stitched; the message omits the file's name.
+
+    Sources: Google's Photo Sphere XMP (GPano), Apple's use of EXIF's CustomRendered.
+    """
+    xmp = opened.info.get("xmp") or opened.info.get("XML:com.adobe.xmp") or b""
+    if isinstance(xmp, str):
+        xmp = xmp.encode("utf-8", "replace")
+    if b"GPano:ProjectionType" in xmp or b"GPano:FullPanoWidthPixels" in xmp:
+        raise InputError("a 360-degree photo or a stitched panorama; it has no single camera")
+    try:
+        rendered = opened.getexif().get_ifd(_EXIF_IFD).get(_CUSTOM_RENDERED)
+    except (ValueError, TypeError, KeyError, SyntaxError, OSError):
+        return
+    if rendered == _APPLE_PANORAMA:
+        raise InputError("a panorama that was stitched by the phone; it has no single camera")
 
 
 def reduce_to(image: Image, longest: int) -> Image:
@@ -166,7 +190,8 @@ def _to_srgb8(opened: Image, strip: Strip, size: tuple[int, int], factor: int) -
     """
     from PIL import Image as Pil
 
-    plain = opened.mode == "RGB" and not opened.info.keys() & {"icc_profile", "transparency"}
+    special = opened.info.keys() & {"icc_profile", "transparency"} or _hdr_transfer(opened)
+    plain = opened.mode == "RGB" and not special
     if plain and factor == 1:
         return opened
     width, height = size
@@ -178,6 +203,12 @@ def _to_srgb8(opened: Image, strip: Strip, size: tuple[int, int], factor: int) -
         rgb = convert(strip(top, min(top + rows, height)))
         result.paste(rgb.reduce(factor) if factor > 1 else rgb, (0, top // factor))
     return result
+
+
+def _hdr_transfer(opened: Image) -> Transfer | None:
+    """Return the HDR transfer function that a HEIF or AVIF names; None for SDR."""
+    nclx = opened.info.get("nclx_profile") or {}
+    return TRANSFERS.get(int(nclx.get("transfer_characteristics", 0)))
 
 
 def _with_info(strip: Image, opened: Image) -> Image:
@@ -212,8 +243,12 @@ def _on_white(image: Image) -> Image:
 
 def _profiled(opened: Image) -> Callable[[Image], Image]:
     """Return a converter from the embedded colour profile (phones write Display P3) to sRGB."""
+    from PIL import Image as Pil
     from PIL import ImageCms
 
+    transfer = _hdr_transfer(opened)
+    if transfer is not None and opened.mode == "RGB":
+        return lambda image: Pil.fromarray(to_srgb8(np.asarray(image, dtype=np.uint8), transfer))
     profile = opened.info.get("icc_profile")
     if not profile or opened.mode not in ("RGB", "CMYK", "L"):
         return lambda image: image.convert("RGB")

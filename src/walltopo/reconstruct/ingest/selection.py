@@ -79,8 +79,8 @@ def select_photos(
 
         names = [photo.name for photo in photos]
         with_people = hide_in_photos(folder, names, context.progress)
-    for item in skipped:
-        context.progress.note(f"skipped {item.source}: {item.reason}")
+    for note in _skip_notes(skipped):
+        context.progress.note(note)
     metrics: Metrics = {
         "photos": len(photos),
         "skipped": len(skipped),
@@ -90,6 +90,21 @@ def select_photos(
     }
     listed = PhotoList(photos=tuple(photo.listed() for photo in photos), skipped=tuple(skipped))
     return PhotoSet(folder), listed, metrics
+
+
+_MAX_NOTES = 3  # of one reason; more files share one line
+
+
+def _skip_notes(skipped: Sequence[SkippedFile]) -> Iterator[str]:
+    """Yield a line for each skipped file, or one for many files of one reason."""
+    by_reason: dict[str, list[str]] = {}
+    for item in skipped:
+        by_reason.setdefault(item.reason, []).append(item.source)
+    for reason, names in by_reason.items():
+        if len(names) > _MAX_NOTES:
+            yield f"skipped {len(names)} files ({names[0]} to {names[-1]}): {reason}"
+        else:
+            yield from (f"skipped {name}: {reason}" for name in names)
 
 
 def _decode_all(

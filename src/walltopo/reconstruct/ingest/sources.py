@@ -14,10 +14,14 @@ from typing import Final
 
 from walltopo.core import InputError
 from walltopo.core.files import as_text
+from walltopo.images.files import is_picture
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.photos import SkippedFile, SourceFile, SourceList
 
-PHOTO_SUFFIXES: Final = {".jpg", ".jpeg", ".png", ".heic", ".heif", ".webp", ".tif", ".tiff"}
+PHOTO_SUFFIXES: Final = {
+    ".jpg", ".jpeg", ".jfif", ".jpe", ".png", ".heic", ".heif", ".hif", ".avif", ".webp", ".tif",
+    ".tiff", ".bmp",
+}  # fmt: skip
 
 VIDEO_SUFFIXES: Final = {".mp4", ".mov", ".m4v", ".avi", ".mkv", ".webm"}
 
@@ -92,6 +96,15 @@ def is_video(path: Path) -> bool:
     return path.suffix.lower() in VIDEO_SUFFIXES
 
 
+def still_of(video: Path) -> Path | None:
+    """Return a photo of the same name beside a video, as a Live Photo has one; else None."""
+    for item in sorted(video.parent.iterdir()):
+        same = item.stem.lower() == video.stem.lower()
+        if same and item.suffix.lower() in PHOTO_SUFFIXES:
+            return item
+    return None
+
+
 def shown_name(path: Path) -> str:
     """Return a file's name as text; escape bytes that are not UTF-8 (`caf\\xe9.jpg`)."""
     return as_text(path.name)
@@ -126,7 +139,10 @@ def _items(path: Path) -> Iterator[Path]:
 
 
 def _skip_reason(path: Path) -> str:
-    """Return why a path is skipped, or "" for a photo or a video, without opening the file."""
+    """Return why a path is skipped, or "" for a photo or a video.
+
+    A file of a known suffix is not opened; of another one, the first bytes decide.
+    """
     try:
         mode = path.stat().st_mode
     except OSError as error:
@@ -138,8 +154,29 @@ def _skip_reason(path: Path) -> str:
     for is_special, reason in _SPECIAL:
         if is_special(mode):
             return reason
-    known = path.suffix.lower() in PHOTO_SUFFIXES | VIDEO_SUFFIXES
-    return "" if known else "neither a photo nor a video"
+    if path.suffix.lower() in PHOTO_SUFFIXES | VIDEO_SUFFIXES:
+        return ""
+    return _kind_by_content(path)
+
+
+# Offsets and signatures of archives.
+_ARCHIVES: Final = (
+    (0, b"PK\x03\x04"), (0, b"7z\xbc\xaf\x27\x1c"), (0, b"Rar!"), (0, b"\x1f\x8b"), (257, b"ustar"),
+)  # fmt: skip
+
+
+def _kind_by_content(path: Path) -> str:
+    """Return why a file of an unknown suffix is skipped, "" for a photo, by its first bytes."""
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(512)
+    except OSError as error:
+        return f"cannot be read ({error.strerror})"
+    if is_picture(head):
+        return ""
+    if any(head[at:].startswith(sign) for at, sign in _ARCHIVES):
+        return "an archive; unpack it and give its folder"
+    return "neither a photo nor a video"
 
 
 _UNREACHABLE: Final = {

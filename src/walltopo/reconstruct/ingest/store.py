@@ -18,8 +18,8 @@ from walltopo.reconstruct.ingest.image_file import (
     sharpness,
     thumbnail,
 )
-from walltopo.reconstruct.ingest.sources import is_video
-from walltopo.reconstruct.ingest.video import sharpest_frames
+from walltopo.reconstruct.ingest.sources import is_video, still_of
+from walltopo.reconstruct.ingest.video import sharpest_frames, video_seconds
 from walltopo.reconstruct.settings import IngestSettings
 
 if TYPE_CHECKING:
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 
 JPEG_QUALITY: Final = 95
+
+_LIVE_SECONDS: Final = 3.5  # a Live Photo's video takes about 3 s
 
 
 def store_file(
@@ -41,6 +43,8 @@ def store_file(
     """
     try:
         if is_video(file):
+            if still_of(file) is not None and video_seconds(file) <= _LIVE_SECONDS:
+                return Done(number, reasons=("the moving part of a Live Photo",))
             return _store_video(number, file, folder, settings, budget)
         with decoded_photo(file, settings, budget) as photo:
             stored = _store(photo.image, folder / f"{number}.jpg", None, photo.focal_px)

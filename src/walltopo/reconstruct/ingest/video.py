@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
+from walltopo.images.hdr import TRANSFERS, to_srgb8
 from walltopo.reconstruct.ingest.decoding import MemoryBudget, bytes_of_frame
 from walltopo.reconstruct.ingest.image_file import motion, sharpness, thumbnail
 
@@ -110,5 +111,30 @@ def _decode(container: Any, stream: Any, reasons: list[str]) -> Iterator[tuple[i
             return
         if number % stride == 0:
             turns = round(float(getattr(frame, "rotation", 0) or 0) / 90.0) % 4
-            image = np.asarray(frame.to_ndarray(format="rgb24"), dtype=np.uint8)
-            yield number, np.ascontiguousarray(np.rot90(image, turns))
+            yield number, np.ascontiguousarray(np.rot90(_srgb(frame), turns))
+
+
+def _srgb(frame: Any) -> Rgb:
+    """Return a frame's (H, W, 3) sRGB pixels; HDR frames (HLG, PQ) are tone-mapped."""
+    transfer = TRANSFERS.get(int(frame.color_trc))
+    if transfer is None:
+        return np.asarray(frame.to_ndarray(format="rgb24"), dtype=np.uint8)
+    return to_srgb8(np.asarray(frame.to_ndarray(format="rgb48le"), dtype=np.uint16), transfer)
+
+
+def video_seconds(path: Path) -> float:
+    """Return the duration that a video's header declares; infinity if it declares none.
+
+    Raises
+    ------
+    InputError : the file cannot be opened as a video; the message omits its name.
+    """
+    import av
+
+    try:
+        with av.open(str(path)) as container:
+            if container.duration is None:
+                return float("inf")
+            return float(container.duration) / float(av.time_base)
+    except (av.error.FFmpegError, OSError) as error:
+        raise InputError(f"cannot be decoded as a video ({error.strerror})") from error
