@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import logging
 import smtplib
-from collections.abc import Mapping
+from base64 import b64encode
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from email.message import EmailMessage
+from email.utils import format_datetime, make_msgid
 from typing import Protocol
-from urllib.parse import unquote, urlsplit
+from urllib.parse import urlsplit
 
-from walltopo.core import SettingsError
+from walltopo_gym.clock import now
 from walltopo_gym.settings import GymSettings
 
 _LOG = logging.getLogger("walltopo_gym.mail")
 _PATIENCE_S = 30
+_SIGNED_IN = 235
 
 
 @dataclass(frozen=True)
@@ -47,7 +51,7 @@ class ConsoleMailer:
 
     def send(self, letter: Letter) -> None:
         _LOG.warning(
-            "mail (set `smtp` to have it sent)\n  to: %s\n  %s\n\n%s",
+            "mail (set `smtp_host` to have it sent)\n  to: %s\n  %s\n\n%s",
             letter.to, letter.subject, letter.text,
         )  # fmt: skip
 
@@ -55,22 +59,18 @@ class ConsoleMailer:
 
 
 class SmtpMailer:
-    """Sends by SMTP: smtp:// with STARTTLS if the server offers it, smtps:// with TLS at once.
+    """Sends by the SMTP server of the settings.
 
     Parameters
     ----------
-    url : smtp[s]://user:password@host:port.
-    sender : address that the mails come from.
+    settings : `smtp_host` and the other settings of the server.
     """
 
-    def __init__(self, url: str, sender: str) -> None:
-        parts = urlsplit(url)
-        if parts.scheme not in ("smtp", "smtps") or not parts.hostname:
-            raise SettingsError("smtp: expected smtp://user:password@host:port or smtps://...")
-        self._secure = parts.scheme == "smtps"
-        self._host, self._port = parts.hostname, parts.port or (465 if self._secure else 587)
-        self._user, self._password = unquote(parts.username or ""), unquote(parts.password or "")
-        self._sender = sender
+    def __init__(self, settings: GymSettings) -> None:
+        self._settings = settings
+        self._secure = settings.smtp_security == "tls"
+        self._port = settings.smtp_port or (465 if self._secure else 587)
+        self._sender = sender_of(settings)
 
     def send(self, letter: Letter) -> None:
         try:
@@ -80,31 +80,74 @@ class SmtpMailer:
 
     def hand_over(self, letter: Letter) -> None:
         message = EmailMessage()
-        message["From"], message["To"] = self._sender, letter.to
+        message["From"], message["To"] = self._sender, with_ascii_domain(letter.to)
         message["Subject"] = letter.subject
+        # Large providers refuse mails without these two.
+        message["Date"] = format_datetime(now())
         for name, value in letter.headers.items():
             message[name] = value
+        if "Message-ID" not in message:
+            message["Message-ID"] = make_msgid(domain=self._sender.rpartition("@")[2])
         message.set_content(letter.text)
         self._deliver(message)  # SMTP's own errors are OSErrors, too
 
+    def check(self) -> None:
+        """Connect and sign in, without sending a mail.
+
+        Raises
+        ------
+        OSError : the server is not reached, or refuses the account.
+        """
+        with self._signed_in():
+            pass
+
     def _deliver(self, message: EmailMessage) -> None:
-        kind = smtplib.SMTP_SSL if self._secure else smtplib.SMTP
-        with kind(self._host, self._port, timeout=_PATIENCE_S) as server:
-            if not self._secure and server.ehlo()[0] == 250 and server.has_extn("starttls"):
-                server.starttls()
-            if self._user:
-                server.login(self._user, self._password)
+        with self._signed_in() as server:
             server.send_message(message)
+
+    @contextmanager
+    def _signed_in(self) -> Iterator[smtplib.SMTP]:
+        kind = smtplib.SMTP_SSL if self._secure else smtplib.SMTP
+        with kind(self._settings.smtp_host, self._port, timeout=_PATIENCE_S) as server:
+            if self._settings.smtp_security == "starttls":
+                server.starttls()
+            if self._settings.smtp_user:
+                _sign_in(server, self._settings.smtp_user, self._settings.smtp_password)
+            yield server
+
+
+def _sign_in(server: smtplib.SMTP, user: str, password: str) -> None:
+    """Sign in to a mail server; raise SMTPException (an OSError) if it refuses."""
+    if user.isascii() and password.isascii():
+        server.login(user, password)
+        return
+    # smtplib encodes ASCII alone; SASL's PLAIN is UTF-8 (RFC 4616).
+    server.ehlo_or_helo_if_needed()
+    words = b64encode(f"\0{user}\0{password}".encode()).decode("ascii")
+    code, answer = server.docmd("AUTH", f"PLAIN {words}")
+    if code != _SIGNED_IN:
+        raise smtplib.SMTPAuthenticationError(code, answer)
+
+
+def with_ascii_domain(address: str) -> str:
+    """Return a mail address whose domain is written in ASCII (IDNA 2008)."""
+    name, at, domain = address.rpartition("@")
+    if not at or domain.isascii():
+        return address
+    import idna
+
+    try:
+        return name + at + idna.encode(domain, uts46=True).decode("ascii")
+    except idna.IDNAError as error:
+        raise OSError(f"{domain} is no domain ({error})") from error
 
 
 def make_mailer(settings: GymSettings) -> Mailer:
     """Return the mailer of the settings."""
-    if not settings.smtp:
-        return ConsoleMailer()
-    return SmtpMailer(settings.smtp, sender_of(settings))
+    return SmtpMailer(settings) if settings.smtp_host else ConsoleMailer()
 
 
 def sender_of(settings: GymSettings) -> str:
     """Return this server's sender address."""
-    host = urlsplit(settings.address).hostname or "localhost"
+    host = urlsplit(settings.link_base).hostname or "localhost"
     return settings.mail_from or f"walltopo@{host}"

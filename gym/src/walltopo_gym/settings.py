@@ -10,7 +10,8 @@ import os
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Final, Literal
+from urllib.parse import urlsplit
 
 from pydantic import Field, ValidationError, field_validator
 from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict
@@ -19,6 +20,7 @@ from walltopo.core import InputError, SettingsError
 
 FILE = "gym.toml"
 PREFIX = "WALLTOPO_GYM_"
+HOME: Final = ("localhost", "127.0.0.1", "::1")  # where browsers take http for secure
 
 Feature = Literal["competitions", "hall", "insights"]
 
@@ -32,7 +34,8 @@ class GymSettings(BaseSettings):
     database: str = Field("", description="SQLAlchemy URL; empty: SQLite in the data folder")
     objects: str = Field("", description="URL of the file store (s3://...); empty: a folder")
     address: str = Field(
-        "http://localhost:8080", description="as people type it; links in mails begin with it"
+        "",
+        description="as people type it; links in mails begin with it; empty: localhost at the port",
     )
     host: str = Field("127.0.0.1", description="address to listen on")
     port: int = Field(8080, ge=0, le=65535, description="port to listen on; 0: any free one")
@@ -54,7 +57,13 @@ class GymSettings(BaseSettings):
     oidc_name: str = Field("OpenID Connect", description="what to call the provider")
 
     mail_from: str = Field("", description="sender of mails; empty: the address's host")
-    smtp: str = Field("", description="smtp[s]://user:password@host:port; empty: the console")
+    smtp_host: str = Field("", description="mail server; empty: mails are shown in the console")
+    smtp_port: int = Field(0, ge=0, le=65535, description="its port; 0: 465 with tls, else 587")
+    smtp_security: Literal["starttls", "tls", "none"] = Field(
+        "starttls", description="how the connection to it is encrypted"
+    )
+    smtp_user: str = Field("", description="account there; empty: no sign-in")
+    smtp_password: str = Field("", description="its password, as it is, without escapes")
 
     requests_per_minute: int = Field(
         3000, ge=0, description="most requests of one network (a hall may be one); 0: no limit"
@@ -101,10 +110,31 @@ class GymSettings(BaseSettings):
                 return "postgresql+psycopg://" + self.database.removeprefix(spelled)
         return self.database
 
+    @field_validator("address")
+    @classmethod
+    def _whole_host(cls, given: str) -> str:
+        """Refuse an address that is no web address, or that has a path."""
+        parts = urlsplit(given)
+        if given and (parts.scheme not in ("http", "https") or not parts.hostname):
+            raise ValueError("expected an address such as https://walls.gym.example")
+        if parts.path.strip("/") or parts.query or parts.fragment:
+            raise ValueError(
+                "expected an address without a path: the platform needs a host name of its own, "
+                "such as https://walls.gym.example"
+            )
+        return given
+
+    @property
+    def is_secure(self) -> bool:
+        """Return whether browsers keep a sign-in at this server's address."""
+        parts = urlsplit(self.link_base)
+        reached = self.address or self.host in HOME
+        return parts.scheme == "https" or (bool(reached) and parts.hostname in HOME)
+
     @property
     def link_base(self) -> str:
-        """Return the address without a trailing slash."""
-        return self.address.rstrip("/")
+        """Return the address that links begin with, without a trailing slash."""
+        return self.address.rstrip("/") or f"http://localhost:{self.port}"
 
     @classmethod
     def settings_customise_sources(

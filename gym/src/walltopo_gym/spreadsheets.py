@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import re
+import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -53,21 +54,32 @@ def read_table(
 
     Parameters
     ----------
-    text : lines with commas, semicolons or tabs between the columns; the first names them.
+    text : lines with commas, semicolons or tabs between the columns; the first names them, or the
+        second after Excel's `sep=;`. Columns without a name at the end are dropped if they are
+        empty. Cells come back in Unicode's form NFC.
     columns : the known ones; needed : the one that must be there.
 
     Raises
     ------
     RequestError : the text is not such a table, or has more than `max_lines` lines.
     """
-    text = text.lstrip("\ufeff")
+    if "\ufffd" in text:
+        raise RequestError("table-letters", "table-send-file")
+    text = unicodedata.normalize("NFC", text.lstrip("\ufeff"))
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    # Excel's own line for the separator; its number counts, so that the others keep theirs.
+    declared = re.match(r'"?sep=(.)"?\n', text)
+    above = 1 if declared else 0
+    text = text[declared.end() :] if declared else text
     head = text.partition("\n")[0]
-    between = max(",;\t", key=head.count)
+    between = declared[1] if declared else max(",;\t", key=head.count)
     reader = csv.reader(io.StringIO(text), delimiter=between, strict=True)
     try:
         named = [cell.strip().lower().replace(" ", "_") for cell in next(reader)]
     except (StopIteration, csv.Error) as error:
         raise RequestError("table-none", "table-head") from error
+    while named and not named[-1]:
+        named.pop()
     _check_columns(named, columns, needed)
     try:
         number = 0
@@ -77,12 +89,12 @@ def read_table(
             number += 1
             if number > max_lines:
                 raise RequestError("table-too-long", "table-in-parts", most=max_lines)
-            yield (
-                reader.line_num,
-                {name: cell.strip() for name, cell in zip(named, line, strict=False)},
-            )
+            at = reader.line_num + above
+            if any(cell.strip() for cell in line[len(named) :]):
+                raise RequestError("table-no-column", "table-head", number=at)
+            yield at, {name: cell.strip() for name, cell in zip(named, line, strict=False)}
     except csv.Error as error:
-        raise RequestError("table-line", number=reader.line_num) from error
+        raise RequestError("table-line", number=reader.line_num + above) from error
 
 
 def _check_columns(named: Sequence[str], columns: Sequence[str], needed: str) -> None:

@@ -8,6 +8,7 @@ from contextlib import suppress
 from datetime import timedelta
 
 import pytest
+from argon2 import PasswordHasher
 from fastapi.testclient import TestClient
 from gym.tests.worlds import ORIGIN, PASSWORD, Server, World
 from hypothesis import given
@@ -260,6 +261,18 @@ def test_the_last_use_of_an_invitation_is_one_persons(world: World) -> None:
     assert (answer.status_code, answer.json()["role"]) == (200, "setter")
     assert world.server.ask("POST", "/invitations/accept", second, body).status_code == 422
     assert world.server.ask("GET", world.path, second).status_code == 404
+
+
+def test_a_password_is_the_same_however_a_keyboard_composes_it() -> None:
+    passwords = Passwords()
+    typed = "Gr\u00fcner\u00a0Griff am Felsen"
+    apart = "Gru\u0308ner Griff am Felsen"
+    assert passwords.matches(passwords.hash(typed), apart)
+    assert passwords.matches(passwords.hash(apart), typed)
+    # A hash from before, of what macOS typed.
+    assert passwords.matches(PasswordHasher().hash(apart), typed.replace("\u00a0", " "))
+    assert not passwords.matches(passwords.hash(typed), "Gruner Griff am Felsen")
+    assert not passwords.matches(None, typed)
 
 
 def test_passwords_are_kept_by_argon2id() -> None:

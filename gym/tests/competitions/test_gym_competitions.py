@@ -379,6 +379,49 @@ def test_a_start_list_all_or_nothing(public: World) -> None:
     assert contest.ask("POST", "/entries/import", {"csv": "a,b\n"}).status_code == 422
 
 
+def test_the_same_start_list_twice_adds_nobody_twice(public: World) -> None:
+    contest = Contest(public, {"categories": [{"name": "Ma\u0308nner"}]}).make()
+    table = "name;category;bib;birth_year\nB\u00f6hm;M\u00e4nner;7;2001\nNov\u00e1;M\u00e4nner;;\n"
+    first = contest.ask("POST", "/entries/import", {"csv": table}).json()
+    assert (first["entries"], first["known"], first["errors"]) == (2, 0, [])
+    more = table + "Bo\u0308hm;M\u00e4nner;;1980\n"  # another person of that name
+    second = contest.ask("POST", "/entries/import", {"csv": more}).json()
+    assert (second["entries"], second["known"], second["errors"]) == (1, 2, [])
+    names = sorted(entry["name"] for entry in contest.ask("GET", "/entries").json())
+    assert names == ["B\u00f6hm", "B\u00f6hm", "Nov\u00e1"]
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        "sep=;\nname;category\nEva;Open\n",
+        '"sep=,"\r\nname,category\r\nEva,Open\r\n',
+        "name;category;;\nEva;Open;;\n;;;\n",
+        "name;category\rEva;Open\r",
+        "\ufeffname\tcategory\nEva\tOpen",
+    ],
+)
+def test_lists_as_spreadsheets_write_them(public: World, table: str) -> None:
+    contest = Contest(public, {"categories": [{"name": "Open"}]}).make()
+    found = contest.ask("POST", "/entries/import", {"csv": table}).json()
+    assert (found["entries"], found["errors"]) == (1, [])
+
+
+@pytest.mark.parametrize(
+    ("table", "code"),
+    [
+        ("name;category\nB\ufffdhm;Open\n", "table-letters"),
+        ("sep=;\nname;category;\nEva;Open;\nIvo;Open;x\n", "table-no-column"),
+    ],
+)
+def test_lists_that_lost_something_are_refused(public: World, table: str, code: str) -> None:
+    contest = Contest(public, {"categories": [{"name": "Open"}]}).make()
+    answer = contest.ask("POST", "/entries/import", {"csv": table})
+    assert (answer.status_code, answer.json()["code"]) == (422, code)
+    if code == "table-no-column":
+        assert answer.json()["values"] == {"number": "4"}
+
+
 def test_each_fault_of_a_start_list_has_a_code_and_what_to_do(public: World) -> None:
     words = {"categories": [{"name": "Girls", "gender": "women", "born_from": 2010}]}
     contest = Contest(public, words).make()

@@ -20,8 +20,10 @@ from walltopo.core import EnvironmentLacksError
 from walltopo_gym.accounts.models import Try
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
-from walltopo_gym.migrations.run import is_current, migrate, revisions
+from walltopo_gym.migrations.run import age_of, migrate, revisions
 from walltopo_gym.migrations.tables import METADATA, is_ours
+from walltopo_gym.operating.doctor import examine
+from walltopo_gym.settings import load_settings
 
 pytestmark = pytest.mark.both_databases("migrations and constraints")
 
@@ -33,7 +35,7 @@ def test_the_migrations_make_the_tables_that_the_classes_declare(server: Server)
     with server.database.engine.connect() as connection:
         context = MigrationContext.configure(connection, opts=COMPARED)
         assert compare_metadata(context, METADATA) == []
-    assert is_current(server.database)
+    assert age_of(server.database) == "current"
 
 
 @pytest.mark.parametrize("revision", revisions())
@@ -104,7 +106,7 @@ def _value(column: Column[Any]) -> object:
 
 def test_migrating_again_changes_nothing(server: Server) -> None:
     migrate(server.database)
-    assert is_current(server.database)
+    assert age_of(server.database) == "current"
 
 
 def test_a_newer_database_is_left_alone(tmp_path: Path) -> None:
@@ -112,9 +114,27 @@ def test_a_newer_database_is_left_alone(tmp_path: Path) -> None:
     migrate(database)
     with database.writing() as session:
         session.execute(text("UPDATE alembic_version SET version_num = '9999'"))
-    with pytest.raises(EnvironmentLacksError, match="Upgrade"):
+    with pytest.raises(EnvironmentLacksError, match="newer version"):
         migrate(database)
+    assert age_of(database) == "newer"
     database.close()
+
+
+@pytest.mark.parametrize(
+    ("revision", "state", "words"),
+    [("9999", "bad", "a newer version"), ("0001", "look", "`walltopo gym migrate`")],
+)
+def test_the_doctor_says_which_version_made_the_database(
+    tmp_path: Path, revision: str, state: str, words: str
+) -> None:
+    database = Database(f"sqlite:///{tmp_path / 'gym.sqlite'}")
+    migrate(database)
+    with database.writing() as session:
+        session.execute(text("UPDATE alembic_version SET version_num = :to"), {"to": revision})
+    database.close()
+    found = next(examine(load_settings({"data": tmp_path}, {})))
+    assert (found.what, found.state) == ("database", state)
+    assert words in found.message
 
 
 def test_a_block_that_fails_leaves_nothing(server: Server) -> None:

@@ -3,6 +3,7 @@ refused."""
 
 from __future__ import annotations
 
+import unicodedata
 from typing import Annotated
 
 from argon2 import PasswordHasher
@@ -32,19 +33,33 @@ class Passwords:
 
     def hash(self, password: str) -> str:
         """Return a password's hash."""
-        return self._hasher.hash(password)
+        return self._hasher.hash(prepared(password))
 
     def matches(self, kept: str | None, password: str) -> bool:
-        """Return whether the password matches. Takes as long without an account (`kept` None)."""
+        """Return whether the password matches. Takes as long without an account (`kept` None).
+
+        Hashes from before passwords were prepared may be of the typed form or of its NFD.
+        """
+        forms = (prepared(password), password, unicodedata.normalize("NFD", password))
+        against = self._nobody if kept is None else kept
+        found = any(self._verify(against, form) for form in dict.fromkeys(forms))
+        return found and kept is not None
+
+    def _verify(self, kept: str, password: str) -> bool:
         try:
-            self._hasher.verify(self._nobody if kept is None else kept, password)
+            return self._hasher.verify(kept, password)
         except (VerificationError, InvalidHashError):
             return False
-        return kept is not None
 
     def is_dated(self, kept: str) -> bool:
         """Return whether a hash was made with other costs than today's."""
         return self._hasher.check_needs_rehash(kept)
+
+
+def prepared(password: str) -> str:
+    """Return a password as RFC 8265 (OpaqueString) compares it: with plain spaces, in NFC."""
+    spaced = "".join(" " if unicodedata.category(letter) == "Zs" else letter for letter in password)
+    return unicodedata.normalize("NFC", spaced)
 
 
 def check_password(password: str, *known: str) -> None:
@@ -57,6 +72,7 @@ def check_password(password: str, *known: str) -> None:
     ------
     RequestError : says why, and what to choose.
     """
+    password = prepared(password)
     if not SHORTEST <= len(password) <= LONGEST:
         raise RequestError("password-length", count=len(password), least=SHORTEST, most=LONGEST)
     if is_leaked(password):

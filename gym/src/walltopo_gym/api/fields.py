@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import unicodedata
 from datetime import UTC, date, datetime
-from typing import Annotated, Final
+from typing import Annotated, Any, Final
 
 from pydantic import (
     AfterValidator,
@@ -12,6 +13,7 @@ from pydantic import (
     ConfigDict,
     Field,
     StringConstraints,
+    model_validator,
 )
 
 # Printable, of one line: no control or bidirectional override characters, no lone surrogates.
@@ -67,6 +69,31 @@ Day = Annotated[date, AfterValidator(_day_in_calendar)]
 
 
 class Body(BaseModel):
-    """Base of all request bodies. Unknown fields are refused."""
+    """Base of all request bodies. Unknown fields are refused; text gets Unicode's form NFC.
+
+    macOS and some Android keyboards send letters and their accents apart (NFD); a name or a
+    password would then not equal itself.
+    """
 
     model_config = ConfigDict(extra="forbid")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _composed(cls, given: Any) -> Any:
+        return composed(given)
+
+
+_MAX_DEPTH: Final = 20  # no body is nested deeper; what is, is refused by its fields
+
+
+def composed(value: Any, depth: int = 0) -> Any:
+    """Return plain values with all of their text in Unicode's form NFC."""
+    if isinstance(value, str):
+        return unicodedata.normalize("NFC", value)
+    if depth > _MAX_DEPTH:
+        return value
+    if isinstance(value, dict):
+        return {composed(key, depth): composed(item, depth + 1) for key, item in value.items()}
+    if isinstance(value, list):
+        return [composed(item, depth + 1) for item in value]
+    return value

@@ -59,6 +59,13 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     settings.set_defaults(run=_settings)
 
 
+_NO_HTTPS = (
+    "Nobody can sign in from another device: browsers keep a sign-in over https only. Put a server "
+    "with a certificate in front (caddy reverse-proxy --from walls.example --to :8080, or "
+    "tailscale serve 8080) and set `address` to its https address."
+)
+
+
 def _help(parser: argparse.ArgumentParser) -> int:
     parser.print_help()
     return 2
@@ -74,6 +81,8 @@ def _serve(args: argparse.Namespace) -> int:
 
     def tell(address: str) -> None:
         console.print(address, style="bold", soft_wrap=True)
+        if not settings.is_secure:
+            console.print(_NO_HTTPS, soft_wrap=True, markup=False)
         console.print("Ctrl-C stops.")
 
     serve(settings, tell)

@@ -1,4 +1,4 @@
-"""`walltopo gym doctor|backup|restore|gym|jobs|purge|recount`: commands for operators."""
+"""`walltopo gym doctor|mail|backup|restore|gym|jobs|purge|recount`: commands for operators."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 from uuid import UUID
 
 from walltopo.cli.options import add_overwrite
-from walltopo.core import InputError
+from walltopo.core import EnvironmentLacksError, InputError, SettingsError
 from walltopo_gym.cli.options import add_place
 
 
@@ -37,7 +37,11 @@ def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     again = inner.add_parser("recount", help="count sessions and standings anew from all ascents")
     again.add_argument("gym", nargs="?", metavar="SLUG", help="one gym (default: all)")
     again.set_defaults(run=_recount)
-    for command in (doctor, backup, restore, purge, gyms, jobs, again):
+    mail = inner.add_parser("mail", help="send a mail to try the mail server")
+    mail.add_argument("what", choices=("test",))
+    mail.add_argument("to", metavar="ADDRESS", help="who gets it")
+    mail.set_defaults(run=_mail)
+    for command in (mail, doctor, backup, restore, purge, gyms, jobs, again):
         add_place(command)
 
 
@@ -53,6 +57,26 @@ def _doctor(args: argparse.Namespace) -> int:
         line = f"{sign[found.state]} {found.what:<9} {found.message}"
         console.print(line, soft_wrap=True, markup=False, highlight=False)
     return 1 if is_bad else 0
+
+
+def _mail(args: argparse.Namespace) -> int:
+    from walltopo.cli.console import console
+    from walltopo_gym.cli.place import settings_of
+    from walltopo_gym.mail import Letter, SmtpMailer, sender_of
+
+    settings = settings_of(args)
+    if not settings.smtp_host:
+        raise SettingsError("no mail server is set", "Set smtp_host in gym.toml.")
+    text = f"This mail was sent by {settings.link_base} to try its mail server."
+    try:
+        SmtpMailer(settings).hand_over(Letter(args.to, "Mail from your gym's server works", text))
+    except OSError as error:
+        raise EnvironmentLacksError(
+            f"{settings.smtp_host} did not take the mail: {error}",
+            "Check smtp_host, smtp_port, smtp_security, smtp_user and smtp_password.",
+        ) from error
+    console.print(f"sent to {args.to} from {sender_of(settings)} by {settings.smtp_host}")
+    return 0
 
 
 def _backup(args: argparse.Namespace) -> int:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from typing import Final, NamedTuple
+from uuid import UUID
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -29,10 +31,16 @@ class _CellError(NamedTuple):
     problem: RequestError
 
 
-def read_start_list(
-    session: Session, row: Competition, text: str
-) -> tuple[list[EntryBody], list[Fault]]:
-    """Return the entries of a table, and its errors.
+class StartList(NamedTuple):
+    """The content of a table: new entries, the number of lines that are entered already, errors."""
+
+    entries: list[EntryBody]
+    known: int
+    faults: list[Fault]
+
+
+def read_start_list(session: Session, row: Competition, text: str) -> StartList:
+    """Return the entries of a table that are new, and its errors.
 
     Parameters
     ----------
@@ -43,17 +51,51 @@ def read_start_list(
     RequestError : the text is not such a table.
     """
     there = select(Category).where(Category.competition_id == row.id).order_by(Category.place)
-    categories = {category.name.casefold(): category for category in session.scalars(there)}
-    taken = set(session.scalars(select(Entry.bib).where(Entry.competition_id == row.id)))
+    categories = {
+        unicodedata.normalize("NFC", category.name).casefold(): category
+        for category in session.scalars(there)
+    }
+    there_already = _Entered(session, row)
+    taken = set(there_already.bibs)
     entries: list[EntryBody] = []
     faults: list[Fault] = []
+    known = 0
     for number, cells in read_table(text, COLUMNS, "name", MAX_LINES):
-        found, wrong = _entry(cells, categories, taken)
+        found, wrong = _entry(cells, categories)
+        if not wrong and there_already.has(found):
+            known += 1
+            continue
+        wrong += _check_bib(found.bib, taken)
         faults.extend(Fault(number, *one) for one in wrong)
         entries.append(found)
         if len(faults) >= MAX_FAULTS:
             break
-    return entries, faults
+    return StartList(entries, known, faults)
+
+
+class _Entered:
+    """The competitors of a competition, to recognise a line that was imported before."""
+
+    def __init__(self, session: Session, row: Competition) -> None:
+        every = session.scalars(select(Entry).where(Entry.competition_id == row.id)).all()
+        self.bibs = {entry.bib for entry in every}
+        self._by_name: dict[tuple[str, UUID], list[Entry]] = {}
+        for entry in every:
+            self._by_name.setdefault(_name_key(entry.name, entry.category_id), []).append(entry)
+
+    def has(self, words: EntryBody) -> bool:
+        """Return whether a competitor has this name and category, and no other number or year."""
+        return any(
+            words.bib in (None, entry.bib)
+            and (
+                None in (words.birth_year, entry.birth_year) or words.birth_year == entry.birth_year
+            )
+            for entry in self._by_name.get(_name_key(words.name, words.category_id), [])
+        )
+
+
+def _name_key(name: str, category: UUID) -> tuple[str, UUID]:
+    return unicodedata.normalize("NFC", name).casefold(), category
 
 
 def take_in(session: Session, row: Competition, entries: list[EntryBody]) -> None:
@@ -70,8 +112,18 @@ def take_in(session: Session, row: Competition, entries: list[EntryBody]) -> Non
     session.flush()
 
 
+def _check_bib(bib: int | None, taken: set[int]) -> list[_CellError]:
+    """Take a number; return an error if somebody else has it."""
+    if bib is None:
+        return []
+    if bib in taken:
+        return [_CellError("bib", RequestError("cup-bib-taken", "cell-other-bib", bib=bib))]
+    taken.add(bib)
+    return []
+
+
 def _entry(
-    cells: dict[str, str], categories: dict[str, Category], taken: set[int]
+    cells: dict[str, str], categories: dict[str, Category]
 ) -> tuple[EntryBody, list[_CellError]]:
     wrong: list[_CellError] = []
     _check_words(cells, wrong)
@@ -82,20 +134,15 @@ def _entry(
         wrong.append(_CellError(
             "gender", RequestError("cell-gender", "cell-gender-write", name=cell[:MAX_SHOWN])
         ))  # fmt: skip
-    bib = numbers["bib"]
-    if bib is not None and bib in taken:
-        wrong.append(_CellError("bib", RequestError("cup-bib-taken", "cell-other-bib", bib=bib)))
-    elif bib is not None:
-        taken.add(bib)
     category = _category(cells.get("category", ""), categories, wrong)
     if category is not None:
         _check_fits(category, gender, numbers["birth_year"], wrong)
     anywhere = category or next(iter(categories.values()))  # with a fault nothing is taken in
     # Each cell was checked above, with words for its line and column.
     words = EntryBody.model_construct(
-        name=cells.get("name", ""), category_id=anywhere.id, bib=bib, team=cells.get("team", ""),
-        club=cells.get("club", ""), birth_year=numbers["birth_year"], gender=gender or "",
-        handicap=numbers["handicap"] or 0,
+        name=cells.get("name", ""), category_id=anywhere.id, bib=numbers["bib"],
+        team=cells.get("team", ""), club=cells.get("club", ""), birth_year=numbers["birth_year"],
+        gender=gender or "", handicap=numbers["handicap"] or 0,
     )  # fmt: skip
     return words, wrong
 

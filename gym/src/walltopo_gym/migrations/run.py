@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Final, Literal
 
 from alembic import command
 from alembic.config import Config
@@ -15,6 +16,7 @@ from sqlalchemy import Connection, text
 from walltopo.core import EnvironmentLacksError
 from walltopo_gym.database.engine import Database
 
+NEWER_HINT: Final = "Install that version, or restore a backup that this version made."
 _LOCK = 0x77616C6C  # any number that nobody else takes: two servers that start at once wait
 
 
@@ -25,11 +27,17 @@ def _config(connection: Connection | None = None) -> Config:
     return config
 
 
-def is_current(database: Database) -> bool:
-    """Return whether the database has the tables of this version."""
+Age = Literal["current", "older", "newer"]
+
+
+def age_of(database: Database) -> Age:
+    """Return whether the tables are those of this version, of an older or of a newer one."""
     with database.engine.connect() as connection:
         found = MigrationContext.configure(connection).get_current_revision()
-    return found == ScriptDirectory.from_config(_config()).get_current_head()
+    known = revisions()
+    if found is not None and found not in known:
+        return "newer"
+    return "current" if found == known[-1] else "older"
 
 
 def revisions() -> list[str]:
@@ -56,7 +64,7 @@ def migrate(database: Database, to: str = "head") -> None:
             command.upgrade(_config(connection), to)
         except CommandError as error:
             raise EnvironmentLacksError(
-                f"the database is not of this version ({error})", "Upgrade walltopo-gym."
+                f"a newer version of walltopo-gym made this database ({error})", NEWER_HINT
             ) from error
     if to == "head":
         DBOS.migrate(database.url)

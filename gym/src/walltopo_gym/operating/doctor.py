@@ -6,7 +6,6 @@ import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Final, Literal
-from urllib.parse import urlsplit
 from uuid import uuid4
 
 from obstore.exceptions import BaseError
@@ -17,14 +16,21 @@ from walltopo.core import WalltopoError
 from walltopo.pipeline.settings import load_settings
 from walltopo_gym.database.engine import Database
 from walltopo_gym.jobs.place import living
-from walltopo_gym.migrations.run import is_current
+from walltopo_gym.mail import SmtpMailer
+from walltopo_gym.migrations.run import NEWER_HINT, Age, age_of
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.service import State
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import open_store
 
 _MB: Final = 1_000_000
-_HOME: Final = ("localhost", "127.0.0.1", "::1")
+
+
+_AGES: Final[dict[Age, str]] = {
+    "current": "{}, of this version",
+    "older": "of an older version; `walltopo gym migrate` brings it up",
+    "newer": "a newer version of walltopo-gym made it",
+}
 
 
 @dataclass(frozen=True)
@@ -63,17 +69,14 @@ def _database(settings: GymSettings) -> Finding:
     def connect() -> str:
         database = Database(settings.database_url)
         try:
-            kind = "SQLite" if database.is_sqlite else "PostgreSQL"
-            return f"{kind}, of this version" if is_current(database) else ""
+            return _AGES[age_of(database)].format("SQLite" if database.is_sqlite else "PostgreSQL")
         finally:
             database.close()
 
     found = _tried("database", connect)
-    if found.state == "well" and not found.message:
-        return Finding(
-            "database", "look", "of another version; `walltopo gym migrate` brings it up"
-        )
-    return found
+    if found.message == _AGES["newer"]:
+        return Finding("database", "bad", f"{found.message}: {NEWER_HINT}")
+    return Finding("database", "look", found.message) if found.message == _AGES["older"] else found
 
 
 def _store(settings: GymSettings) -> Finding:
@@ -103,16 +106,21 @@ def _room(settings: GymSettings) -> Finding:
 
 
 def _address(settings: GymSettings) -> Finding:
-    parts = urlsplit(settings.address)
-    if parts.scheme == "https" or parts.hostname in _HOME:
-        return Finding("address", "well", settings.address)
-    return Finding("address", "bad", f"{settings.address}: browsers keep no sign-in without https")
+    if settings.is_secure:
+        return Finding("address", "well", settings.link_base)
+    message = f"{settings.link_base}: browsers keep no sign-in without https"
+    return Finding("address", "bad", message)
 
 
 def _mail(settings: GymSettings) -> Finding:
-    if settings.smtp:
-        return Finding("mail", "well", f"by {urlsplit(settings.smtp).hostname}")
-    return Finding("mail", "look", "mails are shown in the log alone; set `smtp`")
+    if not settings.smtp_host:
+        return Finding("mail", "look", "mails are shown in the log alone; set `smtp_host`")
+
+    def sign_in() -> str:
+        SmtpMailer(settings).check()
+        return f"by {settings.smtp_host}; `walltopo gym mail test ADDRESS` sends one"
+
+    return _tried("mail", sign_in)
 
 
 def _scan_settings(settings: GymSettings) -> Finding:

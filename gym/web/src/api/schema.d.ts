@@ -420,7 +420,7 @@ export interface paths {
         put?: never;
         /**
          * Import Entries
-         * @description Import a start list: all of its lines, or none if one has an error.
+         * @description Import a start list: all of its lines that are new, or none if one has an error.
          */
         post: operations["import_entries"];
         delete?: never;
@@ -8198,10 +8198,14 @@ export interface components {
         /**
          * StartListFacts
          * @description The content of a start list. If it has errors, nothing is imported.
+         *
+         *     `entries`: number of new competitors; `known`: number of lines that are on the list already.
          */
         StartListFacts: {
             /** Entries */
             entries: number;
+            /** Known */
+            known: number;
             /** Errors */
             errors: components["schemas"]["FaultFacts"][];
             /** Columns */

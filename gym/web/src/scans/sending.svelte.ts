@@ -2,6 +2,7 @@
 
 import { Upload } from "tus-js-client";
 import { PREFIX, Problem } from "../api/client";
+import { t } from "../i18n.svelte";
 import { forget, hashOf, keep, pendingOf } from "./pending";
 
 const AT_ONCE = 3;
@@ -47,8 +48,12 @@ export class Sending {
     this.reading += chosen.length;
     // One after the other: a phone lacks the memory for all.
     for (const file of chosen) {
-      const hash = await hashOf(file);
+      const hash = await hashOf(file).catch(() => "");
       this.reading -= 1;
+      if (!hash) {
+        this.unreadable(file); // too large for this browser, or moved away meanwhile
+        continue;
+      }
       // Even if the page was left meanwhile: the next one sends it.
       if (!(await keep(this.scan, { hash, file }))) this.kept = false;
       if (this.stopped) continue;
@@ -61,6 +66,13 @@ export class Sending {
   stop(): void {
     this.stopped = true;
     for (const { upload } of this.photos) void upload?.abort();
+  }
+
+  /** List a file that cannot be read with the reason; the others go on. */
+  private unreadable(file: File): void {
+    const photo = new Sent(`unread ${file.name} ${file.size}`, file);
+    photo.problem = new Problem(0, t("photos.unread"), t("photos.unreadHint"));
+    this.photos = [...this.photos.filter(({ hash }) => hash !== photo.hash), photo];
   }
 
   private add(hash: string, file: File): void {

@@ -114,9 +114,13 @@ class StartListBody(Body):
 
 
 class StartListFacts(BaseModel):
-    """The content of a start list. If it has errors, nothing is imported."""
+    """The content of a start list. If it has errors, nothing is imported.
+
+    `entries`: number of new competitors; `known`: number of lines that are on the list already.
+    """
 
     entries: int
+    known: int
     errors: list[FaultFacts]
     columns: list[str]
 
@@ -161,15 +165,15 @@ def change_competitor(
 def import_entries(
     competition: UUID, body: StartListBody, session: Db, access: SetterMay
 ) -> StartListFacts:
-    """Import a start list: all of its lines, or none if one has an error."""
+    """Import a start list: all of its lines that are new, or none if one has an error."""
     row = locked(session, access.gym.id, competition)
-    entries, faults = read_start_list(session, row, body.csv)
-    if body.really and not faults:
+    entries, known, faults = read_start_list(session, row, body.csv)
+    if body.really and not faults and entries:
         take_in(session, row, entries)
         log_change(session, "entry.import", person=access.actor.known, gym=access.gym.id,
                    subject=row.name, entries=len(entries))  # fmt: skip
     errors = [FaultFacts.of(fault) for fault in faults]
-    return StartListFacts(entries=len(entries), errors=errors, columns=list(COLUMNS))
+    return StartListFacts(entries=len(entries), known=known, errors=errors, columns=list(COLUMNS))
 
 
 @router.post("/gyms/{gym}/competitions/{competition}/entries/{entry}/waiver", status_code=201)
