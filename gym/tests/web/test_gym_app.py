@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 from collections import Counter
 from collections.abc import Callable
@@ -17,6 +18,9 @@ from walltopo.scans.routes import Routes
 from walltopo_gym.hall.secrets import unsubscribe_token
 
 pytestmark = pytest.mark.slow
+
+# While you write a test: WALLTOPO_FLOWS="forms account" runs these files alone.
+ONLY = [f"--project={name}" for name in os.environ.get("WALLTOPO_FLOWS", "").split()]
 
 
 def test_the_app(
@@ -39,7 +43,7 @@ def test_the_app(
     port = free_port()
     with serving(world, port, f"http://localhost:{port}", places) as environment:
         done = subprocess.run(
-            ["node_modules/.bin/playwright", "test"],
+            ["node_modules/.bin/playwright", "test", *ONLY],
             cwd=WEB, capture_output=True, text=True, timeout=2700, check=False, env=environment,
         )  # fmt: skip
     assert done.returncode == 0, done.stdout[-8000:] + done.stderr[-2000:]

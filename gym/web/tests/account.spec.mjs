@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { createHmac } from "node:crypto";
 import { test } from "./fixtures.mjs";
-import { grave, signIn, visit, wallDrawn } from "./place.mjs";
+import { answered, grave, OFFLINE, signIn, visit, wallDrawn } from "./place.mjs";
 
 /** A call of the API as the browser's signed-in person. */
 function ask(page, method, path, body) {
@@ -46,7 +46,7 @@ test("a second factor is set up, asked for, and turned off", async ({ browser, p
   await page.getByRole("button", { name: "Sign in", exact: true }).click();
   await page.getByLabel(/or a recovery code/).fill(recovery);
   assert.deepEqual(await grave(page), []);
-  member.log.length = 0; // the expected answer 401
+  member.expected(answered(401));
   await page.getByRole("button", { name: "Sign in", exact: true }).click();
   await page.getByRole("heading", { name: "My gyms" }).waitFor();
   await member.go("/me/security");
@@ -162,7 +162,7 @@ test("without reception one's own pages show what is kept or say that they need 
   assert.equal(await page.getByLabel("Token name").inputValue(), "Door");
   await context.setOffline(false);
   await page.getByText("You can make changes here").waitFor({ state: "detached" });
-  member.log.length = 0; // the icon of the tab, which browsers look for past the service worker
+  member.expected(OFFLINE); // the icon of the tab, which browsers look for past the service worker
   await member.close();
 });
 
@@ -223,7 +223,7 @@ test("a gym gone private while it is open says so", async ({ browser, places }) 
   await guest.page.getByText("no such gym").first().waitFor();
   await guest.page.getByRole("main").getByRole("link", { name: "Sign in" }).first().waitFor();
   assert.equal((await put("public")).status, 200);
-  guest.log.length = 0; // the expected answers 404
+  guest.expected(answered(404));
   await guest.close();
   await owner.close();
 });
@@ -240,7 +240,7 @@ test("who is excluded is told so, takes their data, and goes", async ({ browser,
   await judge.go(`/g/${places.gym}`);
   await judge.page.getByRole("button", { name: "Join this gym" }).click();
   await judge.page.getByText("this gym has banned you").waitFor();
-  judge.log.length = 0; // the expected answer 403
+  judge.expected(answered(403));
   await judge.go("/me/data");
   const saved = judge.page.waitForEvent("download");
   await judge.page.getByRole("link", { name: "Everything (JSON)" }).click();

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "./fixtures.mjs";
-import { grave, signIn, tooWide, visit } from "./place.mjs";
+import { grave, OFFLINE, signIn, tooWide, visit } from "./place.mjs";
 
 const NAMES = ["Anna Svobodová", "Béla Tóth", "Chloé Roux"];
 const LIST = (category) => ["name;category;gender;bib;club", ...NAMES.map((name, at) => `${name};${category};women;${at + 11};Prague`)].join("\n");
@@ -92,7 +92,7 @@ async function entered(climber, place) {
 
 /** Five events without reception, one of them withdrawn; then each of them once at the server. */
 async function judged(judge, places, place) {
-  const { page, context, log } = judge;
+  const { page, context, expected } = judge;
   await judge.go(place);
   await page.getByRole("link", { name: "Judging" }).click();
   await page.locator("[data-kept=yes]").waitFor();
@@ -119,7 +119,7 @@ async function judged(judge, places, place) {
   await context.setOffline(false);
   await page.evaluate(() => dispatchEvent(new Event("online")));
   await page.getByText("Everything is synced.").waitFor();
-  log.length = 0; // what could not be fetched
+  expected(OFFLINE);
   const { items } = await result(page, `${place.replace(/^\/g/, "/gyms")}/events?size=100`);
   assert.deepEqual(items.map(({ kind, n }) => `${kind} ${n}`).sort(), ["attempt 1", "attempt 1", "top 1", "top 2", "zone 2"]);
   await page.getByText("History (").click();

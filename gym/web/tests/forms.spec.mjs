@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "./fixtures.mjs";
-import { grave, signIn, tooWide, visit } from "./place.mjs";
+import { answered, grave, signIn, tooWide, visit } from "./place.mjs";
 
 test("nothing grave on the plain pages, light and dark", async ({ browser, places }) => {
   for (const dark of [false, true]) {
@@ -17,7 +17,7 @@ test("nothing grave on the plain pages, light and dark", async ({ browser, place
       await setter.page.waitForFunction(() => !document.querySelector("main [role=status].quiet"));
       assert.deepEqual(await grave(setter.page), [], path);
     }
-    setter.log.splice(0, setter.log.length, ...setter.log.filter((line) => !line.includes("404")));
+    setter.expected(answered(404));
     await setter.close();
   }
 });
@@ -58,7 +58,7 @@ test("signs out everywhere", async ({ browser, places }) => {
   await one.page.getByRole("heading", { name: "Sign in" }).waitFor();
   await other.page.reload();
   await other.page.getByRole("link", { name: "Sign in" }).waitFor();
-  other.log.length = 0; // the expected answer 401
+  other.expected(answered(401));
   await one.close();
   await other.close();
 });
@@ -92,7 +92,7 @@ test("a gym does without what its owner switched off", async ({ browser, places 
     await page.getByRole("heading", { name: "Page not found" }).waitFor();
     await page.waitForLoadState("networkidle"); // an answer 404 may reach the console after the heading
   }
-  owner.log.splice(0, owner.log.length, ...owner.log.filter((line) => !line.includes("404")));
+  owner.expected(answered(404));
   await turn(true);
   assert.deepEqual(await entries(), [1, 1, 1]);
   await owner.close();

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "./fixtures.mjs";
-import { grave, signIn, tooWide, visit, wallDrawn } from "./place.mjs";
+import { grave, OFFLINE, signIn, tooWide, visit, wallDrawn } from "./place.mjs";
 
 /** The holds to check, as the server has them. */
 function toCheck(page, gym) {
@@ -42,7 +42,7 @@ test("a hold is reported, found on the wall, and done", async ({ browser, places
   }
   const [row] = await toCheck(setter.page, places.gym);
   assert.deepEqual([row.current_hold, row.people, row.reports[0].note], [hold, 1, "by half a turn"]);
-  climber.log.length = 0; // requests without reception
+  climber.expected(OFFLINE);
   await climber.close();
 
   await setter.go(`/g/${places.gym}/holds`);

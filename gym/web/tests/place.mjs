@@ -9,7 +9,29 @@ const require = createRequire(new URL("../../../viewer/package.json", import.met
 const AXE = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
 const PATIENCE_MS = 90_000;
 
-/** A browser of one person; `log` collects errors and requests to other hosts. */
+/** Messages of the console that belong to a test: without reception, and by the status of an answer. */
+export const OFFLINE = /net::ERR_|Failed to fetch|NetworkError|status of 50\d/;
+export const answered = (status) => new RegExp(`status of ${status}`);
+
+/** Wait for a condition that node checks: Playwright's `waitForFunction` takes a promise of the page for true. */
+export async function until(is, what = String(is)) {
+  for (const end = Date.now() + PATIENCE_MS; Date.now() < end; await new Promise((resolve) => setTimeout(resolve, 200))) {
+    if (await is()) return;
+  }
+  throw new Error(`not so after ${PATIENCE_MS / 1000} s: ${what}`);
+}
+
+/** Wait until the service worker has a copy of a path, whose text a pattern matches. */
+export const stored = (page, path, text = /(?:)/) =>
+  until(() => page.evaluate(async ([wanted, pattern]) => {
+    const copy = await caches.match(wanted);
+    return copy !== undefined && new RegExp(pattern).test(await copy.text());
+  }, [path, text.source]), `${path} is stored`);
+
+/**
+ * A browser of one person; `log` collects errors and requests to other hosts. A test names those that it causes by
+ * `expected`, before or after they come: a late one then fails nothing, and another one is still seen.
+ */
 export async function visit(browser, places, { phone = true, dark = false, locale = "en-GB" } = {}) {
   const viewport = phone ? { width: 390, height: 844 } : { width: 1280, height: 800 };
   const context = await browser.newContext({
@@ -18,6 +40,8 @@ export async function visit(browser, places, { phone = true, dark = false, local
   context.setDefaultTimeout(PATIENCE_MS);
   const page = await context.newPage();
   const log = [];
+  const patterns = [];
+  const expected = (...more) => patterns.push(...more);
   page.on("pageerror", (error) => log.push(error.message));
   page.on("console", (message) => message.type() === "error" && log.push(message.text()));
   page.on("request", (request) => {
@@ -31,9 +55,9 @@ export async function visit(browser, places, { phone = true, dark = false, local
   const shot = (name) => page.screenshot({ path: join(places.shots, `${name}-${phone ? "phone" : "laptop"}.png`) });
   const close = async () => {
     await context.close();
-    assert.deepEqual(log, []);
+    assert.deepEqual(log.filter((line) => !patterns.some((pattern) => pattern.test(line))), []);
   };
-  return { page, context, go, shot, log, close };
+  return { page, context, go, shot, expected, close };
 }
 
 /** Sign in, by the form only where no earlier browser of this person left a session: more than ten sign-ins of one

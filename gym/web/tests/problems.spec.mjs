@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "./fixtures.mjs";
-import { grave, signIn, tooWide, visit, wallDrawn } from "./place.mjs";
+import { grave, OFFLINE, signIn, tooWide, visit, wallDrawn } from "./place.mjs";
 
 async function check(person, name) {
   assert.deepEqual(await grave(person.page), []);
@@ -70,7 +70,7 @@ test("a problem is made, climbed, remixed, reported, and becomes a route", async
   await page.getByText("Not synced yet").waitFor();
   await maker.context.setOffline(false);
   await page.getByText("Not synced yet").waitFor({ state: "detached" });
-  maker.log.length = 0; // requests without reception
+  maker.expected(OFFLINE);
   await check(maker, "problem");
   await page.getByRole("button", { name: "I climbed it" }).click();
   await page.getByText("1 climber").waitFor();

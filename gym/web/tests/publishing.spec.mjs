@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { readdirSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "./fixtures.mjs";
-import { grave, nameRoutes, signIn, visit, wallDrawn } from "./place.mjs";
+import { grave, nameRoutes, OFFLINE, signIn, stored, visit, wallDrawn } from "./place.mjs";
 
 async function typeTable(page) {
   const rows = await nameRoutes(page);
@@ -237,13 +237,13 @@ test("opens without reception", async ({ browser, places }) => {
   const guest = await visit(browser, places);
   await guest.go("/");
   await guest.page.evaluate(() => navigator.serviceWorker.ready.then(() => undefined));
-  await guest.page.waitForFunction(async () => (await caches.keys()).length > 0 && (await caches.match("/")) !== undefined);
+  await stored(guest.page, "/");
   await guest.page.reload();
   await guest.context.setOffline(true);
   await guest.page.reload();
   await guest.page.getByText("Offline since").waitFor();
   await guest.page.getByRole("heading", { name: "Gyms" }).waitFor();
   await guest.context.setOffline(false);
-  guest.log.length = 0; // what could not be fetched
+  guest.expected(OFFLINE);
   await guest.close();
 });

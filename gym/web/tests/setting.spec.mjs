@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { readdirSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "./fixtures.mjs";
-import { mailed, visit } from "./place.mjs";
+import { mailed, OFFLINE, visit } from "./place.mjs";
 
 /** Let three photos through and break the connection of the others, until the page is opened again. Runs in the page. */
 function cutAfterThree() {
@@ -62,7 +62,7 @@ test("from signing up to photos on their way", async ({ browser, places }) => {
   await page.evaluate(cutAfterThree); // Playwright's own interception crashes pages that a service worker opens
   await page.setInputFiles("input[type=file]", photos);
   await page.waitForFunction(() => document.querySelectorAll("main li img").length === 3);
-  visitor.log.length = 0; // the broken connections
+  visitor.expected(OFFLINE);
   await page.reload();
   // Without choosing them again: the browser has kept them.
   await page.getByText("5 usable photos").waitFor();
