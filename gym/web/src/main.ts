@@ -4,7 +4,7 @@ import "./app.css";
 import { begin } from "./i18n.svelte";
 import { begin as beginOutbox } from "./outbox/outbox.svelte";
 import { preload } from "./routes";
-import { recall } from "./session.svelte";
+import { followReception, recall } from "./session.svelte";
 import { lastGym } from "./shell/lastGym.svelte";
 
 // Without a path the app opens the last visited gym; "Other gyms" leads elsewhere.
@@ -18,5 +18,6 @@ void begun.then(() => {
   // Pages below `/embed` belong to other sites: nothing is stored there.
   if (window.top !== window) return;
   beginOutbox();
+  followReception();
   if ("serviceWorker" in navigator) void navigator.serviceWorker.register("/sw.js");
 });

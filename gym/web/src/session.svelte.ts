@@ -3,7 +3,7 @@
 import { answer, api, Problem, type Schemas } from "./api/client";
 import { forgetBody } from "./walls/body";
 import { forgetWall } from "./walls/script";
-import { forgetAnswers, isCutOff, KEPT, keeps } from "./offline/reception.svelte";
+import { forgetAnswers, isCutOff, KEPT, keeps, returned } from "./offline/reception.svelte";
 
 const SIGNED_IN = "walltopo-signed-in";
 
@@ -54,6 +54,15 @@ async function ask(): Promise<boolean> {
     if (error.status === 401) signedOut();
     return error.status === 401;
   }
+}
+
+/** Ask again when the server is reachable again: until then the answer may have been an earlier one that was stored. */
+export function followReception(): void {
+  $effect.root(() => {
+    $effect(() => {
+      if (returned() > 0 && localStorage.getItem(SIGNED_IN) !== null) void ask();
+    });
+  });
 }
 
 const INVITATION = "walltopo-invitation";
