@@ -138,6 +138,46 @@ def test_grades_are_the_gyms(current: tuple[World, dict[str, Any]]) -> None:
     assert world.server.ask("GET", route, world.owner).json()["grade"] == "6A"
 
 
+@pytest.mark.both_databases("updates by subquery and case")
+def test_renamed_grades_carry_over_and_used_ones_stay(
+    current: tuple[World, dict[str, Any]],
+) -> None:
+    world, before = current
+    ask, path = world.server.ask, f"{world.path}/grade-systems"
+    body = {"name": "Colours", "kind": "own", "grades": [{"label": n} for n in ("blue", "red")]}
+    system = ask("POST", path, world.owner, body).json()["id"]
+    route = f"{world.path}/routes/{before['routes'][0]['id']}"
+    setter = world.people["setter"]
+    graded = {"grade_system_id": system, "grade": "blue"}
+    assert ask("PATCH", route, setter, graded).status_code == 200
+    opinion = {"grade": "blue", "stars": 4}
+    assert ask("PUT", f"{route}/opinion", world.people["member"], opinion).status_code == 204
+
+    lost = body | {"grades": [{"label": "azure"}, {"label": "red"}]}
+    refused = ask("PUT", f"{path}/{system}", world.owner, lost)
+    assert (refused.status_code, refused.json()["code"]) == (409, "grades-in-use")
+    elsewhere = ask("PUT", f"{path}/{system}", world.owner, lost | {"renamed": {"blue": "sky"}})
+    assert elsewhere.json()["code"] == "grades-rename-to"
+    renamed = ask("PUT", f"{path}/{system}", world.owner, lost | {"renamed": {"blue": "azure"}})
+    assert renamed.status_code == 200, renamed.text
+    assert ask("GET", route, world.owner).json()["grade"] == "azure"
+    mine = ask("GET", f"{route}/opinion", world.people["member"]).json()
+    assert (mine["grade"], mine["stars"]) == ("azure", 4)
+    assert ask("PATCH", route, setter, {"name": "Moon"}).status_code == 200
+
+    used = ask("DELETE", f"{path}/{system}", world.owner)
+    assert (used.status_code, used.json()["code"]) == (409, "grades-system-in-use")
+    font = next(row["id"] for row in ask("GET", path, world.owner).json() if row["id"] != system)
+    lacks = ask("DELETE", f"{path}/{system}?replacement={font}", world.owner)
+    assert (lacks.status_code, lacks.json()["code"]) == (409, "grades-not-there")
+    other = body | {"name": "More colours", "grades": [{"label": "Azure"}]}
+    by = ask("POST", path, world.owner, other).json()["id"]
+    assert ask("DELETE", f"{path}/{system}?replacement={by}", world.owner).status_code == 204
+    shown = ask("GET", route, world.owner).json()
+    assert (shown["grade_system_id"], shown["grade"]) == (by, "Azure")
+    assert ask("PATCH", route, setter, {"name": "Sun"}).status_code == 200
+
+
 def test_a_draft_is_for_setters(world: World) -> None:
     """Its files are not there for members before it is published."""
     scan = world.reviewed({1: [1]}, HOLDS[:1])

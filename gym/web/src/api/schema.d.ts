@@ -1699,13 +1699,14 @@ export interface paths {
         get?: never;
         /**
          * Change Grade System
-         * @description Change a grade system.
+         * @description Change a grade system. What has a renamed grade gets the new name; a grade in use that is
+         *     neither kept nor renamed is refused.
          */
         put: operations["change_grade_system"];
         post?: never;
         /**
          * Drop Grade System
-         * @description Delete a grade system.
+         * @description Delete a grade system; one in use needs a replacement that has the same grades.
          */
         delete: operations["drop_grade_system"];
         options?: never;
@@ -4149,6 +4150,25 @@ export interface components {
             name: string;
             /** Lines */
             lines: components["schemas"]["Line"][];
+        };
+        /**
+         * ChangedGradeSystem
+         * @description A complete grade system after a change; `renamed`: new label by old label.
+         */
+        ChangedGradeSystem: {
+            /** Name */
+            name: string;
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "font" | "v" | "circuits" | "own";
+            /** Grades */
+            grades: components["schemas"]["Grade"][];
+            /** Renamed */
+            renamed?: {
+                [key: string]: string;
+            };
         };
         /** ChosenState */
         ChosenState: {
@@ -13204,7 +13224,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["NewGradeSystem"];
+                "application/json": components["schemas"]["ChangedGradeSystem"];
             };
         };
         responses: {
@@ -13239,7 +13259,10 @@ export interface operations {
     };
     drop_grade_system: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description system that the grades move to */
+                replacement?: string | null;
+            };
             header?: never;
             path: {
                 system: string;

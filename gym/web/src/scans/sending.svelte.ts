@@ -1,6 +1,6 @@
 /** Sends photos by tus, a few at a time; resumes by itself after a broken connection, and in a later tab. */
 
-import { Upload } from "tus-js-client";
+import type { Upload } from "tus-js-client";
 import { PREFIX, Problem } from "../api/client";
 import { t } from "../i18n.svelte";
 import { forget, hashOf, keep, pendingOf } from "./pending";
@@ -13,6 +13,7 @@ export class Sent {
   sent = $state(0);
   problem = $state.raw<Problem | null>(null);
   done = $state(false);
+  begun = false;
   upload: Upload | null = null;
 
   constructor(
@@ -81,18 +82,29 @@ export class Sending {
     else if (known.problem) {
       known.problem = null;
       known.upload = null;
+      known.begun = false;
     }
   }
 
   private next(): void {
     if (this.stopped) return;
-    const busy = this.photos.filter(({ upload, done, problem }) => upload && !done && !problem).length;
-    const waiting = this.photos.filter(({ upload, problem }) => !upload && !problem);
-    for (const photo of waiting.slice(0, Math.max(0, AT_ONCE - busy))) this.send(photo);
+    const busy = this.photos.filter(({ begun, done, problem }) => begun && !done && !problem).length;
+    const waiting = this.photos.filter(({ begun, problem }) => !begun && !problem);
+    for (const photo of waiting.slice(0, Math.max(0, AT_ONCE - busy))) {
+      photo.begun = true;
+      void this.send(photo);
+    }
   }
 
-  private send(photo: Sent): void {
-    const upload = new Upload(photo.file, {
+  private async send(photo: Sent): Promise<void> {
+    // Most visits of a scan send nothing: the script comes with the first photo.
+    const tus = await import("tus-js-client").catch(() => null);
+    if (this.stopped) return;
+    if (!tus) {
+      photo.problem = Problem.unreachable();
+      return;
+    }
+    const upload = new tus.Upload(photo.file, {
       endpoint: `${location.origin}${PREFIX}/gyms/${this.gym}/scans/${this.scan}/photos`,
       // The server recognises a photo by its hash and reports the last tab's offset.
       metadata: { filename: photo.file.name, sha256: photo.hash },

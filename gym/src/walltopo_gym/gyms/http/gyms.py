@@ -6,7 +6,7 @@ from datetime import datetime
 from typing import Annotated, Any, Literal, Self
 from uuid import UUID
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Query
 from pydantic import BaseModel, Field, model_validator
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
@@ -19,6 +19,7 @@ from walltopo_gym.api.paging import Cursor, Page, Size, page_of
 from walltopo_gym.api.services import Db, HooksOf, ServicesOf
 from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError
 from walltopo_gym.gyms.access import Access, GuestMay, OwnerMay, gym_rule
+from walltopo_gym.gyms.grade_uses import change_labels, replace_system
 from walltopo_gym.gyms.models import GradeSystem, Gym, Membership
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.gyms.service import check_grades, check_time_zone, open_gym
@@ -198,6 +199,12 @@ class NewGradeSystem(Body):
         return [grade.model_dump(exclude_none=True) for grade in self.grades]
 
 
+class ChangedGradeSystem(NewGradeSystem):
+    """A complete grade system after a change; `renamed`: new label by old label."""
+
+    renamed: dict[str, Name] = Field(default_factory=dict, max_length=60)
+
+
 class GradeSystemFacts(BaseModel):
     """A gym's grade system."""
 
@@ -232,12 +239,14 @@ def make_grade_system(body: NewGradeSystem, session: Db, access: OwnerMay) -> Gr
 
 @grades_router.put("/gyms/{gym}/grade-systems/{system}")
 def change_grade_system(
-    system: UUID, body: NewGradeSystem, session: Db, access: OwnerMay
+    system: UUID, body: ChangedGradeSystem, session: Db, access: OwnerMay
 ) -> GradeSystemFacts:
-    """Change a grade system."""
+    """Change a grade system. What has a renamed grade gets the new name; a grade in use that is
+    neither kept nor renamed is refused."""
     row = _system_of(session, access.gym.id, system)
     if row.name != body.name:
         _refuse_taken(session, access.gym.id, body.name)
+    change_labels(session, row, [grade.label for grade in body.grades], body.renamed)
     row.name, row.kind, row.grades = body.name, body.kind, body.rows()
     log_change(session, "grades.change", person=access.actor.known, gym=access.gym.id,
                subject=body.name)  # fmt: skip
@@ -245,9 +254,14 @@ def change_grade_system(
 
 
 @grades_router.delete("/gyms/{gym}/grade-systems/{system}", status_code=204)
-def drop_grade_system(system: UUID, session: Db, access: OwnerMay) -> None:
-    """Delete a grade system."""
+def drop_grade_system(
+    system: UUID, session: Db, access: OwnerMay,
+    replacement: Annotated[UUID | None, Query(description="system that the grades move to")] = None,
+) -> None:  # fmt: skip
+    """Delete a grade system; one in use needs a replacement that has the same grades."""
     row = _system_of(session, access.gym.id, system)
+    by = None if replacement is None else _system_of(session, access.gym.id, replacement)
+    replace_system(session, row, None if by is row else by)
     session.delete(row)
     log_change(session, "grades.delete", person=access.actor.known, gym=access.gym.id,
                subject=row.name)  # fmt: skip
