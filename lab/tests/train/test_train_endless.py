@@ -38,7 +38,7 @@ from walltopo_lab.train.shipped_sets import SOURCES, Source, is_validation, vali
 from walltopo_lab.train.targets import make_targets
 from walltopo_lab.train.warm import measure_norms
 
-SMALL = NetSize(stem=4, widths=(4, 8, 8, 8), depths=(1, 1, 1, 1), neck=8)
+SMALL = NetSize(width=0.1, depth=0.3, neck=(8, 8, 8), deep=8, fine=4)
 DiscSet = Callable[..., Path]
 
 

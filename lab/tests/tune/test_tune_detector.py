@@ -124,9 +124,10 @@ def test_each_family_trains_with_what_was_suggested(
     def ignore(step: int, value: float) -> None: ...
 
     search, _ = search_in(tmp_path)
-    room._train(search, values, tmp_path / "t", ignore, Silent())
+    small = {**values, "network": "lite1"}
+    room._train(search, small, tmp_path / "t", ignore, Silent())
     job, settings = requests["votes"]
-    assert (settings.crop, settings.network, settings.momentum) == (384, "m", 0.8)
+    assert (settings.crop, settings.network, settings.momentum) == (384, "lite1", 0.8)
     assert job.cached == search.out / "cache"
     search = DetectorSearch("yolo11-seg", (), tmp_path, 5.0, pretrained=tmp_path / "coco")
     room._train(search, values, tmp_path / "t", ignore, Silent())

@@ -85,7 +85,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     parser.add_argument(
         "--pretrained",
         metavar="FILE|onnx",
-        help="start from this network instead of fresh weights: for votes an exported one (onnx: "
+        help="start from this network instead of a new one: for votes an exported one (onnx: "
         "the shipped one) and a lower --rate, such as 3e-4; for Ultralytics' a .pt file",
     )
     parser.add_argument("-v", "--verbose", action="store_true", help="a line per minute")

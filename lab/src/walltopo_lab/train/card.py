@@ -64,7 +64,7 @@ def write_card(
         "",
         "Finds holds and volumes in photos of indoor climbing walls: boxes, masks, scores.",
         f"Vote network (`walltopo_lab.train.net`), {facts.parameters / 1e6:.2f} M weights, trained "
-        f"from {facts.pretrained or 'fresh weights'} for {facts.minutes:.0f} minutes "
+        f"from {facts.pretrained or f'{settings.start} weights'} for {facts.minutes:.0f} minutes "
         f"({facts.step} steps of {settings.batch} crops of {settings.crop} px).",
         "",
         *_data_section(facts.sets, facts.attribution),

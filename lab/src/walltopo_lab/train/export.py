@@ -30,9 +30,6 @@ def fuse(net: VoteNet) -> VoteNet:
             if isinstance(first, nn.Conv2d) and isinstance(second, nn.BatchNorm2d):
                 module[0] = fuse_conv_bn_eval(first, second)
                 module[1] = nn.Identity()
-        if hasattr(module, "norm") and isinstance(module.norm, nn.BatchNorm2d):
-            module.second = fuse_conv_bn_eval(module.second, module.norm)
-            module.norm = nn.Identity()
     return net
 
 

@@ -127,20 +127,26 @@ _PLAIN = ("step", "first_step", "seconds", "cpu_seconds", "best", "since_best", 
 
 
 def _optimiser(net: VoteNet, settings: TrainSettings) -> torch.optim.Optimizer:
-    decayed = [p for p in net.parameters() if p.ndim > 1]
-    plain = [p for p in net.parameters() if p.ndim <= 1]
-    groups = [
-        {"params": decayed, "weight_decay": settings.weight_decay},
-        {"params": plain, "weight_decay": 0.0},
-    ]
+    """Return AdamW with a rate share per group; only weights of several dimensions decay."""
+    encoder = {id(p) for p in net.encoder.parameters()}
+    groups: list[dict[str, Any]] = []
+    for inside, share in ((True, settings.encoder_rate), (False, 1.0)):
+        mine = [p for p in net.parameters() if (id(p) in encoder) == inside]
+        for decays in (True, False):
+            params = [p for p in mine if (p.ndim > 1) == decays]
+            decay = settings.weight_decay if decays else 0.0
+            groups.append({"params": params, "weight_decay": decay, "share": share})
     return torch.optim.AdamW(groups, lr=settings.rate, betas=(settings.momentum, 0.999))
 
 
 def _new_run(
-    size: NetSize | dict[str, Any] | None, settings: TrainSettings, pretrained: Path | None = None
+    size: NetSize | dict[str, Any] | None,
+    settings: TrainSettings,
+    pretrained: Path | None = None,
+    imagenet: bool = False,
 ) -> Run:
     torch.manual_seed(settings.seed)
-    net = load_exported(pretrained) if pretrained else build_net(size)
+    net = load_exported(pretrained) if pretrained else build_net(size, imagenet)
     return Run(net, copy.deepcopy(net), _optimiser(net, settings))
 
 
@@ -204,7 +210,7 @@ def _update(
 ) -> dict[str, float]:
     """Run one training step and return its losses."""
     for group in run.optimiser.param_groups:
-        group["lr"] = rate
+        group["lr"] = rate * group["share"]
     losses = _losses(run.net, batch, device)
     total = losses["heat"] + 1.5 * losses["box"] + 1.5 * losses["mask"]
     run.optimiser.zero_grad(set_to_none=True)
@@ -255,7 +261,7 @@ def train(
     folders, shares, outlined : see `batches`.
     check : metrics of the averaged network on held-out photos; `score` is the objective.
     until : stop at this share of the time (the schedule still spans the whole time).
-    pretrained : an exported network as initial weights instead of random ones. An endless run
+    pretrained : an exported network as initial weights instead of a new one. An endless run
         measures the statistics of its normalisations; otherwise they stay frozen.
     report : called after each check, and once at the start.
     before : steps and processor seconds already spent on the initial network.
@@ -263,7 +269,12 @@ def train(
     torch.set_num_threads(settings.threads)
     device = _device(settings)
     begun = checkpoint.is_file()
-    run = load_run(checkpoint, settings) if begun else _new_run(size, settings, pretrained)
+    imagenet = settings.start == "imagenet"
+    run = (
+        load_run(checkpoint, settings) if begun else _new_run(size, settings, pretrained, imagenet)
+    )
+    if not settings.encoder_rate:
+        run.net.encoder.requires_grad_(False)
     run.frozen = pretrained is not None and not settings.endless
     supply = batches(folders, shares, settings, augment, settings.seed + run.step, outlined)
     if settings.endless and pretrained is not None and not begun:
@@ -336,6 +347,8 @@ class _Leg:
             run.net.train()
             if run.frozen:
                 freeze_norms(run.net)
+            if not settings.encoder_rate:
+                run.net.encoder.eval()
             ema = _average_decay(run, settings)
             self.sums.append(_update(run, batch, _rate(run, settings), ema, device))
             now = time.monotonic()

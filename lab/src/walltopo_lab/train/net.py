@@ -1,6 +1,7 @@
 """The network of the shipped detector: centres, boxes and masks of holds and volumes.
 
-A small residual encoder (strides 2 to 32) with a top-down decoder, three outputs:
+An EfficientNet-Lite encoder (`walltopo_lab.train.encoder`, strides 2 to 32) with a top-down
+decoder, three outputs:
 
 - heat, stride 4, per class: peaks at object centres (CenterNet: Zhou, Wang, Kraehenbuehl,
   "Objects as Points", 2019);
@@ -9,8 +10,7 @@ A small residual encoder (strides 2 to 32) with a top-down decoder, three output
   touching objects: a pixel belongs to the detection whose box it votes for;
 - mask, stride 2, per class: whether a pixel is a hold, and whether it is a volume.
 
-Plain 3x3 convolutions, which CPUs run near their peak, with batch normalisation, which
-folds into the convolutions on export.
+Every convolution is followed by batch normalisation, which folds into it on export.
 """
 
 from __future__ import annotations
@@ -22,30 +22,40 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from walltopo.core import InputError
+from walltopo_lab.train.encoder import LiteEncoder, imagenet_file, load_imagenet
+
 CLASSES = ("hold", "volume")
 _UNIT = 16.0  # px; the distance that a vote of 0 means
 
 
 @dataclass(frozen=True)
 class NetSize:
-    """Channel counts and residual blocks per stage (strides 4, 8, 16, 32)."""
+    """The size of a network.
 
-    stem: int = 16
-    widths: tuple[int, int, int, int] = (32, 64, 128, 192)
-    depths: tuple[int, int, int, int] = (2, 2, 2, 2)
-    neck: int = 64
+    Parameters
+    ----------
+    width, depth : multipliers of the encoder, see `LiteEncoder`.
+    neck : channels of the decoder at strides 4, 8 and 16.
+    deep : channels at stride 32.
+    fine : channels at stride 2.
+    """
+
+    width: float = 1.1
+    depth: float = 1.2
+    neck: tuple[int, int, int] = (64, 96, 128)
+    deep: int = 192
+    fine: int = 24
 
     def as_dict(self) -> dict[str, Any]:
         return asdict(self)
 
 
-# Millions of weights: 0.8, 2.8, 6.4, 9.8, 17.3.
+# Millions of weights: 4.5, 4.6, 4.9.
 NET_SIZES = {
-    "n": NetSize(stem=12, widths=(16, 32, 64, 96), neck=48),
-    "s": NetSize(),
-    "m": NetSize(stem=24, widths=(48, 96, 192, 288), neck=96),
-    "l": NetSize(stem=24, widths=(48, 96, 192, 288), depths=(3, 4, 4, 3), neck=128),
-    "x": NetSize(stem=32, widths=(64, 128, 256, 384), depths=(3, 4, 4, 3), neck=160),
+    "lite0": NetSize(1.0, 1.0),
+    "lite1": NetSize(1.0, 1.1),
+    "lite2": NetSize(),
 }
 
 
@@ -57,26 +67,13 @@ def conv(inputs: int, outputs: int, size: int = 3, stride: int = 1) -> nn.Sequen
     )
 
 
-class Block(nn.Module):
-    """Residual block of two 3x3 convolutions."""
-
-    def __init__(self, width: int) -> None:
-        super().__init__()
-        self.first = conv(width, width)
-        self.second = nn.Conv2d(width, width, 3, padding=1, bias=False)
-        self.norm = nn.BatchNorm2d(width)
-
-    def forward(self, x: Tensor) -> Tensor:
-        return functional.relu(x + self.norm(self.second(self.first(x))))
-
-
 class Pool(nn.Module):
     """Context at the coarsest stride: parallel max pools of growing size (YOLO's SPPF)."""
 
-    def __init__(self, width: int) -> None:
+    def __init__(self, inputs: int, outputs: int) -> None:
         super().__init__()
-        self.reduce = conv(width, width // 2, 1)
-        self.merge = conv(width * 2, width, 1)
+        self.reduce = conv(inputs, outputs // 2, 1)
+        self.merge = conv(outputs * 2, outputs, 1)
 
     def forward(self, x: Tensor) -> Tensor:
         parts = [self.reduce(x)]
@@ -94,28 +91,23 @@ class VoteNet(nn.Module):
     def __init__(self, size: NetSize) -> None:
         super().__init__()
         self.size = size
-        self.stem = conv(3, size.stem, 3, 2)
-        before = (size.stem, *size.widths[:3])
-        self.stages = nn.ModuleList(
-            nn.Sequential(conv(a, b, 3, 2), *(Block(b) for _ in range(depth)))
-            for a, b, depth in zip(before, size.widths, size.depths, strict=True)
-        )
-        self.pool = Pool(size.widths[3])
-        w4, w8, w16, w32 = size.widths
-        neck = (size.neck, max(w8, size.neck), w16)
+        self.encoder = LiteEncoder(size.width, size.depth)
+        w2, w4, w8, w16, w32 = self.encoder.channels
+        neck = size.neck
+        self.pool = Pool(w32, size.deep)
         self.lateral = nn.ModuleList(
             nn.Conv2d(a, b, 1) for a, b in zip((w4, w8, w16), neck, strict=True)
         )
         self.descend = nn.ModuleList(
-            nn.Conv2d(a, b, 1) for a, b in zip((neck[1], neck[2], w32), neck, strict=True)
+            nn.Conv2d(a, b, 1) for a, b in zip((neck[1], neck[2], size.deep), neck, strict=True)
         )
         self.smooth = nn.ModuleList(conv(width, width) for width in neck)
-        self.head = conv(size.neck, size.neck)
-        self.heat = nn.Conv2d(size.neck, len(CLASSES), 1)
-        self.votes = nn.Conv2d(size.neck, 4 * len(CLASSES), 1)
-        self.fine = nn.Conv2d(size.neck, size.stem, 1)
-        self.blend = conv(2 * size.stem, size.stem)
-        self.mask = nn.Conv2d(size.stem, len(CLASSES), 1)
+        self.head = conv(neck[0], neck[0])
+        self.heat = nn.Conv2d(neck[0], len(CLASSES), 1)
+        self.votes = nn.Conv2d(neck[0], 4 * len(CLASSES), 1)
+        self.fine = nn.Conv2d(neck[0], size.fine, 1)
+        self.blend = conv(size.fine + w2, size.fine)
+        self.mask = nn.Conv2d(size.fine, len(CLASSES), 1)
         for module in self.modules():
             if isinstance(module, nn.Conv2d):
                 nn.init.kaiming_normal_(module.weight, nonlinearity="relu")
@@ -129,13 +121,8 @@ class VoteNet(nn.Module):
 
     def forward(self, photo: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Return heat and mask as logits, votes in pixels (left, top, right, bottom per class)."""
-        stem = self.stem(photo / 64.0 - 2.0)
-        x = stem
-        levels = []
-        for stage in self.stages:
-            x = stage(x)
-            levels.append(x)
-        x = self.pool(levels[3])
+        finest, *levels, deepest = self.encoder(photo)
+        x = self.pool(deepest)
         for k in (2, 1, 0):
             up = functional.interpolate(self.descend[k](x), scale_factor=2.0, mode="nearest")
             x = self.smooth[k](functional.relu(self.lateral[k](levels[k]) + up))
@@ -144,17 +131,28 @@ class VoteNet(nn.Module):
         fine = functional.interpolate(
             self.fine(x), scale_factor=2.0, mode="bilinear", align_corners=False
         )
-        mask = self.mask(self.blend(torch.cat([fine, stem], dim=1)))
+        mask = self.mask(self.blend(torch.cat([fine, finest], dim=1)))
         return self.heat(head).float(), votes, mask.float()
 
 
-def build_net(size: NetSize | dict[str, Any] | None = None) -> VoteNet:
-    """Return a network with random weights; `size` as saved in a checkpoint."""
+def build_net(size: NetSize | dict[str, Any] | None = None, imagenet: bool = False) -> VoteNet:
+    """Return a new network.
+
+    Parameters
+    ----------
+    size : size, also as saved in a checkpoint; None is the shipped network's.
+    imagenet : whether the encoder starts from ImageNet weights instead of random ones.
+
+    Raises
+    ------
+    InputError : the size is of another kind of network, or has no ImageNet weights.
+    EnvironmentLacksError : the package of the ImageNet weights is not installed.
+    """
     if isinstance(size, dict):
-        size = NetSize(
-            stem=size["stem"],
-            widths=tuple(size["widths"]),
-            depths=tuple(size["depths"]),
-            neck=size["neck"],
-        )
-    return VoteNet(size or NetSize())
+        if size.keys() != NetSize().as_dict().keys():
+            raise InputError(f"a network of another architecture: {', '.join(sorted(size))}")
+        size = NetSize(**{**size, "neck": tuple(size["neck"])})
+    net = VoteNet(size or NetSize())
+    if imagenet:
+        load_imagenet(net.encoder, imagenet_file(net.size.width, net.size.depth))
+    return net

@@ -143,14 +143,23 @@ class TrainSettings:
         480
     )
     batch: Annotated[int, about("crops per step", low=1)] = 8
-    rate: Annotated[float, about("peak learning rate of AdamW", low=1e-6, high=1.0)] = 2e-3
+    rate: Annotated[float, about("peak learning rate of AdamW", low=1e-6, high=1.0)] = 1.2e-3
+    encoder_rate: Annotated[
+        float,
+        about(
+            "rate of the encoder as a share of the rate; 0 freezes the encoder", low=0.0, high=1.0
+        ),
+    ] = 0.4
     momentum: Annotated[
         float, about("decay of AdamW's mean of the gradient", low=0.0, high=0.999)
     ] = 0.9
     network: Annotated[
-        Literal["n", "s", "m", "l", "x"], about("size of the network, smallest to largest")
-    ] = "s"
-    weight_decay: Annotated[float, about("weight decay of AdamW", low=0.0, high=1.0)] = 0.02
+        Literal["lite0", "lite1", "lite2"], about("size of a new network, smallest to largest")
+    ] = "lite2"
+    start: Annotated[Literal["imagenet", "random"], about("weights of a new network's encoder")] = (
+        "imagenet"
+    )
+    weight_decay: Annotated[float, about("weight decay of AdamW", low=0.0, high=1.0)] = 0.03
     warmup: Annotated[
         float, about("share of the time spent raising the rate", low=0.0, high=0.5)
     ] = 0.02

@@ -60,8 +60,7 @@ def _fill(net: VoteNet, arrays: dict[str, NDArray[np.generic]]) -> None:
             if module.bias is not None:
                 module.bias.copy_(bias)
                 continue
-            head, _, last = name.rpartition(".")
-            norm = modules[f"{head}.norm" if last == "second" else f"{head}.1"]
+            norm = modules[f"{name.removesuffix('.0')}.1"]
             assert isinstance(norm, nn.BatchNorm2d)
             norm.bias.copy_(bias)
             # So that 1 / sqrt(var + eps) is exactly 1.

@@ -24,7 +24,7 @@ CHECKS = 9  # validations of a vote network in one trial: rungs after 1, 3 and 9
 RATE, MOMENTUM = (1e-4, 1e-1), (0.5, 0.99)
 BATCHES = (2, 4, 8, 16, 32)
 SIZES = {"votes": (256, 384, 480, 640)}
-SCALES = {"rtdetr": ("l", "x")}
+SCALES = {"rtdetr": ("l", "x"), "votes": ("lite0", "lite1", "lite2")}
 
 
 @dataclass(frozen=True)
