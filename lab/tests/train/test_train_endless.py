@@ -221,7 +221,7 @@ def test_a_killed_run_goes_on(small_world: tuple[Path, shipped.State]) -> None:
     with pytest.raises(RuntimeError, match="killed"):
         shipped.run(data, state, Killed(4))
     first = load_run(state.checkpoint, shipped.SETTINGS)
-    assert first.step == first.first_step + 2 == shipped.FIRST_STEPS + 2
+    assert first.step == first.first_step + 2 == 2
     assert len(first.history) == 3, "the start and two steps; the last check was not saved"
     with pytest.raises(RuntimeError, match="killed"):
         shipped.run(data, state, Killed(3))
@@ -249,8 +249,8 @@ def test_export_compares_with_the_shipped_network(
     assert "| discs | 1 | " in table
     assert table.count("->") >= 2
     steps, seconds = shipped.training_of(state.exported)
-    assert steps == shipped.FIRST_STEPS + 1 + 2
-    assert seconds > shipped.FIRST_HOURS * 3600 - 60
+    assert steps == 1 + 2
+    assert seconds > 0
     target = tmp_path / "target.onnx"
     worse = replace(made, exported={"all": {"score": 0.1}}, shipped={"all": {"score": 0.2}})
     assert not replace_shipped(worse, state.exported, target)

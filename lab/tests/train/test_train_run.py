@@ -18,7 +18,7 @@ from walltopo.segment.detect.photo_detections import PhotoDetections
 from walltopo.segment.settings import DetectSettings
 from walltopo_lab.train.choose import Truth, ap_of
 from walltopo_lab.train.detector import Job, fit_detector, plot_history, train_detector
-from walltopo_lab.train.encoder import LiteEncoder, imagenet_file, load_imagenet
+from walltopo_lab.train.encoder import InvertedResidual, LiteEncoder, imagenet_file, load_imagenet
 from walltopo_lab.train.export import export_onnx, fuse
 from walltopo_lab.train.loop import learning_rate, load_run
 from walltopo_lab.train.loss import box_loss, heat_loss, mask_loss
@@ -153,19 +153,19 @@ def test_an_exported_network_comes_back(tmp_path: Path) -> None:
     for parameter in net.parameters():
         if parameter.ndim == 1:  # equal arrays would be stored once, under one name
             torch.nn.init.normal_(parameter, 1.0, 0.1)
-    for module in net.modules():
-        if isinstance(module, torch.nn.BatchNorm2d):
-            module.momentum = 0.7  # else the untrained layers amplify rounding errors
     photo = torch.rand(2, 3, 64, 96) * 255
-    for _ in range(8):
+    for _ in range(3):
         net.train()(photo)
     export_onnx(net, tmp_path / "net.onnx", {"size": SMALL.as_dict()}, half=False)
     again = load_exported(tmp_path / "net.onnx")
     again.train()
     freeze_norms(again)
+    for module in again.modules():
+        if isinstance(module, InvertedResidual):
+            module.drop = 0.0
     with torch.no_grad():
         for a, b in zip(net.eval()(photo), again(photo), strict=True):
-            torch.testing.assert_close(a, b, rtol=5e-3, atol=1e-2)
+            torch.testing.assert_close(a, b, rtol=1e-3, atol=1e-3)
     other = tmp_path / "other.onnx"
     other.write_bytes(b"no network")
     with pytest.raises(InputError, match="network"):

@@ -13,6 +13,7 @@ from typing import Any
 from walltopo.cli.options import add_needs, add_option, add_overwrite, target
 from walltopo.core import InputError, SettingsError, settings_of
 from walltopo_lab.cli.train_classifier import classifier_parser
+from walltopo_lab.cli.train_pack import pack_parser
 from walltopo_lab.cli.train_shipped import hold_types_parser, paint_parser
 from walltopo_lab.extras import PLOTS, of
 from walltopo_lab.train.params import (
@@ -30,9 +31,11 @@ examples:
   walltopo train hold-boxes/train synth/coco.json -o run --minutes 70 --threads 2
   walltopo train our-gym.json -o ours --pretrained onnx --rate 3e-4 --minutes 10
   walltopo train hold-boxes/train -o yolo --model yolo11s-seg --augment published --device cuda
+  walltopo train --pack sets.pack -o run --device cuda --minutes 20
 The same command goes on where the last one stopped. The result is run/holds.onnx, for
 `walltopo detect --model run/holds.onnx`; run/holds.md is its model card.
 
+`walltopo train pack` writes prepared photos as one file, to train on another machine with --pack.
 Other things are trained by `walltopo train classifier` (what a hold is, from its cutouts),
 `walltopo train hold-types` (the shipped namer of types) and `walltopo train paint` (the shipped
 rule for routes.link = paint); each has its own --help.
@@ -75,7 +78,10 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        "datasets", type=Path, nargs="+", help="YOLO folders (images/, labels/), COCO .json files"
+        "datasets", type=Path, nargs="*", help="YOLO folders (images/, labels/), COCO .json files"
+    )
+    parser.add_argument(
+        "--pack", type=Path, metavar="FILE", help="train from a file of `walltopo train pack` alone"
     )
     parser.add_argument("-o", "--out", type=Path, required=True, help="folder of the run")
     add_overwrite(parser)
@@ -121,6 +127,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
             ("classifier", classifier_parser),
             ("hold-types", hold_types_parser),
             ("paint", paint_parser),
+            ("pack", pack_parser),
         )
     }
     commands.choices["train"] = _ByFirstWord(parser, others)
@@ -175,6 +182,10 @@ def run(args: argparse.Namespace) -> int:
             f"--model {args.model}: no network that can be trained",
             "Give votes, or one of Ultralytics' such as yolo11s-seg, yolo11s, rtdetr-l.",
         )
+    if bool(args.datasets) == (args.pack is not None):
+        raise InputError("expected labelled sets or --pack FILE, and not both")
+    if args.pack is not None and not votes:
+        raise InputError(f"--pack is of no use with --model {args.model}")
     settings = _settings(args, TrainSettings if votes else YoloSettings)
     augment = _augmentation(args)
     from walltopo.core.outputs import claimed_folder
@@ -183,7 +194,7 @@ def run(args: argparse.Namespace) -> int:
     from walltopo_lab.train.yolo import train_yolo
 
     words = [Path(w).name if Path(w).is_absolute() else w for w in sys.argv[1:]]
-    claimed_folder(target(args, args.out, "train", inputs=args.datasets))
+    claimed_folder(target(args, args.out, "train", inputs=[*args.datasets, args.pack]))
     job = Job(
         tuple(args.datasets),
         args.out,
@@ -191,6 +202,7 @@ def run(args: argparse.Namespace) -> int:
         "walltopo " + shlex.join(words),
         _pretrained(args.pretrained, votes),
         cache_folder() / "train" / "prepared",
+        args.pack,
     )
     with TerminalListener(console, verbose=args.verbose) as progress:
         if votes:

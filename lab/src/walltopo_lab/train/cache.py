@@ -109,7 +109,7 @@ def _is_current(folder: Path, name: str, key: str) -> bool:
         return "key" in arrays and str(arrays["key"]) == key
 
 
-def _store(folder: Path, sample: Sample, key: str) -> None:
+def store_sample(folder: Path, sample: Sample, key: str) -> None:
     """Write an entry; the file with its key is last, so that a killed run leaves no valid entry."""
     stem = folder / sample.name
     Path(f"{stem}.labels.npz").unlink(missing_ok=True)
@@ -139,7 +139,7 @@ def _store_boxes(
         region = ids[y0:y1, x0:x1]
         region[region <= 0] = IGNORED
     boxes = np.clip(boxes, 0, extent).astype(np.float32)
-    _store(folder, Sample(photo.name, image, ids, labels, boxes, hulls), key)
+    store_sample(folder, Sample(photo.name, image, ids, labels, boxes, hulls), key)
     return f"{photo.name}: {trusted} of {len(boxes)} masks told by colour"
 
 
@@ -272,7 +272,7 @@ def cache_coco(
         number[1:][labels == DONT_KNOW] = IGNORED
         number[keep + 1] = np.arange(1, len(keep) + 1)
         kept = boxes[keep].astype(np.float32)
-        _store(folder, Sample(flat, image, number[ids], labels[keep], kept, hulls[keep]), key)
+        store_sample(folder, Sample(flat, image, number[ids], labels[keep], kept, hulls[keep]), key)
     return [name.replace("/", "_") for name in by_photo]
 
 

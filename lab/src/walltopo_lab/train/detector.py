@@ -20,6 +20,7 @@ from walltopo_lab.train.choose import check_on
 from walltopo_lab.train.export import export_onnx
 from walltopo_lab.train.loop import Run, train
 from walltopo_lab.train.net import NET_SIZES, VoteNet, build_net
+from walltopo_lab.train.pack import open_pack
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
 from walltopo_lab.train.sets import LabelledSet, drop_photos, open_sets
 
@@ -37,8 +38,9 @@ class Job:
     out : folder of the run: cache, checkpoint, audit, results.
     attribution : credit of the data, for the card.
     command : the command line of the run, for the card.
-    pretrained : an exported network to start from, or None for fresh weights.
+    pretrained : an exported network to start from, or None for a new one.
     cache : cache of labelled photos, None for a folder of the run; runs may share one.
+    pack : a file of `walltopo train pack` in place of the data sets, or None.
     """
 
     datasets: tuple[Path, ...]
@@ -47,6 +49,7 @@ class Job:
     command: str = "walltopo train"
     pretrained: Path | None = None
     cache: Path | None = None
+    pack: Path | None = None
 
     @property
     def cached(self) -> Path:
@@ -100,6 +103,17 @@ def _shares(sets: Sequence[LabelledSet], synthetic: float) -> list[float]:
         synthetic * n / exact if s.exact else (1 - synthetic) * n / boxes
         for s, n in zip(sets, photos, strict=True)
     ]
+
+
+def _open(
+    job: Job, settings: TrainSettings, progress: Progress
+) -> tuple[list[LabelledSet], dict[str, float]]:
+    """Return the sets of a job, and the shares of the crops that its pack states, by set."""
+    if job.pack is None:
+        return open_sets(job.datasets, job.cached, settings.held_out, progress), {}
+    pack = open_pack(job.pack, job.cached, progress)
+    names = [item.name for item in pack.sets]
+    return list(pack.sets), dict(zip(names, pack.shares, strict=True)) if pack.shares else {}
 
 
 def plot_history(history: Sequence[Mapping[str, float]], path: Path) -> None:
@@ -170,7 +184,7 @@ def fit_detector(
     on_check : called after each check with its number from 1 and AP50 on held-out photos; an
         exception ends the training.
     """
-    sets = open_sets(job.datasets, job.cached, settings.held_out, progress)
+    sets, stated = _open(job, settings, progress)
     folder, names = _held_out(sets, settings.check_photos)
     checks = 0
 
@@ -183,10 +197,11 @@ def fit_detector(
         return figures
 
     def leg(parts: Sequence[LabelledSet], until: float) -> Run:
-        used = [s for s in parts if s.train]
+        used = [s for s in parts if s.train and stated.get(s.name, 1.0) > 0]
+        shares = [stated[s.name] for s in used] if stated else _shares(used, settings.synthetic)
         return train(
             [(s.folder, s.train) for s in used],
-            _shares(used, settings.synthetic),
+            [share / sum(shares) for share in shares],
             job.out / "checkpoint.pt",
             check,
             settings,
@@ -195,6 +210,7 @@ def fit_detector(
             size=NET_SIZES[settings.network],
             until=until,
             pretrained=job.pretrained,
+            outlined=[(s.folder, s.train) for s in used if s.exact],
         )
 
     if 0 < settings.audit < 1 and not (job.out / "audit.json").is_file():

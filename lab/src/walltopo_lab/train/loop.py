@@ -21,11 +21,12 @@ import torch
 
 from walltopo.core import EnvironmentLacksError, InputError, Progress
 from walltopo.core.files import atomic_path
-from walltopo_lab.train.batches import Batch, Folders, batches
+from walltopo_lab.train.batches import Folders
 from walltopo_lab.train.loss import box_loss, heat_loss, mask_loss
 from walltopo_lab.train.net import NetSize, VoteNet, build_net
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
 from walltopo_lab.train.precision import fast_autocast
+from walltopo_lab.train.supply import TensorBatch, supply
 from walltopo_lab.train.warm import freeze_norms, load_exported, measure_norms
 
 _SAVE_EVERY = 120.0  # s between checkpoints
@@ -71,14 +72,15 @@ def cool_down(
     """Train a loaded run further while its rate falls to zero; the average is the result."""
     torch.set_num_threads(settings.threads)
     device = _device(settings)
-    run.net.to(device, memory_format=torch.channels_last).train()
-    run.average.to(device, memory_format=torch.channels_last)
+    _move(run, device)
+    run.net.train()
     run.average.load_state_dict(run.net.state_dict())
-    supply = batches(folders, shares, settings, augment, settings.seed + run.step, outlined)
+    crops = supply(folders, shares, settings, augment, settings.seed + run.step, device, outlined)
     progress.step("cool-down", steps)
-    for k, batch in enumerate(itertools.islice(supply, steps)):
+    for k, batch in enumerate(itertools.islice(crops, steps)):
         _update(run, batch, settings.rate * (1 - k / steps), _COOL_AVERAGE, device)
         progress.advance()
+    crops.close()
 
 
 @dataclass
@@ -184,15 +186,23 @@ def _device(settings: TrainSettings) -> torch.device:
     return torch.device(wanted)
 
 
-def _losses(net: VoteNet, batch: Batch, device: torch.device) -> dict[str, torch.Tensor]:
-    tensors = {name: torch.from_numpy(array).to(device) for name, array in batch.items()}
-    photo = tensors["image"].float().to(memory_format=torch.channels_last)
+def _move(run: Run, device: torch.device) -> None:
+    """Move a run's networks and the optimiser's state to a device."""
+    run.net.to(device, memory_format=torch.channels_last)
+    run.average.to(device, memory_format=torch.channels_last)
+    for group in run.optimiser.param_groups:
+        group["fused"] = device.type == "cuda"
+    # Loading moves each state to the device of its weights.
+    run.optimiser.load_state_dict(run.optimiser.state_dict())
+
+
+def _losses(net: VoteNet, batch: TensorBatch, device: torch.device) -> dict[str, torch.Tensor]:
     with fast_autocast(device):
-        heat, votes, mask = net(photo)
+        heat, votes, mask = net(batch["image"])
     return {
-        "heat": heat_loss(heat, tensors["heat"], tensors["heat_weight"]),
-        "box": box_loss(votes, tensors["votes"], tensors["vote_weight"]),
-        "mask": mask_loss(mask, tensors["mask"], tensors["mask_weight"]),
+        "heat": heat_loss(heat, batch["heat"], batch["heat_weight"]),
+        "box": box_loss(votes, batch["votes"], batch["vote_weight"]),
+        "mask": mask_loss(mask, batch["mask"], batch["mask_weight"]),
     }
 
 
@@ -206,7 +216,7 @@ def _follow(average: VoteNet, net: VoteNet, decay: float) -> None:
 
 
 def _update(
-    run: Run, batch: Batch, rate: float, ema: float, device: torch.device
+    run: Run, batch: TensorBatch, rate: float, ema: float, device: torch.device
 ) -> dict[str, float]:
     """Run one training step and return its losses."""
     for group in run.optimiser.param_groups:
@@ -276,25 +286,26 @@ def train(
     if not settings.encoder_rate:
         run.net.encoder.requires_grad_(False)
     run.frozen = pretrained is not None and not settings.endless
-    supply = batches(folders, shares, settings, augment, settings.seed + run.step, outlined)
+    crops = supply(folders, shares, settings, augment, settings.seed + run.step, device, outlined)
     if settings.endless and pretrained is not None and not begun:
-        photos = itertools.islice(supply, _NORM_BATCHES)
-        measure_norms(run.net, (torch.from_numpy(batch["image"]).float() for batch in photos))
+        photos = itertools.islice(crops, _NORM_BATCHES)
+        measure_norms(run.net, (batch["image"].cpu() for batch in photos))
         run.average.load_state_dict(run.net.state_dict())
         run.step = run.first_step = before[0]
         run.cpu_seconds = before[1]
-    run.net.to(device, memory_format=torch.channels_last)
-    run.average.to(device, memory_format=torch.channels_last)
+    _move(run, device)
     if not settings.endless and run.seconds >= settings.minutes * 60 * until:
         return run
     progress.step("training", None if settings.endless else round(settings.minutes))
     progress.advance(min(int(run.seconds // 60), round(settings.minutes)))
     leg = _Leg(run, checkpoint, check, settings, progress, report or (lambda _: None))
     try:
-        leg.steps(supply, device, until)
+        leg.steps(crops, device, until)
     except KeyboardInterrupt:
         run.save(checkpoint)
         raise
+    finally:
+        crops.close()
     return run
 
 
@@ -334,7 +345,7 @@ class _Leg:
         losses_text = _losses_line(self.means(50))
         self.progress.detail(f"minute {minute}, step {self.run.step}: {losses_text}")
 
-    def steps(self, supply: Iterator[Batch], device: torch.device, until: float) -> None:
+    def steps(self, crops: Iterator[TensorBatch], device: torch.device, until: float) -> None:
         """Train until `until`, or until the score stalls."""
         run, settings = self.run, self.settings
         if settings.endless and not run.history:
@@ -342,7 +353,7 @@ class _Leg:
         self.report(run)
         saved = time.monotonic()
         spent = time.process_time()
-        for batch in supply:
+        for batch in crops:
             begin, minutes = time.monotonic(), int(run.seconds // 60)
             run.net.train()
             if run.frozen:

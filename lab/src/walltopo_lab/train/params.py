@@ -179,6 +179,10 @@ class TrainSettings:
         float, about("share of the time after which labels are checked; 0 never", low=0.0, high=1.0)
     ] = 0.3
     threads: Annotated[int, about("CPU threads beside the one that makes crops", low=1)] = 1
+    workers: Annotated[
+        int,
+        about("processes that make crops; 0: a thread, with a GPU all cores but two", low=0),
+    ] = 0
     seed: Annotated[int, about("seed of weights, crops and the split", low=0)] = 0
     device: Annotated[Literal["auto", "cpu", "cuda"], about("where to train")] = "auto"
 

@@ -43,12 +43,10 @@ from walltopo_lab.train.shipped_sets import (
 )
 from walltopo_lab.train.warm import load_exported
 
-# The shipped network's first training. The hours are an estimate, because it shared its cores.
-FIRST_STEPS, FIRST_HOURS = 6585, 1.7
 Show = Callable[[str], None]
 
 # An endless run; the averaged weights span at most 2,000 steps.
-AUGMENT = AugmentSettings(paste=0.25)
+AUGMENT = AugmentSettings(paste=0.35, mosaic=0.08, scale_low=0.42, scale_high=2.5, degrade=0.3)
 SETTINGS = TrainSettings(minutes=0.0, rate=5e-4, ema=0.9995, check_every=30.0)
 
 
@@ -138,10 +136,10 @@ def _folders(sets: Sequence[LabelledSet]) -> list[tuple[Path, Sequence[str]]]:
 
 
 def training_of(model: Path) -> tuple[int, float]:
-    """Return the steps and processor seconds of training of a network file of this module."""
+    """Return the steps and processor seconds that a network file's metadata state, or zeros."""
     network = open_network(model)
-    hours = network.number("core_hours", FIRST_HOURS)
-    return int(network.number("steps", FIRST_STEPS)), hours * 3600
+    hours = network.number("core_hours", 0.0)
+    return int(network.number("steps", 0.0)), hours * 3600
 
 
 def run(data: Path, state: State, progress: Progress) -> None:
