@@ -248,9 +248,8 @@ def test_export_compares_with_the_shipped_network(
     table = comparison_table(made)
     assert "| discs | 1 | " in table
     assert table.count("->") >= 2
-    steps, seconds = shipped.training_of(state.exported)
+    steps, _ = shipped.training_of(state.exported)
     assert steps == 1 + 2
-    assert seconds > 0
     target = tmp_path / "target.onnx"
     worse = replace(made, exported={"all": {"score": 0.1}}, shipped={"all": {"score": 0.2}})
     assert not replace_shipped(worse, state.exported, target)

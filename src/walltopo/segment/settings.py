@@ -18,7 +18,7 @@ class DetectSettings:
     weights: Annotated[str, about("Weights (.pt) of the Ultralytics families, trained on holds", content=(".",), program=True)] = ""
     sam: Annotated[Literal["mobile-sam", "sam-b", "sam2.1-t", "sam2.1-b"], about("Segment Anything model of the -sam families", expert=True)] = "mobile-sam"
     score: Annotated[float, about("Minimum score of a detection; 0 uses the model's own, by class", low=0.0, high=1.0)] = 0.0
-    size: Annotated[int, about("Photos are resized to this longer side", unit="px", low=128, high=8192)] = 1600
+    size: Annotated[int, about("Photos are resized to this longer side", unit="px", low=128, high=8192)] = 1408
     again: Annotated[float, about("Detect again in the mirrored photo at this share of the size; 0: only once, in half the time", low=0.0, high=1.0, expert=True)] = 0.6
     tile: Annotated[int, about("Larger resized photos are processed in tiles of this size", unit="px", low=128, high=8192, expert=True)] = 1664
     batch: Annotated[int, about("Tiles per network call; 0: as many as fit into memory", low=0, high=256, expert=True)] = 0

@@ -26,6 +26,7 @@ from walltopo_lab.train.audit import audit
 from walltopo_lab.train.choose import check_on
 from walltopo_lab.train.loop import Run, cool_down, load_run, train
 from walltopo_lab.train.net import VoteNet
+from walltopo_lab.train.pack import write_pack
 from walltopo_lab.train.page import write_page
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
 from walltopo_lab.train.sets import LabelledSet, drop_photos
@@ -196,6 +197,17 @@ def export(data: Path, state: State, progress: Progress, cool_steps: int = 0) ->
     return compare(run, parts, shipped_model(), state.exported, progress)
 
 
+def pack(data: Path, state: State, out: Path, progress: Progress) -> int:
+    """Write the sets of the shipped detector as a pack; return its size in bytes.
+
+    Raises
+    ------
+    InputError : a set is missing, or the pack would be too large.
+    """
+    sets, shares = open_shipped_sets(data, state.rendered, state.prepared, progress)
+    return write_pack(out, sets, progress, shares=shares)
+
+
 def _export(args: argparse.Namespace, state: State, progress: Progress, show: Show) -> None:
     """Export, print the comparison and, if requested, replace the shipped file."""
     made = export(args.data, state, progress, args.cool_down)
@@ -217,6 +229,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         try:
             if args.what == "run":
                 run(args.data, state, progress)
+            elif args.what == "pack":
+                size = pack(args.data, state, args.out, progress)
+                console.print(f"{args.out}: {size / 1e6:.1f} MB", soft_wrap=True)
             else:
                 _export(args, state, progress, lambda text: console.print(text, soft_wrap=True))
         except InputError as error:
@@ -227,11 +242,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("what", choices=("run", "export"), help="train, or export and compare")
+    parser.add_argument(
+        "what",
+        choices=("run", "export", "pack"),
+        help="train, export and compare, or write the sets as one file for another machine",
+    )
     parser.add_argument("--data", type=Path, required=True, help="folder of the labelled sets")
     parser.add_argument("--state", type=Path, required=True, help="folder of the run's state")
     parser.add_argument(
         "--replace", action="store_true", help="export: replace the shipped file by a better one"
+    )
+    parser.add_argument(
+        "--out", type=Path, default=Path("shipped.pack"), help="pack: file to write"
     )
     parser.add_argument(
         "--cool-down", type=int, default=0, metavar="STEPS", help="export: lower the rate first"

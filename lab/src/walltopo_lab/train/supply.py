@@ -64,12 +64,13 @@ def supply(
     ------
     StageError : a worker process ended.
     """
-    arguments = (folders, shares, settings, augment)
     count = worker_count(settings, device)
+    source: Iterator[TensorBatch]
     if count:
-        source = _from_processes(arguments, seed, outlined, count)
+        source = _from_processes(folders, shares, settings, augment, seed, outlined, count)
     else:
-        source = map(_tensors, batches(*arguments, seed, outlined))
+        made = batches(folders, shares, settings, augment, seed, outlined)
+        source = (_tensors(batch) for batch in made)
     if device.type == "cuda":
         source = _on_gpu(source, device)
     for batch in source:
@@ -82,22 +83,40 @@ def _tensors(batch: Any) -> TensorBatch:
     return {name: torch.from_numpy(array) for name, array in batch.items()}
 
 
-def _work(arguments: Any, seed: int, outlined: Folders, ready: Any) -> None:
+def _work(
+    folders: Folders,
+    shares: Sequence[float],
+    settings: TrainSettings,
+    augment: AugmentSettings,
+    seed: int,
+    outlined: Folders,
+    ready: Any,
+) -> None:
     """Put compact batches into a queue until the process is ended."""
     torch.set_num_threads(1)
-    for batch in batches(*arguments, seed, outlined):
+    for batch in batches(folders, shares, settings, augment, seed, outlined):
         tensors = _tensors(batch)
         ready.put({name: t.to(_COMPACT.get(name, t.dtype)) for name, t in tensors.items()})
 
 
 def _from_processes(
-    arguments: Any, seed: int, outlined: Folders, count: int
+    folders: Folders,
+    shares: Sequence[float],
+    settings: TrainSettings,
+    augment: AugmentSettings,
+    seed: int,
+    outlined: Folders,
+    count: int,
 ) -> Iterator[TensorBatch]:
     """Yield the batches of `count` processes, each with a seed of its own."""
     context = processes.get_context("spawn")  # a forked process would inherit the GPU's state
     ready: Any = context.Queue(maxsize=_PER_WORKER * count)
     workers = [
-        context.Process(target=_work, args=(arguments, seed + k, outlined, ready), daemon=True)
+        context.Process(
+            target=_work,
+            args=(folders, shares, settings, augment, seed + k, outlined, ready),
+            daemon=True,
+        )
         for k in range(1, count + 1)
     ]
     for worker in workers:
