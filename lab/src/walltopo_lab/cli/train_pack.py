@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Any
 
 from walltopo.cli.options import Number, Parser, add_needs, add_overwrite, target
 from walltopo_lab.extras import of
 
 EXAMPLES = """\
 example:
-  walltopo train pack hold-boxes/train synth/coco.json -o sets.pack
+  walltopo train pack hold-boxes/train synth/coco.json -o sets.pack --outlines onnx
 then, on the machine with the GPU
   walltopo train --pack sets.pack -o run --device cuda --minutes 20
 """
@@ -39,9 +40,28 @@ def pack_parser(prog: str) -> argparse.ArgumentParser:
         "--quality", type=Number(int, low=1, high=100), default=_QUALITY,
         help=f"quality of the photos as WebP (default {_QUALITY})",
     )  # fmt: skip
+    parser.add_argument(
+        "--outlines", metavar="FILE|onnx",
+        help="a network of `walltopo train` (onnx: the shipped one) draws the masks in labelled "
+        "boxes; default: colours do",
+    )  # fmt: skip
     parser.set_defaults(run=run)
     add_needs(parser, lambda _: of("train"))
     return parser
+
+
+def _redraw(outlines: str | None) -> Any:
+    """Return a function that draws masks with the named network, or None."""
+    from functools import partial
+
+    from walltopo.segment.detect.detector import shipped_model
+    from walltopo_lab.train.outlines import redraw
+    from walltopo_lab.train.warm import load_exported
+
+    if outlines is None:
+        return None
+    path = shipped_model() if outlines == "onnx" else Path(outlines)
+    return partial(redraw, load_exported(path).eval())
 
 
 def run(args: argparse.Namespace) -> int:
@@ -57,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
     with written_file(to) as made, TerminalListener(console) as progress:
         cache = cache_folder() / "train" / "prepared"
         sets = open_sets(args.datasets, cache, args.held_out, progress)
-        size = write_pack(made, sets, progress, args.quality)
+        size = write_pack(made, sets, progress, args.quality, redraw=_redraw(args.outlines))
     photos = sum(len(item.train) + len(item.held_out) for item in sets)
     console.print(f"{args.out}: {photos} photos, {size / 1e6:.1f} MB", soft_wrap=True)
     return 0

@@ -11,7 +11,7 @@ import hashlib
 import io
 import json
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -51,6 +51,7 @@ def write_pack(
     progress: Progress,
     quality: int = QUALITY,
     shares: Sequence[float] | None = None,
+    redraw: Callable[[Sample], Sample] | None = None,
 ) -> int:
     """Write cached sets as one file; return its size in bytes.
 
@@ -58,6 +59,7 @@ def write_pack(
     ----------
     quality : quality of the photos in WebP, 1 to 100.
     shares : share of the crops from each set, for the training.
+    redraw : returns a training photo with better pseudo-masks; not used for drawn or rendered ones.
 
     Raises
     ------
@@ -70,8 +72,11 @@ def write_pack(
                 facts["sets"].append(_set_facts(item))
                 names = [*item.train, *item.held_out]
                 progress.step(f"{item.name}: packing", len(names))
-                for name in names:
-                    _add(archive, f"{item.name}/{name}", open_cache(item.folder, name), quality)
+                for k, name in enumerate(names):
+                    sample = open_cache(item.folder, name)
+                    if redraw is not None and not item.exact and k < len(item.train):
+                        sample = redraw(sample)
+                    _add(archive, f"{item.name}/{name}", sample, quality)
                     progress.advance()
             archive.writestr("pack.json", json.dumps(facts))
         size = temporary.stat().st_size

@@ -13,6 +13,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,7 @@ from walltopo_lab.train.audit import audit
 from walltopo_lab.train.choose import check_on
 from walltopo_lab.train.loop import Run, cool_down, load_run, train
 from walltopo_lab.train.net import VoteNet
+from walltopo_lab.train.outlines import redraw
 from walltopo_lab.train.pack import write_pack
 from walltopo_lab.train.page import write_page
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
@@ -200,12 +202,15 @@ def export(data: Path, state: State, progress: Progress, cool_steps: int = 0) ->
 def pack(data: Path, state: State, out: Path, progress: Progress) -> int:
     """Write the sets of the shipped detector as a pack; return its size in bytes.
 
+    The shipped network draws the masks inside labelled boxes.
+
     Raises
     ------
     InputError : a set is missing, or the pack would be too large.
     """
     sets, shares = open_shipped_sets(data, state.rendered, state.prepared, progress)
-    return write_pack(out, sets, progress, shares=shares)
+    net = load_exported(shipped_model()).eval()
+    return write_pack(out, sets, progress, shares=shares, redraw=partial(redraw, net))
 
 
 def _export(args: argparse.Namespace, state: State, progress: Progress, show: Show) -> None:

@@ -53,7 +53,7 @@ def _peaks(heat: Floats, threshold: float) -> tuple[NDArray[np.int64], ...]:
     return c[order], i[order], j[order]
 
 
-def _assign(cells: NDArray[np.float64], boxes: NDArray[np.float64]) -> NDArray[np.int32]:
+def assign_cells(cells: NDArray[np.float64], boxes: NDArray[np.float64]) -> NDArray[np.int32]:
     """Return the (h, w) position of the box each cell (h, w, 4) votes for, -1 = none."""
     h, w = cells.shape[:2]
     best = np.full((h, w), _MIN_VOTE)
@@ -99,7 +99,7 @@ def _average_votes(
     return mean_boxes, np.where(known, confidence, 0.0)
 
 
-def _mask_confidence(
+def confidence_of(
     mask: Floats,
     owner: NDArray[np.int32],
     k: int,
@@ -139,7 +139,7 @@ def _mask_confidence(
     return np.asarray(photo, np.float32), x0, y0
 
 
-def _fill(confidence: Floats, box: NDArray[np.float64]) -> NDArray[np.bool_] | None:
+def fill_box(confidence: Floats, box: NDArray[np.float64]) -> NDArray[np.bool_] | None:
     """Return the largest connected component above the level that fills the box best.
 
     Return None if no component is found.
@@ -176,7 +176,7 @@ def _object_mask(
     if window is None:
         return None
     confidence, x, y = window
-    bitmap = _fill(confidence, box - np.array([x, y, x, y]))
+    bitmap = fill_box(confidence, box - np.array([x, y, x, y]))
     return None if bitmap is None else tight_mask(bitmap, x, y, size, label, score)
 
 
@@ -217,7 +217,7 @@ def decode_votes(
     masks: list[Mask] = []
     for k in np.unique(c):
         members = np.flatnonzero(c == k)
-        owner = _assign(cells[k], boxes[members])
+        owner = assign_cells(cells[k], boxes[members])
         mean_boxes, confidence = _average_votes(owner, cells[k], heat[k], mask[k], boxes[members])
         boxes[members] = np.clip(mean_boxes, 0.0, limit)
         scores[members] = np.minimum(scores[members] * np.sqrt(confidence), 1.0)
@@ -225,7 +225,7 @@ def decode_votes(
             if scores[member] < threshold:
                 continue
             box = boxes[member]
-            window = _mask_confidence(mask[k], owner, n, box, scale, size)
+            window = confidence_of(mask[k], owner, n, box, scale, size)
             found = _object_mask(window, box / scale, size, int(k) + 1, float(scores[member]))
             if found is not None:
                 kept_members.append(int(member))
