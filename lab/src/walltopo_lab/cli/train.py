@@ -135,7 +135,11 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 def _needs(args: argparse.Namespace) -> dict[str, str]:
     extras = ["train", "ultralytics"] if is_yolo(args.model) else ["train"]
-    return {**of(*extras), **PLOTS}
+    needs = {**of(*extras), **PLOTS}
+    defaults = (args.network, args.start, args.pretrained, args.hyp) == (None,) * 4
+    if args.model == "votes" and defaults and not (args.out / "checkpoint.pt").is_file():
+        needs |= of("imagenet")
+    return needs
 
 
 def _add_settings(group: argparse._ArgumentGroup, *kinds: type[Any]) -> None:
