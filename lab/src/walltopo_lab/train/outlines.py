@@ -136,7 +136,7 @@ def redraw(net: VoteNet, sample: Sample) -> Sample:
 def _paint(
     sample: Sample, made: dict[int, _Outline]
 ) -> tuple[NDArray[np.int16], NDArray[np.float32]]:
-    """Return the instance map and hulls: new outlines, and old masks where there is none."""
+    """Return the instance map and hulls: new outlines, else the old masks."""
     old = np.asarray(sample.ids)
     height, width = old.shape
     ids, hulls = np.zeros_like(old), np.array(sample.hulls)
