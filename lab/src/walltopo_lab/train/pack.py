@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Progress
 from walltopo.core.files import atomic_path
+from walltopo.images.files import open_picture
 from walltopo_lab.train.cache import Sample, open_cache, store_sample
 from walltopo_lab.train.sets import LabelledSet
 
@@ -160,8 +161,8 @@ def _unpack(archive: zipfile.ZipFile, item: LabelledSet, progress: Progress) -> 
         if (item.folder / f"{name}.labels.npz").is_file():
             continue
         stem = f"{item.name}/{name}"
-        image = _decode(archive.read(f"{stem}.webp"), cv2.IMREAD_COLOR)
-        shifted = _decode(archive.read(f"{stem}.png"), cv2.IMREAD_UNCHANGED)
+        image = _decode(archive.read(f"{stem}.webp"))[..., ::-1]  # OpenCV encoded BGR
+        shifted = _decode(archive.read(f"{stem}.png"))
         ids = (shifted.astype(np.int32) - _ID_SHIFT).astype(np.int16)
         with np.load(io.BytesIO(archive.read(f"{stem}.npz"))) as arrays:
             labels, boxes, hulls = arrays["labels"], arrays["boxes"], arrays["hulls"]
@@ -169,8 +170,6 @@ def _unpack(archive: zipfile.ZipFile, item: LabelledSet, progress: Progress) -> 
         store_sample(item.folder, sample, "pack")
 
 
-def _decode(data: bytes, mode: int) -> NDArray[np.generic]:
-    image = cv2.imdecode(np.frombuffer(data, np.uint8), mode)
-    if image is None:
-        raise ValueError("a picture cannot be decoded")
-    return np.asarray(image)
+def _decode(data: bytes) -> NDArray[np.generic]:
+    with open_picture(data) as picture:
+        return np.array(picture)
