@@ -26,6 +26,7 @@ from PIL import Image
 
 from walltopo.pipeline.runner import scan
 from walltopo_lab.benchmarks.bad_lift import LIFT_CASES
+from walltopo_lab.benchmarks.bad_photos import PHOTO_CASES
 
 HEAD = """\
 # What happens with bad input
@@ -683,6 +684,7 @@ READER_CASES = (
 )
 CASES += READER_CASES
 CASES += tuple(Case(name, make, 3, says, "lift") for name, make, says in LIFT_CASES)
+CASES += tuple(Case(name, make, 0, says) for name, make, says in PHOTO_CASES)
 
 
 # Cases that need something absent from this machine or this scan.

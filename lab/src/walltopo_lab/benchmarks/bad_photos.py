@@ -1,0 +1,70 @@
+"""Photos and films that are well-formed and mean something else."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+_GPANO = b'<rdf:Description GPano:ProjectionType="equirectangular"/>'
+
+
+def _blocks(seed: int, size: tuple[int, int] = (640, 480)) -> Image.Image:
+    """Return a sharp picture of random blocks, different for every seed."""
+    cells = np.random.default_rng(seed).integers(0, 255, (60, 80, 3), dtype=np.uint8)
+    return Image.fromarray(cells).resize(size, Image.Resampling.NEAREST)
+
+
+def _with(*add: Callable[[Path], None]) -> Callable[[Path], list[str]]:
+    """Return a maker of three photos and more files, and of the arguments that ingest them."""
+
+    def make(root: Path) -> list[str]:
+        folder = root / "in"
+        folder.mkdir()
+        for number in range(3):
+            _blocks(number).save(folder / f"p{number}.jpg")
+        for one in add:
+            one(folder)
+        return [str(folder), "-o", str(root / "scan"), "--to", "ingest"]
+
+    return make
+
+
+def _sphere(folder: Path) -> None:
+    _blocks(7, (1280, 640)).save(folder / "sphere.jpg", xmp=_GPANO)
+
+
+def _live_photo(folder: Path) -> None:
+    """Write a second of film beside a photo of its name."""
+    import av
+
+    with av.open(str(folder / "p0.MOV"), "w") as container:
+        stream = container.add_stream("libx264", rate=30)
+        stream.width, stream.height, stream.pix_fmt = 640, 480, "yuv420p"
+        for number in range(30):
+            pixels = np.roll(np.asarray(_blocks(0)), 8 * number, axis=1)
+            frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels), "rgb24")
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+
+
+def _archive(folder: Path) -> None:
+    with zipfile.ZipFile(folder / "wall.zip", "w") as archive:
+        archive.write(folder / "p0.jpg", "p0.jpg")
+
+
+def _other_names(folder: Path) -> None:
+    _blocks(8).save(folder / "p8.jfif", "JPEG")
+    _blocks(9).save(folder / "p9.bmp", "BMP")
+
+
+# Name of the input, its maker, and words of the output.
+PHOTO_CASES: tuple[tuple[str, Callable[[Path], list[str]], str], ...] = (
+    ("a 360-degree photo among photos", _with(_sphere), "skipped sphere.jpg: a 360-degree photo"),
+    ("the film of a Live Photo", _with(_live_photo), "the moving part of a Live Photo"),
+    ("an archive among photos", _with(_archive), "skipped wall.zip: an archive; unpack it"),
+    ("pictures named .jfif and .bmp", _with(_other_names), "photos 5, skipped 0"),
+)
