@@ -8,11 +8,12 @@ import subprocess
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import pytest
 from hypothesis import HealthCheck, settings
 from tests.holding.hold import Hold
+from xdist.scheduler import LoadFileScheduling  # type: ignore[import-untyped]
 
 from walltopo.core.locks import take_lock
 
@@ -27,7 +28,8 @@ settings.register_profile("same", _PATIENT, derandomize=True)
 settings.register_profile("random", _PATIENT)
 settings.load_profile("same")
 
-_LONGEST = "test_gym_app.py"
+# Tests of these files run in several processes; any other file stays in one, with its fixtures.
+_SPREAD = ("gym/tests/web/test_gym_app.py", "tests/publish/test_viewer_browser.py")
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -37,7 +39,20 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         if "postgresql" in _databases(item) and not item.get_closest_marker("both_databases"):
             item.add_marker(pytest.mark.slow)
     slow = {item.path for item in items if item.get_closest_marker("slow")}
-    items.sort(key=lambda item: (item.path.name != _LONGEST, item.path not in slow))
+    items.sort(key=lambda item: (not item.nodeid.startswith(_SPREAD), item.path not in slow))
+
+
+class _Spread(LoadFileScheduling):
+    """Hands out files whole, but for those of `_SPREAD`."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        return nodeid if nodeid.startswith(_SPREAD) else super()._split_scope(nodeid)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> _Spread:
+    """Replace the schedulers of pytest-xdist."""
+    return _Spread(config, log)
 
 
 def _databases(item: pytest.Item) -> list[object]:

@@ -33,17 +33,22 @@ FAILED, ONLY = "WALLTOPO_TESTS_FAILED", "WALLTOPO_TESTS_ONLY"
 
 
 class _Failures:
-    """Plugin of the first run: writes each failed test with the first line of its error."""
+    """Plugin of the first run: names each failed test at once, and writes all with their errors."""
 
-    def __init__(self, target: Path) -> None:
+    def __init__(self, target: Path, plugins: pytest.PytestPluginManager) -> None:
         self._target = target
+        self._plugins = plugins
         self._errors: dict[str, str] = {}
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        if report.failed:
+        if report.failed and report.nodeid not in self._errors:
             crash = getattr(report.longrepr, "reprcrash", None)
             lines = (crash.message if crash else str(report.longrepr)).strip().splitlines()
-            self._errors.setdefault(report.nodeid, lines[0] if lines else "no message")
+            error = lines[0] if lines else "no message"
+            self._errors[report.nodeid] = error
+            terminal: pytest.TerminalReporter = self._plugins.getplugin("terminalreporter")
+            terminal.ensure_newline()
+            terminal.write_line(f"failed: {report.nodeid}: {error[:200]}")
 
     def pytest_sessionfinish(self) -> None:
         self._target.write_text(json.dumps(self._errors))
@@ -69,7 +74,8 @@ def pytest_configure(config: pytest.Config) -> None:
     if "PYTEST_XDIST_WORKER" in os.environ:
         return
     if FAILED in os.environ:
-        config.pluginmanager.register(_Failures(Path(os.environ[FAILED])))
+        failures = _Failures(Path(os.environ[FAILED]), config.pluginmanager)
+        config.pluginmanager.register(failures)
     if config.getoption("markexpr") == "not slow":
         config.pluginmanager.register(_Slow())
 

@@ -5,7 +5,6 @@ import { LAUNCH, PATIENCE_MS } from "./tests/browser.mjs";
 export default defineConfig({
   testDir: "tests",
   testMatch: "*.spec.mjs",
-  outputDir: "../build/viewer-results",
   workers: 1,
   timeout: 600_000,
   reporter: "list",

@@ -1,4 +1,4 @@
-"""The viewer in a real browser: `viewer/tests`, on scans made here."""
+"""The viewer in a real browser, one test per file of `viewer/tests`, on scans made here."""
 
 from __future__ import annotations
 
@@ -33,8 +33,11 @@ from walltopo.scans.holds import FLAT, Hold, count_words, steepness_words
 
 VIEWER = Path(__file__).resolve().parents[2] / "viewer"
 SMALL = ExportSettings(first_triangles=6000, title="Test wall")
+# What a flow's screenshots are compared with: a folder for each flow that has any.
 REFERENCES = Path(__file__).parent / "references"
-# Where the screenshots of the last run lie for looking at.
+# The longest come first.
+FLOWS = ("checks", "editing", "page", "frames", "hands", "foreign", "tasks", "reset", "borders")
+# Where the screenshots of the last run lie for looking at, in a folder for each flow.
 SHOTS = Path(os.environ.get("WALLTOPO_SHOTS", VIEWER.parent / "build" / "viewer-shots"))
 # Ways to break every page, and checks that must notice (see SABOTAGE in viewer/tests/browser.mjs).
 SABOTAGE = {
@@ -262,6 +265,22 @@ def run_npx(*command: str, **environment: str) -> subprocess.CompletedProcess[st
     )  # fmt: skip
 
 
+def run_playwright(
+    listing: Path, shots: Path, folder: Path, *words: str, **environment: str
+) -> subprocess.CompletedProcess[str]:
+    """Run browser tests on the pages of a listing.
+
+    Parameters
+    ----------
+    listing : file of the pages; shots : folder for screenshots; folder : for what failures leave;
+    words : which tests.
+    """
+    own = folder / "places.json"
+    own.write_text(json.dumps(json.loads(listing.read_text()) | {"shots": str(shots)}))
+    words = (*words, f"--output={folder / 'failures'}")
+    return run_npx("playwright", "test", *words, WALLTOPO_PLACES=str(own), **environment)
+
+
 @pytest.fixture(scope="module")
 def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, ScanFolder]]:
     """The list of pages to check, served as long as it takes; and the scan that is edited."""
@@ -284,7 +303,6 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Sca
         "none": untextured(room / "none", SMALL, holds=0, cells=24),
         "many": untextured(room / "many", ExportSettings(), holds=2000, cells=300),
     }
-    SHOTS.mkdir(parents=True, exist_ok=True)
     editing = exported(room / "editing")
     listing = room / "places.json"
     found = {
@@ -304,7 +322,6 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Sca
         },
         "endless": model_alone(room / "endless", endless_model()).as_uri(),
         "odd": {kind: page.as_uri() for kind, page in odd.items()},
-        "shots": str(SHOTS),
     }
     after = exported(room / "reset", missed=1)
     dense = exported(room / "spray", holds=40)
@@ -321,14 +338,30 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Sca
         yield listing, editing
 
 
-@pytest.fixture(scope="module")
-def browsed(places: tuple[Path, ScanFolder]) -> subprocess.CompletedProcess[str]:
-    """All browser tests, done."""
-    return run_npx("playwright", "test", WALLTOPO_PLACES=str(places[0]))
+def test_every_flow_is_listed() -> None:
+    files = {path.name.removesuffix(".spec.mjs") for path in (VIEWER / "tests").glob("*.spec.mjs")}
+    assert files == set(FLOWS)
+    assert {folder.name for folder in REFERENCES.iterdir()} <= files
 
 
-def test_in_browser(browsed: subprocess.CompletedProcess[str]) -> None:
-    assert browsed.returncode == 0, browsed.stdout[-8000:] + browsed.stderr[-2000:]
+@pytest.mark.parametrize("flow", FLOWS)
+def test_flow(places: tuple[Path, ScanFolder], flow: str, tmp_path: Path) -> None:
+    """A file of checks; then its screenshots against their references.
+
+    WALLTOPO_WRITE_REFERENCES=1 replaces the references.
+    """
+    shots = SHOTS / flow
+    shots.mkdir(parents=True, exist_ok=True)
+    done = run_playwright(places[0], shots, tmp_path, f"{flow}.spec.mjs")
+    assert done.returncode == 0, done.stdout[-8000:] + done.stderr[-2000:]
+    problem = edited_files(places[1]) if flow == "editing" else ""
+    assert not problem, problem
+    for reference in sorted((REFERENCES / flow).glob("*.jpg")):
+        shot = small(shots / f"{reference.stem}.png")
+        if os.environ.get("WALLTOPO_WRITE_REFERENCES"):
+            shot.save(reference, quality=82)
+        found, bounds = difference(shot, small(reference)), (MEAN_BOUND, TILE_BOUND)
+        assert alike(shot, small(reference)), f"{shots}: {found} over {bounds} from {reference}"
 
 
 def test_units(tmp_path: Path) -> None:
@@ -338,35 +371,13 @@ def test_units(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout[-6000:] + done.stderr[-2000:]
 
 
-@pytest.mark.usefixtures("browsed")
-def test_edits_are_in_the_files(places: tuple[Path, ScanFolder]) -> None:
-    problem = edited_files(places[1])
-    assert not problem, problem
-
-
-@pytest.mark.parametrize("name", sorted(path.stem for path in REFERENCES.glob("*.jpg")))
-@pytest.mark.usefixtures("browsed")
-def test_looks_as_it_did(name: str) -> None:
-    """Each screenshot against its reference; WALLTOPO_WRITE_REFERENCES=1 replaces those."""
-    shot, reference = SHOTS / f"{name}.png", REFERENCES / f"{name}.jpg"
-    if os.environ.get("WALLTOPO_WRITE_REFERENCES"):
-        small(shot).save(reference, quality=82)
-    found = difference(small(shot), small(reference))
-    bounds = (MEAN_BOUND, TILE_BOUND)
-    assert alike(small(shot), small(reference)), f"{shot}: {found} over {bounds} from {reference}"
-
-
 @pytest.mark.parametrize("way", SABOTAGE)
 def test_checks_fail_on_broken_pages(
     places: tuple[Path, ScanFolder], way: str, tmp_path: Path
 ) -> None:
     """These tests are marked as failing: Playwright reports one that passes."""
-    listing = tmp_path / "places.json"
-    listing.write_text(json.dumps(json.loads(places[0].read_text()) | {"shots": str(tmp_path)}))
-    done = run_npx(
-        "playwright", "test", "--grep", "|".join(SABOTAGE[way]), f"--output={tmp_path / 'out'}",
-        WALLTOPO_PLACES=str(listing), WALLTOPO_SABOTAGE=way,
-    )  # fmt: skip
+    words = ["--grep", "|".join(SABOTAGE[way])]
+    done = run_playwright(places[0], tmp_path, tmp_path, *words, WALLTOPO_SABOTAGE=way)
     assert done.returncode == 0, f"pass on pages where {way} is broken: {done.stdout[-4000:]}"
 
 

@@ -8,6 +8,8 @@ import socket
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
+from uuid import UUID
 
 from gym.tests.running import QUICK, Process
 from gym.tests.worlds import PASSWORD, Server, World, make_world
@@ -30,12 +32,17 @@ def missing_browser() -> str:
     return ""
 
 
-def publish_wall(world: World, folder: Path) -> None:
-    """Publish a finished scan with the routes that were found on it."""
+def publish_wall(world: World, folder: Path) -> UUID:
+    """Publish a finished scan with the routes that were found on it; return its id."""
     found = Routes.load(ScanFolder(folder).routes).routes
-    entries = [{"number": route.id, "name": f"Moon {route.id}"} for route in found]
-    answer = world.publish(world.finished(folder), *entries)
+    entries: list[dict[str, Any]] = [
+        {"number": route.id, "name": f"Moon {route.id}", "setter": "Jana"} for route in found
+    ]
+    entries[0]["grade"] = "6A"
+    scan = world.finished(folder)
+    answer = world.publish(scan, *entries)
     assert answer.is_success, answer.text
+    return scan
 
 
 def free_port() -> int:

@@ -1,8 +1,7 @@
-"""The web app in a real browser, on a server with a wall in review: `gym/web/tests`."""
+"""The web app in a real browser, one test per flow: `gym/web/tests`."""
 
 from __future__ import annotations
 
-import os
 import subprocess
 from collections import Counter
 from collections.abc import Callable
@@ -10,7 +9,14 @@ from pathlib import Path
 from typing import NoReturn
 
 import pytest
-from gym.tests.web.places import WEB, free_port, missing_browser, new_world, serving
+from gym.tests.web.places import (
+    WEB,
+    free_port,
+    missing_browser,
+    new_world,
+    publish_wall,
+    serving,
+)
 from gym.tests.worlds import Server, make_world
 
 from walltopo.scans.folder import ScanFolder
@@ -19,21 +25,36 @@ from walltopo_gym.hall.secrets import unsubscribe_token
 
 pytestmark = pytest.mark.slow
 
-# While you write a test: WALLTOPO_FLOWS="forms account" runs these files alone.
-ONLY = [f"--project={name}" for name in os.environ.get("WALLTOPO_FLOWS", "").split()]
+# These begin with a scan in review; the others with a published wall. The longest come first.
+IN_REVIEW = ("publishing", "setting", "forms", "capture")
+PUBLISHED = (
+    "account", "competitions", "problems", "climbing", "hall", "desk", "routes", "progress",
+    "insights", "moves", "holds",
+)  # fmt: skip
 
 
-def test_the_app(
-    tmp_path: Path, tiny_photos: Path, tiny_scan: Path, lacks: Callable[[str], NoReturn]
+def test_every_flow_is_listed() -> None:
+    files = {path.name.removesuffix(".spec.mjs") for path in (WEB / "tests").glob("*.spec.mjs")}
+    assert files == {*IN_REVIEW, *PUBLISHED}
+
+
+@pytest.mark.parametrize("flow", [*IN_REVIEW, *PUBLISHED])
+def test_flow(
+    flow: str,
+    tmp_path: Path,
+    tiny_photos: Path,
+    tiny_scan: Path,
+    lacks: Callable[[str], NoReturn],
 ) -> None:
     if missing_browser():
         lacks(missing_browser())
     world = new_world(tmp_path / "app")
     member = world.people["member"].id
     assert member is not None
+    scan = world.finished(tiny_scan) if flow in IN_REVIEW else publish_wall(world, tiny_scan)
     places = {
         "photos": str(tiny_photos),
-        "scan": str(world.finished(tiny_scan)),
+        "scan": str(scan),
         "later": str(world.finished(tiny_scan)),
         "mails_link": unsubscribe_token(world.server.database, member),
         "bare": _bare_wall(world.server, tiny_scan),
@@ -42,9 +63,10 @@ def test_the_app(
     # server's own address.
     port = free_port()
     with serving(world, port, f"http://localhost:{port}", places) as environment:
+        words = ["test", f"{flow}.spec.mjs", f"--output={tmp_path / 'failures'}"]
         done = subprocess.run(
-            ["node_modules/.bin/playwright", "test", *ONLY],
-            cwd=WEB, capture_output=True, text=True, timeout=2700, check=False, env=environment,
+            ["node_modules/.bin/playwright", *words],
+            cwd=WEB, capture_output=True, text=True, timeout=1100, check=False, env=environment,
         )  # fmt: skip
     assert done.returncode == 0, done.stdout[-8000:] + done.stderr[-2000:]
 
