@@ -8,7 +8,8 @@ import pytest
 
 from walltopo.cli import main
 from walltopo.core.files import read_json
-from walltopo_lab.benchmarks.bad_input import CASES, Case, picture
+from walltopo_lab.benchmarks.bad_input import CASES, Case
+from walltopo_lab.benchmarks.bad_pictures import picture
 
 
 def _run(

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -71,3 +74,27 @@ def three_bumps() -> tuple[Mesh, list[View], np.ndarray]:
         found = [Mask.from_full(objects == n, 1, 0.9) for n in (1, 2, 3) if (objects == n).any()]
         seen.append(view.with_masks(tuple(found)))
     return mesh, seen, truth
+
+
+@pytest.fixture
+def files(three_bumps: tuple[Mesh, list[View], np.ndarray], tmp_path: Path) -> Path:
+    """The three bumps as a mesh, a transforms.json and a folder of object numbers from 301 on."""
+    import cv2
+
+    from walltopo.geometry.mesh_files import write_ply
+
+    mesh, views, _ = three_bumps
+    write_ply(tmp_path / "mesh.ply", mesh)
+    (tmp_path / "ids").mkdir()
+    frames = []
+    for view in views:
+        ids = np.zeros((72, 96), dtype=np.uint16)
+        for number, mask in enumerate(view.masks, start=1):
+            ids[mask.full()] = 300 + number
+        cv2.imwrite(str(tmp_path / "ids" / f"{Path(view.name).stem}.png"), ids)
+        pose = np.vstack([view.cam_from_world, [0, 0, 0, 1]])
+        gl = np.linalg.inv(pose) @ np.diag([1.0, -1.0, -1.0, 1.0])
+        frames.append({"file_path": f"images/{view.name}", "transform_matrix": gl.tolist()})
+    camera = {"w": 96, "h": 72, "fl_x": 80.0, "fl_y": 78.0, "cx": 48.0, "cy": 36.0}
+    (tmp_path / "transforms.json").write_text(json.dumps({**camera, "frames": frames}))
+    return tmp_path

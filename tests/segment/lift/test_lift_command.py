@@ -11,31 +11,9 @@ import pytest
 
 from walltopo.cli import main
 from walltopo.core import InputError
-from walltopo.geometry.mesh_files import read_mesh, write_ply
+from walltopo.geometry.mesh_files import read_mesh
 from walltopo.segment.lift_files import read_cameras, read_masks
 from walltopo.segment.lift_matching import attach_masks
-
-
-@pytest.fixture
-def files(three_bumps: Any, tmp_path: Path) -> Path:
-    """A mesh, a transforms.json and a folder of object numbers."""
-    import cv2
-
-    mesh, views, _ = three_bumps
-    write_ply(tmp_path / "mesh.ply", mesh)
-    (tmp_path / "ids").mkdir()
-    frames = []
-    for view in views:
-        ids = np.zeros((72, 96), dtype=np.uint16)
-        for number, mask in enumerate(view.masks, start=1):
-            ids[mask.full()] = 300 + number
-        cv2.imwrite(str(tmp_path / "ids" / f"{Path(view.name).stem}.png"), ids)
-        pose = np.vstack([view.cam_from_world, [0, 0, 0, 1]])
-        gl = np.linalg.inv(pose) @ np.diag([1.0, -1.0, -1.0, 1.0])
-        frames.append({"file_path": f"images/{view.name}", "transform_matrix": gl.tolist()})
-    camera = {"w": 96, "h": 72, "fl_x": 80.0, "fl_y": 78.0, "cx": 48.0, "cy": 36.0}
-    (tmp_path / "transforms.json").write_text(json.dumps({**camera, "frames": frames}))
-    return tmp_path
 
 
 def test_cameras_come_back_as_they_were(files: Path, three_bumps: Any) -> None:

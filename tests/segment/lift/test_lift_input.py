@@ -186,78 +186,56 @@ def test_a_text_model_with_a_space_in_a_name_says_so(tmp_path: Path) -> None:
         read_cameras(tmp_path)
 
 
-@pytest.fixture
-def scene(three_bumps: Any, tmp_path: Path) -> Path:
-    """A mesh, a transforms.json and a folder of object numbers."""
-    import cv2
-
-    mesh, posed, _ = three_bumps
-    write_ply(tmp_path / "mesh.ply", mesh)
-    (tmp_path / "ids").mkdir()
-    frames = []
-    for view in posed:
-        ids = np.zeros((72, 96), dtype=np.uint8)
-        for number, mask in enumerate(view.masks, start=1):
-            ids[mask.full()] = number
-        cv2.imwrite(str(tmp_path / "ids" / f"{Path(view.name).stem}.png"), ids)
-        pose = np.vstack([view.cam_from_world, [0, 0, 0, 1]])
-        gl = np.linalg.inv(pose) @ np.diag([1.0, -1.0, -1.0, 1.0])
-        frames.append({"file_path": f"images/{view.name}", "transform_matrix": gl.tolist()})
-    camera = {"fl_x": 80.0, "fl_y": 78.0, "cx": 48.0, "cy": 36.0}
-    (tmp_path / "transforms.json").write_text(json.dumps({**camera, "frames": frames}))
-    return tmp_path
-
-
-def lift(scene: Path, *more: str) -> int:
+def lift(files: Path, *more: str) -> int:
     given = ["--mesh", "mesh.ply", "--cameras", "transforms.json", "--masks", "ids", "-o", "out"]
-    return main(["lift", *(w if w.startswith("-") else str(scene / w) for w in given), *more])
+    return main(["lift", *(w if w.startswith("-") else str(files / w) for w in given), *more])
 
 
-def test_losses_are_printed(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_losses_are_printed(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for number in (0, 1):
-        (scene / "ids" / f"{number}.png").rename(scene / "ids" / f"other{number}.png")
-    assert lift(scene) == 0
+        (files / "ids" / f"{number}.png").rename(files / "ids" / f"other{number}.png")
+    assert lift(files) == 0
     output = " ".join(capsys.readouterr().out.split())
     assert "2 of 8 photos of the masks have no camera: other0.png, other1.png" in output
     assert "3 instances" in output
 
 
-def test_more_lost_than_kept_is_an_error(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_more_lost_than_kept_is_an_error(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for number in range(5):
-        (scene / "ids" / f"{number}.png").rename(scene / "ids" / f"other{number}.png")
-    assert lift(scene) != 0
+        (files / "ids" / f"{number}.png").rename(files / "ids" / f"other{number}.png")
+    assert lift(files) != 0
     assert "5 of 8 photos" in " ".join(capsys.readouterr().err.split())
-    assert not (scene / "out").exists()
-    assert lift(scene, "--allow-missing") == 0
+    assert not (files / "out").exists()
+    assert lift(files, "--allow-missing") == 0
 
 
 @pytest.mark.parametrize(("scale", "reason"), [(1000.0, "a ratio of"), (20.0, "--normalised")])
 def test_nothing_found_is_an_error_with_its_reason(
-    scene: Path, three_bumps: Any, scale: float, reason: str, capsys: pytest.CaptureFixture[str]
+    files: Path, three_bumps: Any, scale: float, reason: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     from walltopo.core import Mesh
 
     mesh, _, _ = three_bumps
     if scale == 1000.0:  # a mesh in millimetres, cameras in metres: rays pass beside its triangles
-        write_ply(scene / "mesh.ply", Mesh(mesh.vertices * scale + [5000, 0, 0], mesh.faces))
+        write_ply(files / "mesh.ply", Mesh(mesh.vertices * scale + [5000, 0, 0], mesh.faces))
     else:
-        data = json.loads((scene / "transforms.json").read_text())
+        data = json.loads((files / "transforms.json").read_text())
         for frame in data["frames"]:
             for row in frame["transform_matrix"][:3]:
                 row[3] *= scale
-        (scene / "transforms.json").write_text(json.dumps(data))
-        write_ply(scene / "mesh.ply", Mesh(mesh.vertices * scale, mesh.faces))
-    assert lift(scene) != 0
+        (files / "transforms.json").write_text(json.dumps(data))
+        write_ply(files / "mesh.ply", Mesh(mesh.vertices * scale, mesh.faces))
+    assert lift(files) != 0
     error = " ".join(capsys.readouterr().err.split())
     assert "0 instances" in error
     assert reason in error
 
 
-def test_empty_masks_are_an_error(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    shutil.rmtree(scene / "ids")
+def test_empty_masks_are_an_error(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.rmtree(files / "ids")
     images = [{"id": n, "file_name": f"{n}.jpg", "width": 96, "height": 72} for n in range(8)]
     rows = [{"id": n, "image_id": n, "category_id": 1, "segmentation": []} for n in range(8)]
     coco = {"images": images, "annotations": rows, "categories": [{"id": 1, "name": "hold"}]}
-    (scene / "ids").write_text(json.dumps(coco))
-    assert lift(scene) != 0
+    (files / "ids").write_text(json.dumps(coco))
+    assert lift(files) != 0
     assert "all 8 masks are empty" in " ".join(capsys.readouterr().err.split())

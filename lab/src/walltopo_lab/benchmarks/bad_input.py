@@ -27,6 +27,7 @@ from PIL import Image
 from walltopo.pipeline.runner import scan
 from walltopo_lab.benchmarks.bad_lift import LIFT_CASES
 from walltopo_lab.benchmarks.bad_photos import PHOTO_CASES
+from walltopo_lab.benchmarks.bad_pictures import picture
 
 HEAD = """\
 # What happens with bad input
@@ -57,13 +58,6 @@ class Case:
     code: int
     says: str
     command: str = "scan"
-
-
-def picture(seed: int, size: tuple[int, int] = (640, 480)) -> Image.Image:
-    """Return a sharp picture of random blocks, different for every seed."""
-    generator = np.random.default_rng(seed)
-    blocks = generator.integers(0, 255, (size[1] // 8, size[0] // 8, 3), dtype=np.uint8)
-    return Image.fromarray(blocks).resize(size, Image.Resampling.NEAREST)
 
 
 def _photos(folder: Path, count: int = 3) -> Path:

@@ -7,15 +7,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
+
+from walltopo_lab.benchmarks.bad_pictures import picture
 
 _GPANO = b'<rdf:Description GPano:ProjectionType="equirectangular"/>'
-
-
-def _blocks(seed: int, size: tuple[int, int] = (640, 480)) -> Image.Image:
-    """Return a sharp picture of random blocks, different for every seed."""
-    cells = np.random.default_rng(seed).integers(0, 255, (60, 80, 3), dtype=np.uint8)
-    return Image.fromarray(cells).resize(size, Image.Resampling.NEAREST)
 
 
 def _with(*add: Callable[[Path], None]) -> Callable[[Path], list[str]]:
@@ -25,7 +20,7 @@ def _with(*add: Callable[[Path], None]) -> Callable[[Path], list[str]]:
         folder = root / "in"
         folder.mkdir()
         for number in range(3):
-            _blocks(number).save(folder / f"p{number}.jpg")
+            picture(number).save(folder / f"p{number}.jpg")
         for one in add:
             one(folder)
         return [str(folder), "-o", str(root / "scan"), "--to", "ingest"]
@@ -34,7 +29,7 @@ def _with(*add: Callable[[Path], None]) -> Callable[[Path], list[str]]:
 
 
 def _sphere(folder: Path) -> None:
-    _blocks(7, (1280, 640)).save(folder / "sphere.jpg", xmp=_GPANO)
+    picture(7, (1280, 640)).save(folder / "sphere.jpg", xmp=_GPANO)
 
 
 def _live_photo(folder: Path) -> None:
@@ -45,7 +40,7 @@ def _live_photo(folder: Path) -> None:
         stream = container.add_stream("libx264", rate=30)
         stream.width, stream.height, stream.pix_fmt = 640, 480, "yuv420p"
         for number in range(30):
-            pixels = np.roll(np.asarray(_blocks(0)), 8 * number, axis=1)
+            pixels = np.roll(np.asarray(picture(0)), 8 * number, axis=1)
             frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels), "rgb24")
             container.mux(stream.encode(frame))
         container.mux(stream.encode())
@@ -57,8 +52,8 @@ def _archive(folder: Path) -> None:
 
 
 def _other_names(folder: Path) -> None:
-    _blocks(8).save(folder / "p8.jfif", "JPEG")
-    _blocks(9).save(folder / "p9.bmp", "BMP")
+    picture(8).save(folder / "p8.jfif", "JPEG")
+    picture(9).save(folder / "p9.bmp", "BMP")
 
 
 # Name of the input, its maker, and words of the output.
