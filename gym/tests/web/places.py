@@ -38,7 +38,8 @@ def publish_wall(world: World, folder: Path) -> UUID:
     entries: list[dict[str, Any]] = [
         {"number": route.id, "name": f"Moon {route.id}", "setter": "Jana"} for route in found
     ]
-    entries[0]["grade"] = "6A"
+    systems = world.server.ask("GET", f"{world.path}/grade-systems", world.owner).json()
+    entries[0] |= {"grade": "6A", "grade_system_id": systems[0]["id"]}
     scan = world.finished(folder)
     answer = world.publish(scan, *entries)
     assert answer.is_success, answer.text
