@@ -7,6 +7,7 @@ import shutil
 import socket
 import subprocess
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 import psutil
@@ -43,7 +44,8 @@ class Postgres:
         self.address = f"tester@127.0.0.1:{port}"
         self._options = f"-k {self._place} -p {port} -c listen_addresses=127.0.0.1"
         self._options += f" -c fsync={'on' if fsync else 'off'}"
-        self._call("initdb", "-D", self._data, "-A", "trust", "-U", "tester", "--no-sync")
+        self._call("initdb", "-D", self._data, "-A", "trust", "-U", "tester",
+                   "--no-sync", "--no-locale", "-E", "UTF8")  # fmt: skip
 
     @property
     def _data(self) -> str:
@@ -51,7 +53,7 @@ class Postgres:
 
     def start(self) -> None:
         """Start it, after a kill too: it then recovers what it had acknowledged."""
-        self._call("pg_ctl", "-D", self._data, "-w", "-o", self._options, "-l",
+        self._call("pg_ctl", "-D", self._data, "-w", "-t", "600", "-o", self._options, "-l",
                    f"{self._place}/server.log", "start")  # fmt: skip
 
     def kill(self) -> None:
@@ -59,7 +61,8 @@ class Postgres:
         server = psutil.Process(int((self._place / "db/postmaster.pid").read_text().split()[0]))
         processes = [server, *server.children(recursive=True)]
         for process in processes:
-            process.kill()
+            with suppress(psutil.NoSuchProcess):
+                process.kill()
         psutil.wait_procs(processes)
 
     def close(self) -> None:

@@ -48,6 +48,8 @@ class Process:
     """A command of `walltopo gym` on a data folder."""
 
     def __init__(self, data: Path, command: str, *words: str, **settings: str) -> None:
+        # How much room a machine has says nothing about the code.
+        settings.setdefault("keep_free_mb", "0")
         environment = {f"WALLTOPO_GYM_{name.upper()}": value for name, value in settings.items()}
         self._log = (data / f"{command}.log").open("ab")
         self._child = subprocess.Popen(

@@ -80,7 +80,7 @@ def test_a_signal_ends_a_command(body: str, number: signal.Signals) -> None:
         assert process.stdout is not None
         assert process.stdout.readline() == "ready\n"
         process.send_signal(number)
-        output = process.communicate(timeout=120)[1]
+        output = process.communicate(timeout=900)[1]
     finally:
         process.kill()
     assert process.returncode == 128 + number
@@ -101,7 +101,7 @@ def _stop(arguments: list[str], number: signal.Signals, hold: Hold, place: str) 
     try:
         hold.wait(process)
         process.send_signal(number)
-        output = process.communicate(timeout=120)[1]
+        output = process.communicate(timeout=900)[1]
     finally:
         process.kill()
     assert process.returncode == 128 + number

@@ -16,7 +16,8 @@ def test_the_larger_room_is_kept(
 ) -> None:
     other = tiny_photos.parent / "second-room"
     out = tmp_path / "scan"
-    assert main(["scan", str(tiny_photos), str(other), "-o", str(out), "--to", "sparse"]) == 0
+    words = ["scan", str(tiny_photos), str(other), "-o", str(out), "--to", "sparse"]
+    assert main([*words, "--set", "sparse.threads=1"]) == 0
     output = " ".join(capsys.readouterr().out.split())
     metrics = read_json(out / "scan.json")["stages"]["sparse"]["metrics"]
     assert metrics["registered"] == 8

@@ -9,7 +9,7 @@ import pytest
 from likeness import alike, small  # type: ignore[import-not-found]
 from PIL import Image, ImageChops, ImageEnhance, ImageFilter
 
-REFERENCES = sorted((Path(__file__).parent / "references").glob("*.jpg"))
+REFERENCES = sorted((Path(__file__).parent / "references").glob("*/*.jpg"))
 
 
 def blank(picture: Image.Image) -> Image.Image:

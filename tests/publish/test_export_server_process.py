@@ -41,7 +41,7 @@ class Viewing:
     def end(self, number: signal.Signals = signal.SIGINT) -> str:
         """End it by a signal; what it has said."""
         self.process.send_signal(number)
-        self.process.wait(timeout=60)
+        self.process.wait(timeout=900)
         return self.terminal.read_text()
 
 

@@ -260,7 +260,7 @@ def run_npx(*command: str, **environment: str) -> subprocess.CompletedProcess[st
     """Run a program of the viewer's packages."""
     return subprocess.run(
         [str(VIEWER / "node_modules" / ".bin" / command[0]), *command[1:]],
-        cwd=VIEWER, capture_output=True, text=True, timeout=1200, check=False,
+        cwd=VIEWER, capture_output=True, text=True, timeout=9000, check=False,
         env={**os.environ, **environment},
     )  # fmt: skip
 
@@ -394,7 +394,7 @@ def test_valid_by_gltf_validator(tmp_path: Path, tier: str) -> None:
         cwd=VIEWER,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=900,
         check=True,
     )
     issues = json.loads(done.stdout)
@@ -418,7 +418,7 @@ def test_built_viewer_is_the_source(tmp_path: Path) -> None:
         ["node_modules/.bin/vite", "build", "--outDir", str(built), "--logLevel", "error"],
         cwd=VIEWER,
         check=True,
-        timeout=120,
+        timeout=900,
     )
     from walltopo.publish.web_page import viewer_script
 

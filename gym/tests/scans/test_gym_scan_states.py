@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import json
-import threading
-import time
 from io import BytesIO
 from pathlib import Path
 
 import pytest
+from anyio import to_thread
 from gym.tests.worlds import World
 from PIL import Image
 
 from walltopo_gym.errors import ConflictError
+from walltopo_gym.scans.http import scans
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.service import State, move
 from walltopo_gym.scans.stages import ScanSteps
@@ -113,28 +113,28 @@ def test_a_cancelled_scan_stays_cancelled(world: World, tmp_path: Path) -> None:
     assert row_of(world, scan).state == State.CANCELLED
 
 
-def test_watchers_get_every_change(world: World, tmp_path: Path) -> None:
+def test_watchers_get_every_change(
+    world: World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Server-sent events until the scan is nobody's work any more."""
     scan = world.scan(usable=3)
     assert ask(world, scan, "start") == 200
     worker = steps(world, tmp_path)
+    no_overlap = '{"message": "no overlap", "hint": "", "defect": false}'
+    changes = iter([lambda: worker.claim(scan, 1), lambda: worker.fail(scan, 1, no_overlap)])
 
-    def work() -> None:
-        worker.claim(scan, 1)
-        time.sleep(2)  # longer than the server looks away
-        worker.fail(scan, 1, '{"message": "no overlap", "hint": "", "defect": false}')
+    async def pause(seconds: float) -> None:
+        """Change the scan between two looks of the server."""
+        await to_thread.run_sync(next(changes))
 
-    thread = threading.Thread(target=work)
-    thread.start()
+    monkeypatch.setattr(scans, "sleep", pause)
     path = f"{world.path}/scans/{scan}/events"
     answer = world.server.ask("GET", path, world.people["setter"])
-    thread.join()
     assert answer.headers["content-type"].startswith("text/event-stream")
     lines = answer.text.splitlines()
     messages = [
         json.loads(line.removeprefix("data:")) for line in lines if line.startswith("data:")
     ]
     states = [facts["state"] for facts in messages]
-    assert states[-1] == State.FAILED
-    assert State.RUNNING in states
+    assert states == [State.QUEUED, State.RUNNING, State.FAILED]
     assert messages[-1]["error"] == "no overlap"

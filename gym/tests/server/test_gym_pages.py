@@ -272,7 +272,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 def test_the_built_app_is_the_source(node: Path, tmp_path: Path) -> None:
     out = tmp_path / "web"
     words = ["build", "--outDir", str(out), "--logLevel", "error"]
-    subprocess.run([str(node / "vite"), *words], cwd=WEB, check=True, timeout=300)
+    subprocess.run([str(node / "vite"), *words], cwd=WEB, check=True, timeout=900)
     assert contents(out) == contents(BUILT), "run `make app`"
 
 
@@ -281,5 +281,5 @@ def test_the_client_is_of_the_present_api(node: Path, tmp_path: Path) -> None:
     document_file, out = tmp_path / "openapi.json", tmp_path / "schema.d.ts"
     document.write_document(document_file)
     words = [str(document_file), "--default-non-nullable=false", "--output", str(out)]
-    subprocess.run([str(node / "openapi-typescript"), *words], cwd=WEB, check=True, timeout=120)
+    subprocess.run([str(node / "openapi-typescript"), *words], cwd=WEB, check=True, timeout=900)
     assert out.read_text() == (WEB / "src" / "api" / "schema.d.ts").read_text(), "run `make app`"

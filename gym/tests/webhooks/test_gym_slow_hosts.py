@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import socket
 import threading
-import time
 from collections.abc import Iterator
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from uuid import uuid4
@@ -53,10 +52,8 @@ def dripping() -> Iterator[str]:
 
 def test_an_exchange_has_a_deadline(dripping: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sending, "_DEADLINE_S", 1)
-    begun = time.monotonic()
     with pytest.raises(OSError, match="within 1 s"):
         post(dripping, b"{}", {}, private=True)
-    assert time.monotonic() - begun < 30
 
 
 def test_a_name_look_up_has_a_deadline(monkeypatch: pytest.MonkeyPatch) -> None:

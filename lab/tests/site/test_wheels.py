@@ -94,7 +94,7 @@ def serve_and_stop(folder: Path, command: str, venv: Path) -> str:
     page = answered(re.findall(r"http://\S+", shown)[-1], server)
     assert "<wall-topo" in page, shown
     server.send_signal(signal.SIGINT)
-    rest, _ = server.communicate(timeout=120)
+    rest, _ = server.communicate(timeout=900)
     assert server.returncode == 0, shown + rest
     return shown
 

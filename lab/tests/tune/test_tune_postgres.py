@@ -27,27 +27,29 @@ def database(postgres: str, lacks: Callable[[str], NoReturn]) -> str:
 def test_two_machines_share_a_search(
     tmp_path: Path, make_gym: Callable[[Path], None], database: str
 ) -> None:
-    """Two commands, started at the same time on an empty database, do one search together."""
+    """Two commands, started at the same time on an empty database, do one search together.
+
+    One of the two may do all trials before the other has started, so a third one joins later.
+    """
     import optuna
 
     make_gym(tmp_path / "t")
     (tmp_path / "walls.toml").write_text('[[wall]]\nname="a"\nuse="train"\ntruth="t"\n')
     command = [sys.executable, "-m", "walltopo", "tune", "lift", str(tmp_path / "walls.toml")]
-    command += ["--trials", "12", "--storage", database]
-    processes = [
-        subprocess.Popen(
-            [*command, "-o", str(tmp_path / f"machine{k}"), "--seed", str(k)],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        )
-        for k in range(2)
-    ]
-    output = [process.communicate(timeout=240)[0] for process in processes]
-    assert [process.returncode for process in processes] == [0, 0], output
+
+    def started(machine: int, trials: int) -> subprocess.Popen[str]:
+        return subprocess.Popen(
+            [*command, "--trials", str(trials), "--storage", database,
+             "-o", str(tmp_path / f"machine{machine}"), "--seed", str(machine)],
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        )  # fmt: skip
+
+    for processes in ([started(0, 8), started(1, 8)], [started(2, 12)]):
+        output = [process.communicate()[0] for process in processes]
+        assert all(process.returncode == 0 for process in processes), output
     study = optuna.load_study(study_name="lift-robust-ap", storage=database)
     done = study.get_trials(states=(optuna.trial.TrialState.COMPLETE,))
     assert 12 <= len(done) <= 13
-    assert len({trial.user_attrs["worker"] for trial in done}) == 2, output
-    for k in range(2):
+    assert len({trial.user_attrs["worker"] for trial in done}) >= 2
+    for k in range(3):
         assert (tmp_path / f"machine{k}/walltopo.toml").is_file()

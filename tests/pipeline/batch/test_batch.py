@@ -30,7 +30,7 @@ def done(tiny_photos: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     pid = writer_of(folder / "killed" / "scan.log")
     killing = threading.Thread(target=os.kill, args=(pid, signal.SIGKILL))
     killing.start()
-    out, output = batch.communicate(timeout=300)
+    out, output = batch.communicate(timeout=900)
     killing.join()
     (folder / "out.json").write_text(out)
     assert batch.returncode == 1, output

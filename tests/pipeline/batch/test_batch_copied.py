@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import boto3
 import obstore
@@ -66,7 +67,9 @@ def test_what_is_not_there_fails_alone(bucket: str) -> None:
     assert "not a known object store" in outcome.error
 
 
-def test_the_manifest_is_written_last_and_what_is_gone_goes(tmp_path: Path) -> None:
+def test_the_manifest_is_written_last_and_what_is_gone_goes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     there, here = tmp_path / "there", tmp_path / "here"
     there.mkdir()
     for name in ("gone.glb", "kept.ply", "scan.json"):
@@ -75,6 +78,14 @@ def test_the_manifest_is_written_last_and_what_is_gone_goes(tmp_path: Path) -> N
     assert fetch_missing(store, here) == 3
     before = _file_stats(here)
     kept = (there / "kept.ply").stat().st_mtime_ns
+    order: list[str] = []
+    put = obstore.put
+
+    def noted(store: LocalStore, name: str, *rest: Any, **more: Any) -> Any:
+        order.append(name)
+        return put(store, name, *rest, **more)
+
+    monkeypatch.setattr(obstore, "put", noted)
     (here / "gone.glb").unlink()
     for name in ("a.json", "scan.json", "work/z.json"):
         (here / name).parent.mkdir(exist_ok=True)
@@ -82,7 +93,8 @@ def test_the_manifest_is_written_last_and_what_is_gone_goes(tmp_path: Path) -> N
     _upload_changes(store, here, before)
     written = {p.relative_to(there).as_posix(): p for p in there.rglob("*") if p.is_file()}
     assert set(written) == {"a.json", "kept.ply", "scan.json", "work/z.json"}
-    assert max(written, key=lambda name: written[name].stat().st_mtime_ns) == "scan.json"
+    assert sorted(order) == ["a.json", "scan.json", "work/z.json"]
+    assert order[-1] == "scan.json"
     assert written["kept.ply"].stat().st_mtime_ns == kept
 
 
