@@ -185,5 +185,8 @@ def test_the_table_of_ascents_is_no_program(world: World) -> None:
     answer = world.server.ask("GET", "/me/ascents.csv", world.people["member"])
     assert answer.headers["content-type"].startswith("text/csv")
     lines = answer.text.splitlines()
-    assert lines[0] == "climbed_at,gym_name,route_name,grade,kind,tries,note"
+    assert lines[0] == "\ufeffclimbed_at,gym_name,route_name,grade,kind,tries,note"
     assert ",'=1+2,," in lines[1]
+    czech = {"accept-language": "cs-CZ,cs;q=0.9"}
+    answer = world.server.ask("GET", "/me/ascents.csv", world.people["member"], headers=czech)
+    assert ";'=1+2;;" in answer.text

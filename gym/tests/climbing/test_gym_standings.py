@@ -336,7 +336,11 @@ def test_progress_says_what_was_climbed(world: World, routes: list[str]) -> None
         ("jug", 1, 1, 1),
     ]
     table = world.server.ask("GET", f"{world.path}/progress/grades.csv", member)
-    assert table.text.splitlines() == ["grade,worth,routes,flashes", "6A,200,1,0", "7A,320,1,1"]
+    assert table.text.splitlines() == [
+        "\ufeffgrade,worth,routes,flashes",
+        "6A,200,1,0",
+        "7A,320,1,1",
+    ]
 
 
 def test_a_session_is_begun_and_ended_by_hand(world: World, routes: list[str]) -> None:

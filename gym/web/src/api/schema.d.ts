@@ -9025,7 +9025,10 @@ export interface operations {
     };
     read_results_table: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description of the spreadsheet, such as de or de-CH; default: the header Accept-Language */
+                language?: string | null;
+            };
             header?: never;
             path: {
                 competition: string;
@@ -10975,7 +10978,10 @@ export interface operations {
     };
     read_progress_table: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description of the spreadsheet, such as de or de-CH; default: the header Accept-Language */
+                language?: string | null;
+            };
             header?: never;
             path: {
                 part: "grades" | "months" | "weeks" | "current" | "steepness" | "holds";
@@ -10991,7 +10997,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "text/plain": string;
+                    "text/csv": string;
                 };
             };
             /** @description Why not, in words */
@@ -17356,6 +17362,8 @@ export interface operations {
             query?: {
                 /** @description of styles */
                 by?: "bands" | "categories";
+                /** @description of the spreadsheet, such as de or de-CH; default: the header Accept-Language */
+                language?: string | null;
             };
             header?: never;
             path: {
@@ -17372,7 +17380,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "text/plain": string;
+                    "text/csv": string;
                 };
             };
             /** @description Why not, in words */
@@ -18544,7 +18552,10 @@ export interface operations {
     };
     read_ascents_table: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description of the spreadsheet, such as de or de-CH; default: the header Accept-Language */
+                language?: string | null;
+            };
             header?: never;
             path?: never;
             cookie?: never;
@@ -18557,7 +18568,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "text/plain": string;
+                    "text/csv": string;
                 };
             };
             /** @description Why not, in words */
