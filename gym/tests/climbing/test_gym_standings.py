@@ -15,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sqlalchemy import select, update
 
+from walltopo_climb.grades.font import FONT
 from walltopo_gym.accounts.models import Profile
 from walltopo_gym.climbing.ascents import Kind, NewAscent, keep_ascent, take_back
 from walltopo_gym.climbing.boards import BoardQuery, board
@@ -25,7 +26,6 @@ from walltopo_gym.clock import now
 from walltopo_gym.gyms.members import add_member
 from walltopo_gym.gyms.models import GradeSystem, Gym
 from walltopo_gym.gyms.roles import Role
-from walltopo_gym.gyms.service import FONT
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.publishing.service import strip
 

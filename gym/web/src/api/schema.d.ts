@@ -4162,7 +4162,7 @@ export interface components {
              * Kind
              * @enum {string}
              */
-            kind: "font" | "v" | "circuits" | "own";
+            kind: "font" | "v" | "french" | "uiaa" | "circuits" | "own";
             /** Grades */
             grades: components["schemas"]["Grade"][];
             /** Renamed */
@@ -5772,7 +5772,8 @@ export interface components {
         };
         /**
          * NewGradeSystem
-         * @description A grade system, from the easiest grade to the hardest.
+         * @description A grade system, from the easiest grade to the hardest. Grades of the scales "font", "v",
+         *     "french" and "uiaa" get the spelling of the scale.
          */
         NewGradeSystem: {
             /** Name */
@@ -5781,7 +5782,7 @@ export interface components {
              * Kind
              * @enum {string}
              */
-            kind: "font" | "v" | "circuits" | "own";
+            kind: "font" | "v" | "french" | "uiaa" | "circuits" | "own";
             /** Grades */
             grades: components["schemas"]["Grade"][];
         };
