@@ -240,6 +240,7 @@ def routes(world: World) -> list[str]:
         ).all()
         for route, grade in zip(found, ("6A", "6B", "7A"), strict=True):
             route.grade, route.grade_system_id = grade, system.id
+            route.set_on = BEGAN.date()
         return [str(route.id) for route in found]
 
 

@@ -477,6 +477,8 @@ def test_who_goes_takes_the_name_along_and_leaves_the_ranks(public: World) -> No
 def test_the_calendar_knows_what_is_no_draft(public: World) -> None:
     starts = now() + timedelta(days=3)
     contest = Contest(public, {"starts_at": starts.isoformat()}).make()
+    listed = public.server.ask("GET", f"{public.path}/competitions", public.people["setter"]).json()
+    assert [one["time_zone"] for one in listed] == [public.gym.time_zone]
     for state, known in (("draft", []), ("open", [(contest.sheet["name"], starts)])):
         contest.move(state)
         with public.server.database.reading() as session:

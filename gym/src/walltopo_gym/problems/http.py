@@ -180,7 +180,7 @@ def put_problem_climbed(
     """Store whether one has climbed a problem. A late copy of an older `edit` changes nothing."""
     row = _problem(session, access, problem)
     edit = body.edit.read() if body.edit else None
-    set_climbed(session, row.id, access.actor.known, body.climbed_at, edit)
+    set_climbed(session, access.gym, row, access.actor.known, body.climbed_at, edit)
 
 
 class ProblemOfHolds(Body):

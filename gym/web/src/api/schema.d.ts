@@ -4262,7 +4262,7 @@ export interface components {
         };
         /**
          * CompetitionFacts
-         * @description A competition in a list.
+         * @description A competition in a list; `time_zone` is the gym's, in which its times are to be shown.
          */
         CompetitionFacts: {
             /**
@@ -4286,6 +4286,8 @@ export interface components {
             starts_at: string | null;
             /** Ends At */
             ends_at: string | null;
+            /** Time Zone */
+            time_zone: string;
             /** Self Entry */
             self_entry: boolean;
             /** Self Scoring */
@@ -4319,6 +4321,8 @@ export interface components {
             starts_at: string | null;
             /** Ends At */
             ends_at: string | null;
+            /** Time Zone */
+            time_zone: string;
             /** Self Entry */
             self_entry: boolean;
             /** Self Scoring */
@@ -4337,8 +4341,6 @@ export interface components {
             frozen_at: string | null;
             /** Revision */
             revision: number;
-            /** Time Zone */
-            time_zone: string;
             /** Entered */
             entered: boolean;
             /** Categories */
