@@ -20,10 +20,10 @@ from gym.benchmarks.reads import fill
 from gym.tests.worlds import Server
 from sqlalchemy import select, update
 
+from walltopo_climb.grades.font import FONT
 from walltopo_gym.accounts.actor import sign_in
 from walltopo_gym.climbing.counting import recount
 from walltopo_gym.gyms.models import GradeSystem, Gym, Membership
-from walltopo_gym.gyms.service import FONT
 from walltopo_gym.publishing.models import Placement, Route
 
 KINDS = {

@@ -8,34 +8,97 @@ import re
 import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Final
 
 from walltopo_gym.errors import RequestError
 
 MAX_FAULTS: Final = 100  # a table with more is read no further
 MAX_SHOWN: Final = 40  # characters of a cell in an error message
+BOM: Final = "\ufeff"
+# A text that `harmless` has marked is marked again, so that the mark can be taken off.
+_FORMULA: Final = re.compile(r"'*[=+\-@\t\r＝＋－＠]")
+_SPLITS: Final = re.compile(r"[,;\t\"\r\n]")
 _LINE: Final = re.compile(r"[^\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]*")
 
 
-def csv_table(columns: Sequence[str], rows: Iterable[Mapping[str, object]]) -> str:
-    """Return rows as CSV with a first line of names; lists become words separated by spaces."""
-    out = io.StringIO()
-    writer = csv.DictWriter(out, columns, lineterminator="\n")
-    writer.writeheader()
-    for row in rows:
-        writer.writerow({name: _cell(value) for name, value in row.items()})
-    return out.getvalue()
+@dataclass(frozen=True)
+class CsvDialect:
+    """The separator and the decimal sign that the spreadsheets of a country expect in CSV."""
+
+    separator: str
+    decimal: str
 
 
-def _cell(value: object) -> object:
+_ENGLISH: Final = CsvDialect(",", ".")
+_DIALECTS: Final = {
+    "en": _ENGLISH,
+    "de": CsvDialect(";", ","),
+    "de-ch": CsvDialect(";", "."),
+    "de-li": CsvDialect(";", "."),
+    "fr": CsvDialect(";", ","),
+    "cs": CsvDialect(";", ","),
+}
+
+
+def dialect_of(languages: str) -> CsvDialect:
+    """Return the dialect of the preferred known language; English if none is known.
+
+    Parameters
+    ----------
+    languages : as in the header Accept-Language ("de-CH, fr;q=0.5"), or one language.
+    """
+    tags = [(tag.strip().lower(), _weight(rest)) for tag, _, rest in
+            (each.partition(";") for each in languages.split(","))]  # fmt: skip
+    for tag, weight in sorted(tags, key=lambda pair: -pair[1]):
+        found = _DIALECTS.get(tag) or _DIALECTS.get(tag.partition("-")[0])
+        if found is not None and weight > 0:
+            return found
+    return _ENGLISH
+
+
+def _weight(text: str) -> float:
+    found = re.fullmatch(r"\s*q=([01](?:\.[0-9]{0,3})?)\s*", text, re.IGNORECASE)
+    return float(found[1]) if found else 1.0
+
+
+def csv_table(
+    columns: Sequence[str], rows: Iterable[Mapping[str, object]], dialect: CsvDialect
+) -> str:
+    """Return rows as CSV with a first line of names, for spreadsheets and for `read_table`.
+
+    The byte order mark makes Excel read UTF-8. Lists become words separated by spaces.
+    """
+    lines = [
+        [_quoted(name) for name in columns],
+        *([_cell(row.get(name), dialect.decimal) for name in columns] for row in rows),
+    ]
+    return BOM + "".join(f"{dialect.separator.join(line)}\n" for line in lines)
+
+
+def _cell(value: object, decimal: str) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, (float, Decimal)):
+        return str(value).replace(".", decimal)
     if isinstance(value, (list, tuple)):
         value = " ".join(str(word) for word in value)
-    return harmless(value) if isinstance(value, str) else value
+    return _quoted(harmless(value)) if isinstance(value, str) else str(value)
+
+
+def _quoted(cell: str) -> str:
+    """Return a cell with quotes if any reader might split it."""
+    return '"' + cell.replace('"', '""') + '"' if _SPLITS.search(cell) else cell
 
 
 def harmless(text: str) -> str:
     """Return a text that no spreadsheet takes for a formula (OWASP, CSV Injection)."""
-    return "'" + text if text[:1] in tuple("=+-@\t\r＝＋－＠") else text
+    return "'" + text if _FORMULA.match(text) else text
+
+
+def _as_it_was(cell: str) -> str:
+    """Return the text that `harmless` was given."""
+    return cell[1:] if cell[:1] == "'" and _FORMULA.match(cell[1:]) else cell
 
 
 @dataclass(frozen=True)
@@ -65,17 +128,17 @@ def read_table(
     """
     if "\ufffd" in text:
         raise RequestError("table-letters", "table-send-file")
-    text = unicodedata.normalize("NFC", text.lstrip("\ufeff"))
+    text = unicodedata.normalize("NFC", text.lstrip(BOM))
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     # Excel's own line for the separator; its number counts, so that the others keep theirs.
     declared = re.match(r'"?sep=(.)"?\n', text)
     above = 1 if declared else 0
     text = text[declared.end() :] if declared else text
     head = text.partition("\n")[0]
-    between = declared[1] if declared else max(",;\t", key=head.count)
+    between = declared[1] if declared else _separator(head, columns)
     reader = csv.reader(io.StringIO(text), delimiter=between, strict=True)
     try:
-        named = [cell.strip().lower().replace(" ", "_") for cell in next(reader)]
+        named = _names(next(reader))
     except (StopIteration, csv.Error) as error:
         raise RequestError("table-none", "table-head") from error
     while named and not named[-1]:
@@ -92,9 +155,24 @@ def read_table(
             at = reader.line_num + above
             if any(cell.strip() for cell in line[len(named) :]):
                 raise RequestError("table-no-column", "table-head", number=at)
-            yield at, {name: cell.strip() for name, cell in zip(named, line, strict=False)}
+            cells = (_as_it_was(cell.strip()) for cell in line)
+            yield at, dict(zip(named, cells, strict=False))
     except csv.Error as error:
         raise RequestError("table-line", number=reader.line_num + above) from error
+
+
+def _separator(head: str, columns: Sequence[str]) -> str:
+    """Return the separator that makes the most known columns of a first line."""
+
+    def known(separator: str) -> tuple[int, int]:
+        names = _names(head.split(separator))
+        return sum(name in columns for name in names), len(names)
+
+    return max(",;\t", key=known)
+
+
+def _names(cells: Sequence[str]) -> list[str]:
+    return [cell.strip().strip('"').lower().replace(" ", "_") for cell in cells]
 
 
 def _check_columns(named: Sequence[str], columns: Sequence[str], needed: str) -> None:

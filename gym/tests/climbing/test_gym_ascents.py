@@ -16,6 +16,8 @@ from walltopo_gym.accounts.access import FOR
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.clock import now
 from walltopo_gym.migrations.tables import METADATA
+from walltopo_gym.publishing.models import Placement
+from walltopo_gym.scans.models import Scan
 
 
 @pytest.fixture
@@ -103,10 +105,59 @@ def test_ascents_outlive_reset_and_wall(world: World, route: str) -> None:
     assert (kept["route_name"], kept["gym_name"]) == ("Moon", world.gym.name)
 
 
-def test_a_clock_that_is_ahead_counts_as_now(world: World, route: str) -> None:
-    ahead = (now() + timedelta(days=300)).isoformat()
+def test_a_clock_of_another_time_zone_counts_as_now(world: World, route: str) -> None:
+    ahead = (now() + timedelta(hours=14)).isoformat()
     facts = tick(world, uuid4(), route, climbed_at=ahead).json()
     assert datetime.fromisoformat(facts["climbed_at"]) <= now()
+
+
+@pytest.mark.parametrize(
+    ("days", "code"), [(300, "ascent-in-future"), (2, "ascent-in-future"),
+                       (-3, "ascent-too-early"), (-20_000, "ascent-too-early")],
+)  # fmt: skip
+def test_an_ascent_of_an_impossible_day_is_refused(
+    world: World, route: str, days: int, code: str
+) -> None:
+    at = now() + timedelta(days=days)
+    refused = tick(world, uuid4(), route, climbed_at=at.isoformat())
+    assert (refused.status_code, refused.json()["code"]) == (422, code)
+    assert str(at.date()) in refused.json()["title"]
+    assert own(world) == []
+    kept = uuid4()
+    assert tick(world, kept, route).status_code == 201
+    assert tick(world, kept, route, climbed_at=at.isoformat()).status_code == 422
+    assert tick(
+        world, uuid4(), route, climbed_at=(now() - timedelta(hours=20)).isoformat()
+    ).is_success
+
+
+def test_a_late_tick_of_a_route_that_lived_on_counts_from_its_first_version(
+    world: World, route: str
+) -> None:
+    """It was set weeks ago; a new version and a new date of setting change nothing about that."""
+    setter = world.people["setter"]
+    with world.server.database.writing() as session:
+        scan = session.scalar(select(Placement.scan_id).where(Placement.route_id == UUID(route)))
+        session.get_one(Scan, scan).created_at = now() - timedelta(days=30)
+    late = (now() - timedelta(days=20)).isoformat()
+    again = world.reviewed({1: [1, 2]}, [hold(1, 0.0, 1.0), hold(2, 0.3, 1.4)])
+    revision = world.published()["revision"]
+    assert world.publish(again, {"number": 1, "route_id": route}, revision=revision).is_success
+    changed = {"set_on": str(world.gym.today())}
+    assert world.server.ask("PATCH", f"{world.path}/routes/{route}", setter, changed).is_success
+    assert tick(world, uuid4(), route, climbed_at=late).status_code == 201
+    before = (now() - timedelta(days=40)).isoformat()
+    assert tick(world, uuid4(), route, climbed_at=before).json()["code"] == "ascent-too-early"
+
+
+def test_a_setter_can_say_that_a_route_is_older(world: World, route: str) -> None:
+    at = (now() - timedelta(days=90)).isoformat()
+    ascent = uuid4()
+    assert tick(world, ascent, route, climbed_at=at).status_code == 422
+    older = {"set_on": str(world.gym.today() - timedelta(days=100))}
+    path = f"{world.path}/routes/{route}"
+    assert world.server.ask("PATCH", path, world.people["setter"], older).is_success
+    assert tick(world, ascent, route, climbed_at=at).status_code == 201
 
 
 def test_another_gyms_route_is_not_there(world: World, route: str) -> None:
@@ -185,5 +236,8 @@ def test_the_table_of_ascents_is_no_program(world: World) -> None:
     answer = world.server.ask("GET", "/me/ascents.csv", world.people["member"])
     assert answer.headers["content-type"].startswith("text/csv")
     lines = answer.text.splitlines()
-    assert lines[0] == "climbed_at,gym_name,route_name,grade,kind,tries,note"
+    assert lines[0] == "\ufeffclimbed_at,gym_name,route_name,grade,kind,tries,note"
     assert ",'=1+2,," in lines[1]
+    czech = {"accept-language": "cs-CZ,cs;q=0.9"}
+    answer = world.server.ask("GET", "/me/ascents.csv", world.people["member"], headers=czech)
+    assert ";'=1+2;;" in answer.text

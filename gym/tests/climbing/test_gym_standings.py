@@ -15,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sqlalchemy import select, update
 
+from walltopo_climb.grades.font import FONT
 from walltopo_gym.accounts.models import Profile
 from walltopo_gym.climbing.ascents import Kind, NewAscent, keep_ascent, take_back
 from walltopo_gym.climbing.boards import BoardQuery, board
@@ -25,7 +26,6 @@ from walltopo_gym.clock import now
 from walltopo_gym.gyms.members import add_member
 from walltopo_gym.gyms.models import GradeSystem, Gym
 from walltopo_gym.gyms.roles import Role
-from walltopo_gym.gyms.service import FONT
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.publishing.service import strip
 
@@ -240,6 +240,7 @@ def routes(world: World) -> list[str]:
         ).all()
         for route, grade in zip(found, ("6A", "6B", "7A"), strict=True):
             route.grade, route.grade_system_id = grade, system.id
+            route.set_on = BEGAN.date()
         return [str(route.id) for route in found]
 
 
@@ -336,7 +337,11 @@ def test_progress_says_what_was_climbed(world: World, routes: list[str]) -> None
         ("jug", 1, 1, 1),
     ]
     table = world.server.ask("GET", f"{world.path}/progress/grades.csv", member)
-    assert table.text.splitlines() == ["grade,worth,routes,flashes", "6A,200,1,0", "7A,320,1,1"]
+    assert table.text.splitlines() == [
+        "\ufeffgrade,worth,routes,flashes",
+        "6A,200,1,0",
+        "7A,320,1,1",
+    ]
 
 
 def test_a_session_is_begun_and_ended_by_hand(world: World, routes: list[str]) -> None:

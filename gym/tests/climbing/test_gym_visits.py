@@ -11,9 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from walltopo_climb.grades.font import FONT
+from walltopo_climb.grades.scales import FRENCH, SCALES, UIAA, V_SCALE
 from walltopo_gym.climbing.points import BEST, best_of, worth_of
 from walltopo_gym.climbing.visits import PAUSE, Event, Sort, day_begins, gym_day, visits
-from walltopo_gym.gyms.service import FONT, V_SCALE
 
 PRAGUE = ZoneInfo("Europe/Prague")
 ZONES = st.sampled_from(["UTC", "Europe/Prague", "America/St_Johns", "Asia/Kolkata"]).map(ZoneInfo)
@@ -85,25 +86,34 @@ def test_a_moment_lies_in_its_day(minute: int, zone: ZoneInfo, start: datetime) 
 
 
 @pytest.mark.parametrize(
-    ("grades", "label", "points"),
+    ("kind", "grades", "label", "points"),
     [
-        ([], "", 100),
-        ([{"label": g} for g in FONT], "6A", 200),
-        ([{"label": g} for g in FONT], "7A", 320),
-        ([{"label": g} for g in V_SCALE], "V3", 200),
-        ([{"label": "Blue", "low": "6A", "high": "6B+"}], "Blue", 230),
-        ([{"label": "easy"}, {"label": "middle"}, {"label": "hard"}], "middle", 260),
-        ([{"label": "one"}], "one", 260),
-        ([{"label": "easy"}], "gone since", 100),
+        ("", [], "", 100),
+        ("font", [{"label": g} for g in FONT], "6A", 200),
+        ("font", [{"label": g} for g in FONT], "7A", 320),
+        ("font", [{"label": "6A+/6B"}], "6A+/6B", 230),
+        ("font", [{"label": "5C"}], "5C", 180),
+        ("v", [{"label": g} for g in V_SCALE], "V3", 200),
+        ("v", [{"label": "V3-4"}], "V3-4", 220),
+        ("french", [{"label": g} for g in FRENCH], "6a", 200),
+        ("uiaa", [{"label": g} for g in UIAA], "VI+", 200),
+        ("own", [{"label": "6a"}, {"label": "6b"}], "6a", 120),
+        ("circuits", [{"label": "Blue", "low": "6A", "high": "6B+"}], "Blue", 230),
+        ("own", [{"label": "easy"}, {"label": "middle"}, {"label": "hard"}], "middle", 260),
+        ("own", [{"label": "one"}], "one", 260),
+        ("own", [{"label": "easy"}], "gone since", 100),
     ],
 )
-def test_what_a_top_is_worth(grades: list[dict[str, str]], label: str, points: int) -> None:
-    assert worth_of(grades, label) == points
+def test_what_a_top_is_worth(
+    kind: str, grades: list[dict[str, str]], label: str, points: int
+) -> None:
+    assert worth_of(kind, grades, label) == points
 
 
-@pytest.mark.parametrize("scale", [FONT, V_SCALE])
-def test_harder_is_never_worth_less(scale: tuple[str, ...]) -> None:
-    worths = [worth_of([{"label": g} for g in scale], grade) for grade in scale]
+@pytest.mark.parametrize("kind", SCALES)
+def test_harder_is_never_worth_less(kind: str) -> None:
+    scale = SCALES[kind].labels
+    worths = [worth_of(kind, [{"label": g} for g in scale], grade) for grade in scale]
     assert worths == sorted(worths)
 
 

@@ -284,8 +284,11 @@ def test_frozen_for_all_but_judges_and_replayed_to_any_moment(public: World) -> 
     assert contest.ranks("nobody", now()) == [(1, "Jana"), (None, "Ivo")]
     why = f"/board/why?first={jana}&second={ivo}"
     assert contest.ask("GET", why, who="nobody").json()["steps"] == []
-    table = contest.ask("GET", "/results.csv", who="nobody").text
-    assert [row["rank"] for row in csv.DictReader(io.StringIO(table))] == ["1", ""]
+    table = contest.ask("GET", "/results.csv", who="nobody")
+    assert [row["rank"] for row in csv.DictReader(io.StringIO(table.text.lstrip("\ufeff")))] == [
+        "1",
+        "",
+    ]
     assert contest.ask("PUT", "/frozen", {"frozen": False}).is_success
     assert contest.ranks("nobody") == [(1, "Ivo"), (2, "Jana")]
 
@@ -303,9 +306,13 @@ def test_the_same_board_is_not_sent_twice(public: World) -> None:
 def test_results_as_table_and_on_paper(public: World) -> None:
     contest = running(public)
     contest.say(contest.entry("=cmd()", team="+team"), "top", 0, 1)
-    rows = list(csv.DictReader(io.StringIO(contest.ask("GET", "/results.csv").text)))
+    rows = list(
+        csv.DictReader(io.StringIO(contest.ask("GET", "/results.csv").text.lstrip("\ufeff")))
+    )
     assert [(row["rank"], row["name"], row["team"]) for row in rows] == [("1", "'=cmd()", "'+team")]
     assert rows[0]["1. Session: tops"] == "1"
+    german = contest.ask("GET", "/results.csv?language=de").text
+    assert german.startswith("\ufeffcategory;rank;shared;bib;")
     for language in LANGUAGES:
         paper = contest.ask("GET", f"/results.pdf?language={language}", who="nobody")
         assert paper.headers["content-type"] == "application/pdf"
@@ -470,6 +477,8 @@ def test_who_goes_takes_the_name_along_and_leaves_the_ranks(public: World) -> No
 def test_the_calendar_knows_what_is_no_draft(public: World) -> None:
     starts = now() + timedelta(days=3)
     contest = Contest(public, {"starts_at": starts.isoformat()}).make()
+    listed = public.server.ask("GET", f"{public.path}/competitions", public.people["setter"]).json()
+    assert [one["time_zone"] for one in listed] == [public.gym.time_zone]
     for state, known in (("draft", []), ("open", [(contest.sheet["name"], starts)])):
         contest.move(state)
         with public.server.database.reading() as session:

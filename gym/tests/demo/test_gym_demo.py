@@ -13,6 +13,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from walltopo.scans.routes import Route as FoundRoute
+from walltopo_climb.grades.font import FONT
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.climbing.counting import recount
 from walltopo_gym.climbing.models import Ascent, ClimbingSession, Opinion, Standing
@@ -24,7 +25,6 @@ from walltopo_gym.demo.cups import COMPETITORS, hold_cups
 from walltopo_gym.demo.hall import NAME, name_routes
 from walltopo_gym.demo.problems import make_problems
 from walltopo_gym.gyms.models import Gym, Membership
-from walltopo_gym.gyms.service import FONT
 from walltopo_gym.problems.models import Problem, ProblemAscent
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.walls.models import Wall

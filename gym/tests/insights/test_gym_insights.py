@@ -345,7 +345,7 @@ def test_by_the_page_wishes_stock_and_washing(world: World) -> None:
     wear = ask("DELETE", f"{wall}/{wear['washing_id']}")["wear"][0]
     assert (wear["due"], wear["washed_at"]) == (1, None)
     table = world.server.ask("GET", f"{path}/stock.csv", setter).text.splitlines()
-    assert table[:2] == ["colour,type,current,total,free", "blue,,1,0,-1"]
+    assert table[:2] == ["\ufeffcolour,type,current,total,free", "blue,,1,0,-1"]
 
 
 def test_a_reset_lists_what_stayed_came_and_went(world: World) -> None:

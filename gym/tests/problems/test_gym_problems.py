@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import timedelta
 from typing import Any
 from uuid import UUID, uuid4
 
@@ -12,6 +13,7 @@ from sqlalchemy import select
 from walltopo_gym.accounts import limits
 from walltopo_gym.accounts.limits import Limit
 from walltopo_gym.accounts.models import AuditEntry
+from walltopo_gym.clock import now
 from walltopo_gym.grading.placing import Placing
 from walltopo_gym.gyms.models import Ban, GradeSystem
 from walltopo_gym.messages import english
@@ -151,7 +153,7 @@ def test_who_climbed_it(world: World, scan: UUID) -> None:
     key, device = uuid4(), str(uuid4())
     put(world, "member", scan, key)
     path = f"{world.path}/problems/{key}/climbed"
-    day = "2026-03-01T19:30:00Z"
+    day = f"{now() - timedelta(hours=3):%Y-%m-%dT%H:%M:%SZ}"
 
     def say(who: str, at: str | None, number: int) -> None:
         edit = {"device": device, "number": number, "age_s": 0}

@@ -14,6 +14,7 @@ from sqlalchemy import select
 
 from walltopo.scans.edits import EditLog
 from walltopo_gym.accounts.models import AuditEntry
+from walltopo_gym.clock import now
 from walltopo_gym.scans.models import Scan, ScanEdits
 from walltopo_gym.storage.files import FileStore
 
@@ -41,7 +42,7 @@ def kept(table: dict[str, Any]) -> list[dict[str, Any]]:
 def test_an_amendment_keeps_routes_and_their_ascents(current: Current) -> None:
     world, before = current
     route = before["routes"][0]["id"]
-    tick = {"kind": "top", "tries": 1, "climbed_at": "2026-11-20T18:00:00Z", "route_id": route}
+    tick = {"kind": "top", "tries": 1, "climbed_at": now().isoformat(), "route_id": route}
     ascent = f"{world.path}/ascents/{uuid4()}"
     assert world.server.ask("PUT", ascent, world.people["member"], tick).is_success
     amendment = amend(world)

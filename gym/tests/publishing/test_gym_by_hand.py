@@ -9,6 +9,7 @@ from uuid import uuid4
 import pytest
 from gym.tests.worlds import Somebody, World, hold
 
+from walltopo_gym.clock import now
 from walltopo_gym.hall.words import words_in
 from walltopo_gym.languages import LANGUAGES
 from walltopo_gym.publishing.colours import colour_of
@@ -44,7 +45,7 @@ def listed(world: World, who: str = "member") -> Any:
 
 
 def tick(world: World, route: str, who: str = "member") -> None:
-    climbed = {"route_id": route, "kind": "top", "climbed_at": "2026-03-01T19:30:00+01:00"}
+    climbed = {"route_id": route, "kind": "top", "climbed_at": now().isoformat()}
     answer = world.server.ask("PUT", f"{world.path}/ascents/{uuid4()}", world.people[who], climbed)
     assert answer.is_success, answer.text
 

@@ -9,6 +9,8 @@ import pytest
 from gym.tests.worlds import World, hold
 from sqlalchemy import func, select
 
+from walltopo_gym.gyms.models import GRADE_BY
+from walltopo_gym.migrations.tables import METADATA
 from walltopo_gym.publishing.models import Placement, Route
 
 HOLDS = [hold(n, 0.5 * n, 1.0 + 0.1 * (n % 3)) for n in range(1, 13)]
@@ -136,6 +138,100 @@ def test_grades_are_the_gyms(current: tuple[World, dict[str, Any]]) -> None:
         answer = world.server.ask("PATCH", route, world.people["setter"], body)
         assert answer.status_code == status, answer.text
     assert world.server.ask("GET", route, world.owner).json()["grade"] == "6A"
+
+
+@pytest.mark.parametrize(
+    ("kind", "labels", "own", "written"),
+    [
+        ("font", ["4", "5a", "5B", "5C", "6A", "6a+/6b"], "6A+/6B", "6a+ / 6B"),
+        ("font", ["6A", "6A+"], "6A", "6a"),
+        ("v", ["VB", "V0", "V4-5"], "V4-5", "v4/5"),
+        ("french", ["5c", "6A", "6a+"], "6a", "6A"),
+        ("uiaa", ["V+", "VI-", "VI+"], "VI+", "6+"),
+        ("uiaa", ["5+", "6-", "6+"], "6+", "VI+"),
+        ("own", ["Grün"], "Grün", "grün"),
+    ],
+)
+def test_a_written_grade_gets_the_label_of_its_system(
+    current: tuple[World, dict[str, Any]], kind: str, labels: list[str], own: str, written: str
+) -> None:
+    world, before = current
+    body = {"name": "Ours", "kind": kind, "grades": [{"label": label} for label in labels]}
+    made = world.server.ask("POST", f"{world.path}/grade-systems", world.owner, body)
+    assert made.status_code == 201, made.text
+    system = made.json()["id"]
+    route = f"{world.path}/routes/{before['routes'][0]['id']}"
+    graded = {"grade_system_id": system, "grade": written}
+    answer = world.server.ask("PATCH", route, world.people["setter"], graded)
+    assert answer.json()["grade"] == own
+    wrong = graded | {"grade": "6Z"}
+    answer = world.server.ask("PATCH", route, world.people["setter"], wrong)
+    assert (answer.status_code, answer.json()["code"]) == (422, "grade-unknown")
+    opinion = {"grade": written}
+    member = world.people["member"]
+    assert world.server.ask("PUT", f"{route}/opinion", member, opinion).status_code == 204
+    assert world.server.ask("GET", f"{route}/opinion", member).json()["grade"] == own
+
+
+@pytest.mark.parametrize(
+    ("kind", "labels", "code"),
+    [
+        ("font", ["6A", "V4"], "grades-unknown"),
+        ("font", ["6A", "6a"], "grades-twice"),
+        ("uiaa", ["VI+", "6+"], "grades-twice"),
+        ("font", ["6A+/6B", "6A+"], "grades-order"),
+        ("french", ["6"], "grades-unknown"),
+    ],
+)
+def test_a_scale_refuses_what_is_none_of_its_grades(
+    world: World, kind: str, labels: list[str], code: str
+) -> None:
+    body = {"name": "Ours", "kind": kind, "grades": [{"label": label} for label in labels]}
+    made = world.server.ask("POST", f"{world.path}/grade-systems", world.owner, body)
+    assert (made.status_code, made.json()["code"]) == (422, code)
+
+
+def test_a_circuits_range_is_spelled_as_its_scale_does(world: World) -> None:
+    grades = [{"label": "Blue", "low": "6a", "high": "6b+"}]
+    body = {"name": "Colours", "kind": "circuits", "grades": grades}
+    made = world.server.ask("POST", f"{world.path}/grade-systems", world.owner, body).json()
+    assert (made["grades"][0]["low"], made["grades"][0]["high"]) == ("6A", "6B+")
+
+
+def test_every_column_of_grades_is_found_by_renames() -> None:
+    """Ascents, competitions and their problems keep the grade of their day."""
+    kept = {"ascents", "competition_problems"}
+    for table in METADATA.sorted_tables:
+        if "grade" in table.c and table.name not in kept:
+            assert GRADE_BY in table.c.grade.info, table.name
+
+
+@pytest.mark.both_databases("updates of rows inside of JSON")
+def test_grades_of_plans_and_opinions_are_in_use_too(
+    current: tuple[World, dict[str, Any]],
+) -> None:
+    world, before = current
+    ask, path = world.server.ask, f"{world.path}/grade-systems"
+    body = {"name": "Colours", "kind": "own", "grades": [{"label": n} for n in ("blue", "red")]}
+    system = ask("POST", path, world.owner, body).json()["id"]
+    route = f"{world.path}/routes/{before['routes'][0]['id']}"
+    graded = {"grade_system_id": system, "grade": "red"}
+    assert ask("PATCH", route, world.people["setter"], graded).is_success
+    assert ask("PUT", f"{route}/opinion", world.people["member"], {"grade": "blue"}).is_success
+    target = {"system": system, "grade": "red", "routes": 3}
+    wanted = {"cells": [target]}
+    assert ask("PUT", f"{world.path}/insights/targets", world.owner, wanted).is_success
+    lost = ask("PUT", f"{path}/{system}", world.owner, body | {"grades": [{"label": "red"}]})
+    assert (lost.status_code, lost.json()["code"]) == (409, "grades-in-use")
+    new = [{"label": "blue"}, {"label": "ruby"}]
+    change = body | {"grades": new, "renamed": {"red": "ruby"}}
+    assert ask("PUT", f"{path}/{system}", world.owner, change).is_success
+    found = ask("GET", f"{world.path}/insights", world.owner).json()["targets"]
+    assert [(row["grade"], row["target"]) for row in found if row["target"]] == [("ruby", 3)]
+    by = ask("POST", path, world.owner, body | {"name": "More", "grades": new}).json()["id"]
+    assert ask("DELETE", f"{path}/{system}?replacement={by}", world.owner).is_success
+    found = ask("GET", f"{world.path}/insights", world.owner).json()["targets"]
+    assert [(row["system"], row["grade"]) for row in found if row["target"]] == [(by, "ruby")]
 
 
 @pytest.mark.both_databases("updates by subquery and case")

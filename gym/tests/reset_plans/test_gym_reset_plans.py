@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import unicodedata
 from datetime import timedelta
 from typing import Any
 from uuid import UUID, uuid4
@@ -131,6 +132,7 @@ def test_people_to_name(world: World) -> None:
     with world.server.database.writing() as session:
         add_member(session, world.gym.id, person, Role.MEMBER, person)
     assert found("?named=žof") == {"Žofie"}
+    assert found(f"?named={unicodedata.normalize('NFD', 'žof')}") == {"Žofie"}
 
 
 def test_routes_of_a_plan_are_those_set_since_its_day(world: World, font: str) -> None:

@@ -14,6 +14,7 @@ from gym.tests.worlds import Server, World, hold, make_world
 
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.manifest import Joined, Manifest
+from walltopo_gym.clock import now
 from walltopo_gym.scans.artifacts import drop_joined
 from walltopo_gym.scans.service import State
 
@@ -167,7 +168,7 @@ def _routes_by_csv(world: World) -> dict[str, str]:
     assert world.server.ask("POST", f"{path}/import", setter, body).json()["added"] == 2
     routes = world.server.ask("GET", path, member).json()
     added = {route["name"]: route["id"] for route in routes if route["name"] in ("Sun", "Star")}
-    tick = {"route_id": added["Sun"], "kind": "top", "climbed_at": "2026-03-01T19:30:00+01:00"}
+    tick = {"route_id": added["Sun"], "kind": "top", "climbed_at": now().isoformat()}
     assert world.server.ask("PUT", f"{world.path}/ascents/{uuid4()}", member, tick).is_success
     return added
 

@@ -198,6 +198,10 @@ def test_what_is_announced_can_be_looked_at(name: str, end: str) -> None:
     assert kept == shown_name(kept)
 
 
+def test_a_name_of_a_mac_is_kept_as_others_write_it() -> None:
+    assert kept_name("Gru\u0308n.jpg") == "Gr\u00fcn.jpg"
+
+
 def test_a_killed_server_has_all_that_it_acknowledged(tmp_path: Path) -> None:
     world = make_world(Server(tmp_path))
     world.server.close()

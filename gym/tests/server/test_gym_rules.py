@@ -618,7 +618,7 @@ CASES = {
     "read_route_picture": Case("guest", Scope.READ, a_drawn_route),
     "put_ascent": Case("member", values=an_ascent, body=lambda w: {
         "route_id": w.published()["routes"][0]["id"], "kind": "top", "tries": 2,
-        "climbed_at": "2026-03-01T19:30:00+01:00"}),
+        "climbed_at": now().isoformat()}),
     "list_ascents": Case("signed-in"),
     "drop_ascent": Case("signed-in", values=an_own_ascent),
     "read_opinion": Case("member", values=a_route),
@@ -637,7 +637,7 @@ CASES = {
     "read_problem": Case("guest", Scope.READ, a_problem),
     "drop_problem": Case("signed-in", values=an_own_problem),
     "put_problem_climbed": Case("member", values=a_members_problem, body=lambda w: {
-        "climbed_at": "2026-03-01T19:30:00+01:00"}),
+        "climbed_at": now().isoformat()}),
     "estimate_problem": Case("member", values=a_wall_for_problems, body=lambda w: {
         name: value for name, value in _problem_body(w).items() if name in ("scan_id", "holds")}),
     "promote_problem": Case("setter", Scope.PUBLISH, a_members_problem),

@@ -10,6 +10,13 @@ from walltopo.cli import main
 from walltopo.core.files import read_json
 from walltopo_lab.benchmarks.bad_input import CASES, Case
 from walltopo_lab.benchmarks.bad_pictures import picture
+from walltopo_lab.benchmarks.bad_platform import (
+    PLATFORM_CASES,
+    PLATFORM_HEAD,
+    ROOT,
+    PlatformCase,
+    platform_rows,
+)
 
 
 def _run(
@@ -40,6 +47,18 @@ def test_bad_input(case: Case, tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert code == case.code, output
     assert "Traceback" not in output
     assert "defect in walltopo" not in output
+
+
+@pytest.mark.parametrize("case", PLATFORM_CASES, ids=lambda case: case.given)
+def test_each_case_of_the_platform_has_its_test(case: PlatformCase) -> None:
+    path, name = case.test
+    content = (ROOT / "gym" / path).read_text("utf-8")
+    assert f"def {name}(" in content or f'test("{name}"' in content
+
+
+def test_the_page_has_what_the_platform_answers() -> None:
+    page = (ROOT / "docs" / "bad-input.md").read_text("utf-8")
+    assert page.endswith(PLATFORM_HEAD + "\n".join(platform_rows()) + "\n")
 
 
 def test_no_space_left(

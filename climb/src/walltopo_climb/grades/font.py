@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 
 FONT = (
@@ -27,13 +28,37 @@ def parse_grade(text: str) -> float | None:
     return sum(known) / len(known)
 
 
+def font_label(text: str) -> str | None:
+    """Return a single Font grade as the scale spells it ("fb 6a+" is 6A+); None if it is none.
+
+    The grades are those of `FONT`, and 3A to 5C+ of gyms that divide the easy ones by letters.
+    """
+    name = _font_name(text)
+    return name if name is not None and (name in FONT or name[0] in "345") else None
+
+
+def v_label(text: str) -> str | None:
+    """Return a single V grade as the scale spells it ("v 4" is V4); None if it is none."""
+    found = _V.fullmatch(text)
+    name = "" if found is None else f"V{found[1].upper()}"
+    return name if grade_ends(name) is not None else None
+
+
 def grade_ends(label: str) -> tuple[int, int] | None:
     """Return the first and last place in `FONT` of a Font or V grade in its usual spelling.
 
-    Return None if the label is neither.
+    Slash grades (6A+/6B, V4-5) cover both grades. Return None if the label is neither.
     """
+    first, slash, last = label.replace("-", "/").partition("/")
+    if slash:
+        prefix = "V" if first[:1] == "V" and last.isdecimal() else ""
+        ends = grade_ends(first), grade_ends(prefix + last)
+        return None if ends[0] is None or ends[1] is None else (ends[0][0], ends[1][1])
     if label in FONT:
         return FONT.index(label), FONT.index(label)
+    if font_label(label) == label:
+        place = parse_grade(label)
+        return None if place is None else (math.floor(place), math.ceil(place))
     number = "0" if label.upper() == "VB" else label[1:]
     if label[:1].upper() != "V" or not number.isdecimal():
         return None
@@ -41,16 +66,20 @@ def grade_ends(label: str) -> tuple[int, int] | None:
     return (places[0], places[-1]) if places else None
 
 
+def _font_name(text: str) -> str | None:
+    found = _FONT.fullmatch(text)
+    return found and f"{found[1]}{(found[2] or '').upper()}{found[3] or ''}"
+
+
 def _one(text: str) -> float | None:
     v = _V.fullmatch(text)
     if v:
         ends = grade_ends(f"V{v[1]}")
         return None if ends is None else sum(ends) / 2
-    font = _FONT.fullmatch(text)
-    if not font:
+    name = _font_name(text)
+    if name is None:
         return None
-    digit, letter, plus = font[1], (font[2] or "").upper(), font[3] or ""
-    name = f"{digit}{letter}{plus}"
+    digit, letter = name[0], name[1:].rstrip("+")
     if name in FONT:
         return float(FONT.index(name))
     # 5A, 5B, 5C of some gyms are 5 and 5+ on the scale.

@@ -10,6 +10,7 @@ from pydantic import (
     AfterValidator,
     AwareDatetime,
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Field,
     StringConstraints,
@@ -19,11 +20,29 @@ from pydantic import (
 # Printable, of one line: no control or bidirectional override characters, no lone surrogates.
 _LINE = r"^[^\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]+$"
 
+_MAX_DEPTH: Final = 20  # no body is nested deeper; what is, is refused by its fields
+
+
+def composed(value: Any, depth: int = 0) -> Any:
+    """Return plain values with all of their text in Unicode's form NFC."""
+    if isinstance(value, str):
+        return unicodedata.normalize("NFC", value)
+    if depth > _MAX_DEPTH:
+        return value
+    if isinstance(value, dict):
+        return {composed(key, depth): composed(item, depth + 1) for key, item in value.items()}
+    if isinstance(value, list):
+        return [composed(item, depth + 1) for item in value]
+    return value
+
+
 Name = Annotated[
     str, StringConstraints(strip_whitespace=True, min_length=1, max_length=80, pattern=_LINE)
 ]
+# Composed here too: query parameters have no `Body` around them.
 Text = Annotated[
     str,
+    BeforeValidator(composed),
     StringConstraints(
         strip_whitespace=True, max_length=120, pattern=_LINE.replace("]+$", "]*$")
     ),
@@ -81,19 +100,3 @@ class Body(BaseModel):
     @classmethod
     def _composed(cls, given: Any) -> Any:
         return composed(given)
-
-
-_MAX_DEPTH: Final = 20  # no body is nested deeper; what is, is refused by its fields
-
-
-def composed(value: Any, depth: int = 0) -> Any:
-    """Return plain values with all of their text in Unicode's form NFC."""
-    if isinstance(value, str):
-        return unicodedata.normalize("NFC", value)
-    if depth > _MAX_DEPTH:
-        return value
-    if isinstance(value, dict):
-        return {composed(key, depth): composed(item, depth + 1) for key, item in value.items()}
-    if isinstance(value, list):
-        return [composed(item, depth + 1) for item in value]
-    return value

@@ -12,7 +12,8 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.fields import Body, Moment
-from walltopo_gym.climbing.counting import count_again, value
+from walltopo_gym.climbing.counting import count_again, value, zone_of
+from walltopo_gym.climbing.dates import begin_of, check_climbed
 from walltopo_gym.climbing.edits import Edit, takes
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.clock import now
@@ -64,11 +65,13 @@ def keep_ascent(
 ) -> tuple[Ascent, bool]:  # fmt: skip
     """Store or correct an ascent; return it and whether it is new.
 
-    A time in the future counts as now. A withdrawn ascent stays withdrawn, and a newer edit stays.
+    A time of the next hours counts as now, because clocks differ. A withdrawn ascent stays
+    withdrawn, and a newer edit stays.
 
     Raises
     ------
-    RequestError : a flash in several tries; ConflictError : the id belongs to another person.
+    RequestError : a flash in several tries, or a new time at which the route was not there;
+        ConflictError : the id belongs to another person.
     """
     if climb.kind == Kind.FLASH and climb.tries != 1:
         raise RequestError("flash-one-try", tries=climb.tries)
@@ -76,6 +79,8 @@ def keep_ascent(
     session.execute(select(Person.id).where(Person.id == person).with_for_update())
     row = session.get(Ascent, ascent)
     is_new = row is None
+    if row is None or row.climbed_at != climb.climbed_at:
+        check_climbed(climb.climbed_at, begin_of(session, gym, route), zone_of(gym))
     if row is None:
         row = Ascent(
             id=ascent, person_id=person, gym_id=gym.id, route_id=route.id, gym_name=gym.name,

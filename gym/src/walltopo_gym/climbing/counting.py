@@ -100,8 +100,10 @@ def recount(session: Session, gym: Gym) -> int:
 
 
 def _valued(system: GradeSystem | None, label: str) -> tuple[int, str]:
-    circuit = label if system is not None and system.kind == "circuits" else ""
-    return worth_of([] if system is None else system.grades, label), circuit
+    if system is None:
+        return worth_of("", [], label), ""
+    circuit = label if system.kind == "circuits" else ""
+    return worth_of(system.kind, system.grades, label), circuit
 
 
 def _value_bare(session: Session, gym: Gym, person: UUID | None) -> None:

@@ -11,6 +11,7 @@ from sqlalchemy.orm import Mapped, mapped_column
 from walltopo_gym.climbing.edits import Edited
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
+from walltopo_gym.gyms.models import GRADE_BY
 
 
 class Ascent(Edited, Keyed, Base):
@@ -67,7 +68,7 @@ class Opinion(Edited, Base):
     person_id: Mapped[UUID] = mapped_column(
         ForeignKey("people.id", ondelete="CASCADE"), primary_key=True, index=True
     )
-    grade: Mapped[str] = mapped_column(String(80), default="")
+    grade: Mapped[str] = mapped_column(String(80), default="", info={GRADE_BY: "route_id"})
     stars: Mapped[int | None]
     wish: Mapped[str] = mapped_column(String(10), default="")
     comment: Mapped[str] = mapped_column(String(500), default="")

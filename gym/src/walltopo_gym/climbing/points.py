@@ -1,9 +1,10 @@
 """Points of a route, and the grade that climbers vote for.
 
 A top is worth 100 points, plus 20 for each step of its grade above 3 on the Font scale; a flash is
-worth half a step more. V grades count as the Font grade beside them, a circuit as the middle of its
-range. A gym's own labels without a range are spread evenly from 4 to 7C. A route without a grade
-counts as a 3.
+worth half a step more. V grades count as the Font grade beside them; French grades, and the French
+ones beside UIAA grades, as the Font grade of the same digits; a circuit as the middle of its range.
+A gym's own labels without a range are spread evenly from 4 to 7C. A route without a grade counts as
+a 3.
 
 A standing is the sum of a climber's best `BEST` routes of a period, each route once: a weekly
 visitor finds that many, and a daily visitor gains by climbing harder, not more.
@@ -14,7 +15,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
-from walltopo_gym.gyms.service import FONT, V_SCALE
+import numpy as np
+
+from walltopo_climb.grades.font import FONT
+from walltopo_climb.grades.scales import SCALES, V_SCALE, french_place
 
 BEST: Final = 10
 
@@ -25,23 +29,26 @@ _BASE: Final = 100
 _STEP: Final = 20
 
 # The Font grade beside each V grade, as in guidebooks, up to 9A.
-_OF_V: Final = dict(zip(V_SCALE, (
+_OF_V: Final = [FONT.index(grade) for _, grade in zip(V_SCALE, (
     "3", "4", "5", "5+", "6A", "6B", "6C", "7A", "7A+", "7B", "7C", "7C+", "8A", "8A+", "8B", "8B+",
     "8C", "8C+", "9A",
-), strict=True))  # fmt: skip
+), strict=True)]  # fmt: skip
+
+_FRENCH_6A: Final = 36  # its place on the French scale
 
 _OWN_FROM, _OWN_TO = FONT.index("4"), FONT.index("7C")
 
 
-def worth_of(grades: Sequence[Mapping[str, Any]], label: str) -> int:
+def worth_of(kind: str, grades: Sequence[Mapping[str, Any]], label: str) -> int:
     """Return the points of a top.
 
     Parameters
     ----------
-    grades : of the route's grade system, from the easiest; empty without a system.
+    kind : of the route's grade system; empty without a system.
+    grades : of the system, from the easiest; empty without a system.
     label : of the route's grade.
     """
-    return _BASE + round(_STEP * _steps(grades, label))
+    return _BASE + round(_STEP * _steps(kind, grades, label))
 
 
 def best_of(values: Iterable[int]) -> int:
@@ -54,16 +61,17 @@ def best_of(values: Iterable[int]) -> int:
     return sum(sorted(values, reverse=True)[:BEST])
 
 
-def _steps(grades: Sequence[Mapping[str, Any]], label: str) -> float:
+def _steps(kind: str, grades: Sequence[Mapping[str, Any]], label: str) -> float:
     """Return the number of Font steps above 3."""
     labels = [grade["label"] for grade in grades]
     if label in labels:
         place = labels.index(label)
-        low, high = grades[place].get("low"), grades[place].get("high")
-        if low is not None and high is not None:
-            return (_on_scale(low) + _on_scale(high)) / 2
-    if label in FONT or label in _OF_V:
-        return _on_scale(label)
+        ends = [_on_scale("", grades[place].get(name) or "") for name in ("low", "high")]
+        if ends[0] is not None and ends[1] is not None:
+            return (ends[0] + ends[1]) / 2
+    known = _on_scale(kind, label)
+    if known is not None:
+        return known
     if label not in labels:
         return 0.0
     if len(labels) == 1:
@@ -71,8 +79,18 @@ def _steps(grades: Sequence[Mapping[str, Any]], label: str) -> float:
     return _OWN_FROM + (_OWN_TO - _OWN_FROM) * place / (len(labels) - 1)
 
 
-def _on_scale(grade: str) -> float:
-    return float(FONT.index(_OF_V.get(grade, grade)))
+def _on_scale(kind: str, label: str) -> float | None:
+    """Return the Font steps of a grade of a common scale; without a scale, of Font or V."""
+    for name in (kind,) if kind in SCALES else ("font", "v"):
+        grade = SCALES[name].read(label)
+        if grade is None or grade.label != label:
+            continue
+        if name == "font":
+            return grade.place
+        if name == "v":
+            return float(np.interp(grade.place, range(len(_OF_V)), _OF_V))
+        return max(0.0, french_place(name, grade.place) - _FRENCH_6A + FONT.index("6A"))
+    return None
 
 
 # Of fewer votes one person's word would be read as everybody's.

@@ -174,7 +174,7 @@ class CategoryFacts(BaseModel):
 
 
 class CompetitionFacts(BaseModel):
-    """A competition in a list."""
+    """A competition in a list; `time_zone` is the gym's, in which its times are to be shown."""
 
     id: UUID
     name: str
@@ -184,6 +184,7 @@ class CompetitionFacts(BaseModel):
     fee: str
     starts_at: datetime | None
     ends_at: datetime | None
+    time_zone: str
     self_entry: bool
     self_scoring: bool
     entries: int
@@ -198,7 +199,6 @@ class CompetitionSheet(CompetitionFacts):
     team_size: int | None
     frozen_at: datetime | None
     revision: int
-    time_zone: str
     entered: bool
     categories: list[CategoryFacts]
     rounds: list[RoundFacts]

@@ -51,10 +51,7 @@ def read_start_list(session: Session, row: Competition, text: str) -> StartList:
     RequestError : the text is not such a table.
     """
     there = select(Category).where(Category.competition_id == row.id).order_by(Category.place)
-    categories = {
-        unicodedata.normalize("NFC", category.name).casefold(): category
-        for category in session.scalars(there)
-    }
+    categories = {_name_key(category.name): category for category in session.scalars(there)}
     there_already = _Entered(session, row)
     taken = set(there_already.bibs)
     entries: list[EntryBody] = []
@@ -81,7 +78,8 @@ class _Entered:
         self.bibs = {entry.bib for entry in every}
         self._by_name: dict[tuple[str, UUID], list[Entry]] = {}
         for entry in every:
-            self._by_name.setdefault(_name_key(entry.name, entry.category_id), []).append(entry)
+            key = _name_key(entry.name), entry.category_id
+            self._by_name.setdefault(key, []).append(entry)
 
     def has(self, words: EntryBody) -> bool:
         """Return whether a competitor has this name and category, and no other number or year."""
@@ -90,12 +88,13 @@ class _Entered:
             and (
                 None in (words.birth_year, entry.birth_year) or words.birth_year == entry.birth_year
             )
-            for entry in self._by_name.get(_name_key(words.name, words.category_id), [])
+            for entry in self._by_name.get((_name_key(words.name), words.category_id), [])
         )
 
 
-def _name_key(name: str, category: UUID) -> tuple[str, UUID]:
-    return unicodedata.normalize("NFC", name).casefold(), category
+def _name_key(name: str) -> str:
+    """Return the same text for names that differ in composed letters, upper or lower case alone."""
+    return unicodedata.normalize("NFC", name).casefold()
 
 
 def take_in(session: Session, row: Competition, entries: list[EntryBody]) -> None:
@@ -162,7 +161,7 @@ def _category(
     """Return the category by name; without a name, the only one. Note an error if there is none."""
     if not name and len(categories) == 1:
         return next(iter(categories.values()))
-    found = categories.get(name.casefold())
+    found = categories.get(_name_key(name))
     if found is None:
         names = ", ".join(category.name for category in categories.values())
         key = "cell-no-category" if name else "cell-category-missing"

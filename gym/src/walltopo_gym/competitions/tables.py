@@ -3,28 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from decimal import Decimal
 from typing import Final
 
 from walltopo_gym.competitions.board_view import BoardView, Line, RoundLine
 from walltopo_gym.paper.sheet import Sheet
-from walltopo_gym.spreadsheets import csv_table
+from walltopo_gym.spreadsheets import CsvDialect, csv_table
 
 _COLUMNS: Final = ("category", "rank", "shared", "bib", "name", "team", "club", "out", "points")
 _OF_A_ROUND: Final = ("rank", "points", "tops", "zones", "flashes", "tries_to_top",
                       "tries_to_zone")  # fmt: skip
 
 
-def results_csv(board: BoardView) -> str:
+def results_csv(board: BoardView, dialect: CsvDialect) -> str:
     """Return a line per competitor, by category; a round's columns begin with its name."""
     heads = [f"{number}. {one.name}: {name}"
              for number, one in enumerate(board.rounds, 1) for name in _OF_A_ROUND]  # fmt: skip
     rows = (
-        (category.name, _rank(line), "yes" if line.tied else "", line.bib, line.name, line.team,
-         line.club, line.out or "", line.points, *_cells(line))
+        (category.name, line.rank, "yes" if line.tied else "", line.bib, line.name, line.team,
+         line.club, line.out, _number(line.points), *_cells(line))
         for category in board.categories for line in category.lines
     )  # fmt: skip
     columns = [*_COLUMNS, *heads]
-    return csv_table(columns, (dict(zip(columns, row, strict=True)) for row in rows))
+    return csv_table(columns, (dict(zip(columns, row, strict=True)) for row in rows), dialect)
 
 
 def results_pdf(board: BoardView, gym: str, when: str, words: dict[str, str]) -> bytes:
@@ -66,11 +67,15 @@ def _rank(line: Line) -> str:
     return "" if line.rank is None else str(line.rank)
 
 
-def _cells(line: Line) -> Iterator[str]:
+def _number(points: str) -> Decimal | None:
+    return Decimal(points) if points else None
+
+
+def _cells(line: Line) -> Iterator[Decimal | int | None]:
     for one in line.rounds:
+        values = {"points": _number(one.points)}
         for name in _OF_A_ROUND:
-            value = getattr(one, name)
-            yield "" if value is None or not one.started else str(value)
+            yield values.get(name, getattr(one, name)) if one.started else None
 
 
 def _results(line: Line, rounds: set[object]) -> list[str]:

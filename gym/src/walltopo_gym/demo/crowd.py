@@ -11,6 +11,7 @@ import numpy as np
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from walltopo_climb.grades.font import FONT
 from walltopo_gym.accounts.models import Person, Profile
 from walltopo_gym.accounts.people import NO_PASSWORD, Audience, Category
 from walltopo_gym.climbing.models import Ascent, Follow
@@ -18,7 +19,6 @@ from walltopo_gym.demo.logs import Climber, Visitor, climb
 from walltopo_gym.demo.opinions import give_opinions
 from walltopo_gym.gyms.models import Gym, Membership
 from walltopo_gym.gyms.roles import Role
-from walltopo_gym.gyms.service import FONT
 from walltopo_gym.publishing.models import Route
 
 DAYS: Final = 70

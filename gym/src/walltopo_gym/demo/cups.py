@@ -11,6 +11,7 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from walltopo_climb.grades.font import FONT
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.competitions.bodies import CategoryBody, EntryBody, RoundBody, ScoringBody
 from walltopo_gym.competitions.entering import add_entry
@@ -31,7 +32,6 @@ from walltopo_gym.competitions.service import (
 from walltopo_gym.demo.crowd import abilities, email_of
 from walltopo_gym.demo.logs import Climber, Visitor
 from walltopo_gym.gyms.models import Gym
-from walltopo_gym.gyms.service import FONT
 from walltopo_gym.publishing.models import Route
 
 COMPETITORS: Final = 24

@@ -22,6 +22,7 @@ from walltopo.core import InputError, StageError
 from walltopo.core.files import atomic_path
 from walltopo.reconstruct.ingest.sources import PHOTO_SUFFIXES
 from walltopo.scans.routes import Route as FoundRoute
+from walltopo_climb.grades.font import FONT
 from walltopo_gym.accounts.passwords import Passwords
 from walltopo_gym.accounts.people import add_person, find_person, set_password
 from walltopo_gym.climbing.counting import recount
@@ -34,7 +35,7 @@ from walltopo_gym.demo.problems import make_problems
 from walltopo_gym.gyms.members import add_member
 from walltopo_gym.gyms.models import GradeSystem, Gym
 from walltopo_gym.gyms.roles import Role
-from walltopo_gym.gyms.service import FONT, open_gym
+from walltopo_gym.gyms.service import open_gym
 from walltopo_gym.publishing.review import found_routes
 from walltopo_gym.publishing.service import Entry, Placed, publish
 from walltopo_gym.publishing.versions import gym_routes

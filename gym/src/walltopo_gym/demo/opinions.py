@@ -10,10 +10,10 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from walltopo_climb.grades.font import FONT
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.climbing.models import Opinion
 from walltopo_gym.demo.logs import Climber
-from walltopo_gym.gyms.service import FONT
 from walltopo_gym.publishing.models import Route
 
 _SOFT: Final = ("Soft for the grade.", "Felt a grade easier to me.", "A gift. Thank you!")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from datetime import date, datetime
-from typing import Any
+from typing import Any, Final
 from uuid import UUID
 from zoneinfo import ZoneInfo
 
@@ -16,6 +16,12 @@ from walltopo_gym.database.base import Base, Keyed
 from walltopo_gym.settings import Feature
 
 _GYM = "gyms.id"
+
+# Marks of columns in `info`, by which gyms/grade_uses.py finds what has a gym's grades.
+# A column with a label; the mark is the column of its table that names the system or the route.
+GRADE_BY: Final = "grade_by"
+# A JSON column with rows of grades; the mark is their keys of system and label.
+GRADE_ROWS: Final = "grade_rows"
 
 
 class Gym(Keyed, Base):
@@ -92,8 +98,8 @@ class Invitation(Keyed, Base):
 class GradeSystem(Keyed, Base):
     """A gym's grade system; `grades` from the easiest to the hardest.
 
-    `kind`: "font", "v", "circuits" or "own". A grade is {"label"} with, for a circuit, {"colour"}
-    and the range {"low", "high"} in Font or V.
+    `kind`: "font", "v", "french", "uiaa", "circuits" or "own". A grade is {"label"}
+    with, for a circuit, {"colour"} and the range {"low", "high"} in Font or V.
     """
 
     __tablename__ = "grade_systems"
@@ -103,3 +109,8 @@ class GradeSystem(Keyed, Base):
     name: Mapped[str] = mapped_column(String(60))
     kind: Mapped[str] = mapped_column(String(10))
     grades: Mapped[list[dict[str, Any]]] = mapped_column(JSON)
+
+    @property
+    def labels(self) -> list[str]:
+        """The labels of the grades, from the easiest to the hardest."""
+        return [str(grade["label"]) for grade in self.grades]

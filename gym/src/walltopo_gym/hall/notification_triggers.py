@@ -225,7 +225,7 @@ def _begins(session: Session, gym: Gym, wanting: list[NotificationPreferences]) 
                 continue
             assert competition.starts_at is not None
             at = competition.starts_at.astimezone(zone_of(gym))
-            text = f"{gym.name}, {words.day(at.date())}, {at:%H:%M}"
+            text = f"{gym.name}, {words.day(at.date())}, {at:%H:%M %Z}"
             path = f"/g/{gym.slug}/competitions/{competition.id}"
             title = words.say("push_competition", name=competition.name)
             subject = f"{competition.id} {at.date()}"

@@ -57,7 +57,7 @@ def check_targets(
     ------
     RequestError : names the cell and its fault.
     """
-    labels = {system.id: {g["label"] for g in system.grades} for system in _systems(session, gym)}
+    labels = {system.id: set(system.labels) for system in _systems(session, gym)}
     seen = set()
     for system, grade, steepness in cells:
         if bool(grade) != (system is not None):

@@ -10,12 +10,12 @@ from uuid import UUID
 from fastapi import APIRouter, Query
 from pydantic import BaseModel, Field
 from sqlalchemy.orm import Session
-from starlette.responses import PlainTextResponse
 
 from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.fields import Body, Name, Text
 from walltopo_gym.api.services import Db, ServicesOf
+from walltopo_gym.api.tables import CsvDialectOf, CsvFile
 from walltopo_gym.clock import now
 from walltopo_gym.errors import NotFoundError, RequestError
 from walltopo_gym.grading.http import GradeOutlierFacts
@@ -38,7 +38,7 @@ from walltopo_gym.insights.routes import OfRoute, RouteFigures, SetterInsight, o
 from walltopo_gym.insights.stripping import Suggestion, what_to_strip
 from walltopo_gym.insights.styles import StyleCell, StyleInsight, styles
 from walltopo_gym.insights.usage import ENOUGH
-from walltopo_gym.spreadsheets import csv_table
+from walltopo_gym.spreadsheets import CsvDialect, csv_table
 from walltopo_gym.storage.files import FileStore
 from walltopo_gym.walls.http import wall_of
 
@@ -149,14 +149,14 @@ def list_lacking_grades(wall: UUID, session: Db, access: LearnerMay) -> list[Lac
     return lacking_grades(grade_targets(session, access.gym.id, aims, staying))
 
 
-@router.get("/gyms/{gym}/insights/{part}.csv", response_class=PlainTextResponse)
+@router.get("/gyms/{gym}/insights/{part}.csv", response_class=CsvFile)
 def read_insights_table(
-    part: Part, session: Db, services: ServicesOf, access: LearnerMay,
+    part: Part, session: Db, services: ServicesOf, access: LearnerMay, dialect: CsvDialectOf,
     by: Annotated[By, Query(description="of styles")] = "bands",
-) -> PlainTextResponse:  # fmt: skip
+) -> CsvFile:  # fmt: skip
     """Return one part of the insights as CSV."""
     if part == "styles":
-        table = _styles_table(_styles(session, access.gym, by))
+        table = _styles_table(_styles(session, access.gym, by), dialect)
     else:
         kinds: dict[Part, Any] = {
             "targets": GradeTarget, "routes": RouteInsight, "setters": SetterInsight,
@@ -167,9 +167,8 @@ def read_insights_table(
             if part in ("holds", "stock", "wear") else route_insights(session, access.gym)
         )  # fmt: skip
         columns = [field.name for field in fields(kinds[part])] if part != "outliers" else _OUTLIER
-        table = csv_table(columns, map(vars, getattr(whole, part)))
-    headers = {"content-disposition": f'attachment; filename="{part}.csv"'}
-    return PlainTextResponse(table, headers=headers, media_type="text/csv")
+        table = csv_table(columns, map(vars, getattr(whole, part)), dialect)
+    return CsvFile.of(part, table)
 
 
 def route_insights(session: Session, gym: Gym) -> Insights:
@@ -215,7 +214,7 @@ def _styles(session: Session, gym: Gym, by: By) -> StyleInsights:
     )
 
 
-def _styles_table(found: StyleInsights) -> str:
+def _styles_table(found: StyleInsights, dialect: CsvDialect) -> str:
     """Return a row per style and group, and one of all groups (with an empty group)."""
     counted = [field.name for field in fields(StyleCell)]
     rows = [
@@ -224,7 +223,7 @@ def _styles_table(found: StyleInsights) -> str:
         for line in found.lines
         for group, cell in {"": line, **line.cells}.items()
     ]
-    return csv_table(["kind", "value", "routes", "group", *counted], rows)
+    return csv_table(["kind", "value", "routes", "group", *counted], rows, dialect)
 
 
 Kind = Literal["", "slab", "vertical", "slight", "steep", "roof"]

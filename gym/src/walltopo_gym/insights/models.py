@@ -11,6 +11,7 @@ from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
+from walltopo_gym.gyms.models import GRADE_ROWS
 
 WASH_AFTER: Final = 150  # tries on a route; the default
 
@@ -28,7 +29,9 @@ class Aims(Base):
 
     gym_id: Mapped[UUID] = mapped_column(ForeignKey("gyms.id", ondelete="CASCADE"),
                                          primary_key=True)  # fmt: skip
-    targets: Mapped[list[dict[str, Any]]] = mapped_column(JSON, default=list)
+    targets: Mapped[list[dict[str, Any]]] = mapped_column(
+        JSON, default=list, info={GRADE_ROWS: ("system", "grade")}
+    )
     stock: Mapped[list[dict[str, Any]]] = mapped_column(JSON, default=list)
     wash_after: Mapped[int] = mapped_column(default=WASH_AFTER)
 

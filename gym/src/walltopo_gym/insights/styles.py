@@ -16,6 +16,7 @@ from typing import Final, NamedTuple
 from sqlalchemy import String, case, cast, func, select
 from sqlalchemy.orm import Session
 
+from walltopo_climb.grades.font import FONT
 from walltopo_gym.accounts.models import Profile
 from walltopo_gym.climbing.counting import zone_of
 from walltopo_gym.climbing.models import Ascent, Opinion
@@ -24,7 +25,6 @@ from walltopo_gym.climbing.shrinking import NOTHING, Sample, shrunk
 from walltopo_gym.climbing.styles import length_of, main_hold, steepness_of
 from walltopo_gym.climbing.visits import day_begins, gym_day
 from walltopo_gym.gyms.models import Gym
-from walltopo_gym.gyms.service import FONT
 from walltopo_gym.insights.guard import People, Style, safe_to_show
 from walltopo_gym.insights.usage import ENOUGH, what_counts
 from walltopo_gym.publishing.models import Placement, Route
@@ -251,7 +251,7 @@ def _by_band(climbed: list[_Climbed]) -> dict[str, list[str]]:
     """Return people by band. Band 0 is below `BANDS[0]`; people without a top are a group of their
     own."""
     grades = [{"label": label} for label in FONT]
-    begins = [worth_of(grades, label) for label in BANDS]
+    begins = [worth_of("font", grades, label) for label in BANDS]
     best: dict[str, int] = {}
     for one in climbed:
         best[one.person] = max(best.get(one.person, -1), one.worth if one.topped else -1)

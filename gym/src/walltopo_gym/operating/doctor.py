@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from dataclasses import dataclass
 from typing import Final, Literal
 from uuid import uuid4
@@ -26,10 +27,12 @@ from walltopo_gym.storage.files import open_store
 _MB: Final = 1_000_000
 
 
-_AGES: Final[dict[Age, str]] = {
-    "current": "{}, of this version",
-    "older": "of an older version; `walltopo gym migrate` brings it up",
-    "newer": "a newer version of walltopo-gym made it",
+Check = Literal["well", "look", "bad"]
+
+_AGES: Final[dict[Age, tuple[Check, str]]] = {
+    "current": ("well", "{}, of this version"),
+    "older": ("look", "of an older version; `walltopo gym migrate` brings it up"),
+    "newer": ("bad", f"a newer version of walltopo-gym made it: {NEWER_HINT}"),
 }
 
 
@@ -38,7 +41,7 @@ class Finding:
     """One check; `state`: "well", "look" (works, but needs attention) or "bad"."""
 
     what: str
-    state: Literal["well", "look", "bad"]
+    state: Check
     message: str
 
 
@@ -66,17 +69,13 @@ def _database(settings: GymSettings) -> Finding:
     if not settings.database and not (settings.data / "gym.sqlite").is_file():
         return Finding("database", "look", f"{settings.data}: no gym here yet; `serve` makes one")
 
-    def connect() -> str:
-        database = Database(settings.database_url)
-        try:
-            return _AGES[age_of(database)].format("SQLite" if database.is_sqlite else "PostgreSQL")
-        finally:
-            database.close()
-
-    found = _tried("database", connect)
-    if found.message == _AGES["newer"]:
-        return Finding("database", "bad", f"{found.message}: {NEWER_HINT}")
-    return Finding("database", "look", found.message) if found.message == _AGES["older"] else found
+    try:
+        with closing(Database(settings.database_url)) as database:
+            state, message = _AGES[age_of(database)]
+    except (SQLAlchemyError, OSError) as error:
+        return Finding("database", "bad", str(error).splitlines()[0])
+    kind = "SQLite" if database.is_sqlite else "PostgreSQL"
+    return Finding("database", state, message.format(kind))
 
 
 def _store(settings: GymSettings) -> Finding:
@@ -99,7 +98,7 @@ def _room(settings: GymSettings) -> Finding:
     except OSError as error:
         return Finding("room", "bad", str(error))
     message = f"{free:,.0f} MB free, uploads are refused below {settings.keep_free_mb:,} MB"
-    state: Literal["well", "look", "bad"] = "well"
+    state: Check = "well"
     if free < 5 * settings.keep_free_mb:
         state = "look" if free > settings.keep_free_mb else "bad"
     return Finding("room", state, message)

@@ -15,7 +15,7 @@ from prometheus_client.registry import Collector
 from pydantic import BaseModel
 from sqlalchemy import func, select, text
 from sqlalchemy.exc import SQLAlchemyError
-from starlette.responses import JSONResponse, PlainTextResponse
+from starlette.responses import JSONResponse
 
 from walltopo_gym.accounts.access import AnyoneMay, SignedInMay
 from walltopo_gym.accounts.http.account import check_own_password
@@ -24,6 +24,7 @@ from walltopo_gym.accounts.passwords import Password
 from walltopo_gym.api.fields import Body
 from walltopo_gym.api.problems import problem_answer
 from walltopo_gym.api.services import Db, Services, ServicesOf
+from walltopo_gym.api.tables import CsvDialectOf, CsvFile
 from walltopo_gym.errors import NotFoundError, RequestError
 from walltopo_gym.hall.models import KINDS
 from walltopo_gym.jobs.place import living
@@ -48,13 +49,10 @@ def read_data(response: Response, session: Db, actor: SignedInMay) -> dict[str, 
     return all_of(session, actor.known, KINDS)
 
 
-@router.get("/me/ascents.csv", response_class=PlainTextResponse)
-def read_ascents_table(session: Db, actor: SignedInMay) -> PlainTextResponse:
+@router.get("/me/ascents.csv", response_class=CsvFile)
+def read_ascents_table(session: Db, actor: SignedInMay, dialect: CsvDialectOf) -> CsvFile:
     """Return one's ascents as CSV."""
-    headers = {"content-disposition": 'attachment; filename="ascents.csv"'}
-    return PlainTextResponse(
-        ascents_csv(session, actor.known), headers=headers, media_type="text/csv"
-    )
+    return CsvFile.of("ascents", ascents_csv(session, actor.known, dialect))
 
 
 @router.post("/me/delete", status_code=204)

@@ -40,7 +40,7 @@ from walltopo_gym.gyms.roles import Role
 from walltopo_gym.hold_reports.models import HoldReport
 from walltopo_gym.problems.models import Problem, ProblemAscent, ProblemReport
 from walltopo_gym.reset_plans.models import GradeProposal, ResetPerson, SignOff
-from walltopo_gym.spreadsheets import csv_table
+from walltopo_gym.spreadsheets import CsvDialect, csv_table
 
 # Every table that names a person, and what of it is secret or of no meaning to them.
 _KINDS: Final[dict[str, Any]] = {
@@ -106,7 +106,7 @@ def _row(row: Any) -> dict[str, Any]:
     return {name: getattr(row, name) for name in names if name not in _LEFT_OUT}
 
 
-def ascents_csv(session: Session, person: UUID) -> str:
+def ascents_csv(session: Session, person: UUID, dialect: CsvDialect) -> str:
     """Return one's ascents as CSV, the earliest first."""
     mine = select(Ascent).where(Ascent.person_id == person, Ascent.taken_back_at.is_(None))
     rows = session.scalars(mine.order_by(Ascent.climbed_at, Ascent.id))
@@ -117,6 +117,7 @@ def ascents_csv(session: Session, person: UUID) -> str:
             | {"climbed_at": row.climbed_at.isoformat()}
             for row in rows
         ),
+        dialect,
     )
 
 

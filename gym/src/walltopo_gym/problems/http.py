@@ -44,7 +44,7 @@ from walltopo_gym.problems.service import (
     shown,
     take_back,
 )
-from walltopo_gym.publishing.service import check_grade
+from walltopo_gym.publishing.service import grade_of
 from walltopo_gym.publishing.version_holds import check_version, version_holds
 from walltopo_gym.storage.files import FileStore
 from walltopo_gym.walls.http import wall_of
@@ -121,10 +121,11 @@ def put_problem(
     me = access.actor.known
     check_not_banned(session, access.gym.id, me)
     wall = wall_of(session, access.gym.id, body.wall_id)
+    grade = ""
     if body.grade:
-        check_grade(session, access.gym.id, body.grade_system_id, body.grade)
+        grade = grade_of(session, access.gym.id, body.grade_system_id, body.grade)
     words = ProblemWords(
-        body.scan_id, _used(body.holds), body.name, body.grade_system_id, body.grade, body.share,
+        body.scan_id, _used(body.holds), body.name, body.grade_system_id, grade, body.share,
         body.matching, body.note, body.remix_of,
     )  # fmt: skip
     edit = body.edit.read() if body.edit else None
@@ -179,7 +180,7 @@ def put_problem_climbed(
     """Store whether one has climbed a problem. A late copy of an older `edit` changes nothing."""
     row = _problem(session, access, problem)
     edit = body.edit.read() if body.edit else None
-    set_climbed(session, row.id, access.actor.known, body.climbed_at, edit)
+    set_climbed(session, access.gym, row, access.actor.known, body.climbed_at, edit)
 
 
 class ProblemOfHolds(Body):

@@ -11,6 +11,7 @@ from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.climbing.edits import Edited
 from walltopo_gym.database.base import Base, Keyed
+from walltopo_gym.gyms.models import GRADE_BY
 
 _PERSON = "people.id"
 
@@ -38,7 +39,7 @@ class Problem(Edited, Keyed, Base):
     grade_system_id: Mapped[UUID | None] = mapped_column(
         ForeignKey("grade_systems.id", ondelete="SET NULL"), index=True
     )
-    grade: Mapped[str] = mapped_column(String(80), default="")
+    grade: Mapped[str] = mapped_column(String(80), default="", info={GRADE_BY: "grade_system_id"})
     share: Mapped[str] = mapped_column(String(10))
     matching: Mapped[bool]
     note: Mapped[str] = mapped_column(String(300), default="")

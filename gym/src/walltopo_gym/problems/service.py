@@ -14,14 +14,17 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.limits import count_problem
 from walltopo_gym.accounts.models import Person
+from walltopo_gym.climbing.counting import zone_of
+from walltopo_gym.climbing.dates import check_climbed
 from walltopo_gym.climbing.edits import Edit, takes
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
-from walltopo_gym.gyms.models import Ban
+from walltopo_gym.gyms.models import Ban, Gym
 from walltopo_gym.problems.models import Problem, ProblemAscent
 from walltopo_gym.publishing.by_hand import HandRoute, add_routes
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.publishing.version_holds import check_version, current_holds, version_holds
+from walltopo_gym.scans.models import Scan
 from walltopo_gym.storage.files import FileStore
 from walltopo_gym.walls.models import Wall
 
@@ -220,17 +223,26 @@ def take_back(session: Session, problem: Problem) -> None:
 
 
 def set_climbed(
-    session: Session, problem: UUID, person: UUID, climbed_at: datetime | None, edit: Edit | None
-) -> None:
+    session: Session, gym: Gym, problem: Problem, person: UUID, climbed_at: datetime | None,
+    edit: Edit | None,
+) -> None:  # fmt: skip
     """Store whether a person has climbed a problem; a late copy of an older edit changes nothing.
 
     Parameters
     ----------
-    climbed_at : None: not climbed. A time in the future counts as now.
+    climbed_at : None: not climbed. A time of the next hours counts as now.
+
+    Raises
+    ------
+    RequestError : the time is in the future, or the problem's holds were not there.
     """
+    if climbed_at is not None:
+        # The problem itself may have waited for reception: the scan of its holds is there first.
+        scan = session.get_one(Scan, problem.scan_id)
+        check_climbed(climbed_at, min(scan.created_at, problem.created_at), zone_of(gym))
     session.execute(select(Person.id).where(Person.id == person).with_for_update())
-    row = session.get(ProblemAscent, (problem, person))
-    row = row or ProblemAscent(problem_id=problem, person_id=person)
+    row = session.get(ProblemAscent, (problem.id, person))
+    row = row or ProblemAscent(problem_id=problem.id, person_id=person)
     if takes(row, edit):
         row.climbed_at = None if climbed_at is None else min(climbed_at, now())
     session.add(row)

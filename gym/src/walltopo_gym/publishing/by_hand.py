@@ -12,6 +12,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.errors import ConflictError, RequestError
+from walltopo_gym.gyms.grade_labels import own_label
 from walltopo_gym.gyms.models import GradeSystem
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.spreadsheets import MAX_SHOWN
@@ -65,26 +66,19 @@ class Grades:
         if not among:
             raise RequestError("cell-no-system", "cell-systems", name=system[:MAX_SHOWN],
                                names=names)  # fmt: skip
-        exact = [row for row in among if label in _labels(row)]
-        found = exact or [row for row in among if _in(label, row) is not None]
-        if not found:
-            grades = ", ".join(known for row in among for known in _labels(row))
+        exact = [row for row in among if label in row.labels]
+        meant = [(row, own) for row in exact or among
+                 if (own := own_label(row.kind, row.labels, label)) is not None]  # fmt: skip
+        if not meant:
+            grades = ", ".join(known for row in among for known in row.labels)
             raise RequestError("cell-no-grade", "grade-known", grade=label[:MAX_SHOWN],
                                grades=grades)  # fmt: skip
-        if len(found) > 1:
-            several = ", ".join(row.name for row in found)
+        if len(meant) > 1:
+            several = ", ".join(row.name for row, _ in meant)
             raise RequestError("cell-grade-twice", "cell-system-column", grade=label,
                                names=several)  # fmt: skip
-        return found[0].id, label if exact else _in(label, found[0]) or label
-
-
-def _labels(row: GradeSystem) -> list[str]:
-    return [str(grade["label"]) for grade in row.grades]
-
-
-def _in(label: str, row: GradeSystem) -> str | None:
-    """Return the system's label that differs from another at most in upper and lower case."""
-    return next((known for known in _labels(row) if _is_same(known, label)), None)
+        [(row, own)] = meant
+        return row.id, own
 
 
 def _is_same(one: str, other: str) -> bool:

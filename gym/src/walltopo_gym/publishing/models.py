@@ -11,6 +11,7 @@ from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
+from walltopo_gym.gyms.models import GRADE_BY, GRADE_ROWS
 
 
 class Route(Keyed, Base):
@@ -28,7 +29,7 @@ class Route(Keyed, Base):
     grade_system_id: Mapped[UUID | None] = mapped_column(
         ForeignKey("grade_systems.id", ondelete="SET NULL"), index=True
     )
-    grade: Mapped[str] = mapped_column(String(80), default="")
+    grade: Mapped[str] = mapped_column(String(80), default="", info={GRADE_BY: "grade_system_id"})
     setter: Mapped[str] = mapped_column(String(80), default="")
     tags: Mapped[list[str]] = mapped_column(JSON, default=list)
     set_on: Mapped[date]
@@ -78,6 +79,8 @@ class Plan(Base):
     made_by: Mapped[UUID | None] = mapped_column(ForeignKey("people.id", ondelete="SET NULL"))
     created_at: Mapped[datetime] = mapped_column(default=now)
     at: Mapped[datetime | None]
-    entries: Mapped[list[dict[str, Any]]] = mapped_column(JSON)
+    entries: Mapped[list[dict[str, Any]]] = mapped_column(
+        JSON, info={GRADE_ROWS: ("grade_system_id", "grade")}
+    )
     found: Mapped[dict[str, dict[str, Any]]] = mapped_column(JSON)
     error: Mapped[str] = mapped_column(String(500), default="")

@@ -19,6 +19,7 @@ from walltopo.scans.routes import Route as FoundRoute
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, RequestError
+from walltopo_gym.gyms.grade_labels import own_label
 from walltopo_gym.gyms.models import GradeSystem
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.publishing.versions import keep_as_was, unplaced_routes
@@ -186,11 +187,11 @@ def change_facts(
 
     Raises
     ------
-    RequestError : as in `check_grade`.
+    RequestError : as in `grade_of`.
     """
     for name, value in facts.items():
         setattr(route, name, value)
-    check_grade(session, gym, route.grade_system_id, route.grade)
+    route.grade = grade_of(session, gym, route.grade_system_id, route.grade)
     touch_wall(session, route.wall_id)
     log_change(session, "route.change", person=by, gym=gym, subject=str(route.id))
 
@@ -200,8 +201,8 @@ def touch_wall(session: Session, wall: UUID) -> None:
     session.get_one(Wall, wall, with_for_update=True).revision += 1
 
 
-def check_grade(session: Session, gym: UUID, system: UUID | None, grade: str) -> None:
-    """Refuse a grade that the gym does not have.
+def grade_of(session: Session, gym: UUID, system: UUID | None, grade: str) -> str:
+    """Return the gym's label of a grade as somebody wrote it: "6a" is 6A.
 
     Raises
     ------
@@ -210,15 +211,17 @@ def check_grade(session: Session, gym: UUID, system: UUID | None, grade: str) ->
     if system is None:
         if grade:
             raise RequestError("grade-needs-system")
-        return
+        return ""
     row = session.get(GradeSystem, system)
     if row is None or row.gym_id != gym:
         raise RequestError("not-there-grades")
-    labels = [known["label"] for known in row.grades]
-    if grade and grade not in labels:
+    label = own_label(row.kind, row.labels, grade) if grade else ""
+    if label is None:
+        known = ", ".join(row.labels)
         raise RequestError(
-            "grade-unknown", "grade-known", system=row.name, grade=grade, grades=", ".join(labels)
+            "grade-unknown", "grade-known", system=row.name, grade=grade, grades=known
         )
+    return label
 
 
 def _check_amended(session: Session, scan: Scan) -> None:

@@ -11,6 +11,7 @@ from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
+from walltopo_gym.gyms.models import GRADE_BY, GRADE_ROWS
 
 
 class ResetPlan(Keyed, Base):
@@ -26,7 +27,9 @@ class ResetPlan(Keyed, Base):
     wall_id: Mapped[UUID] = mapped_column(ForeignKey("walls.id", ondelete="CASCADE"), index=True)
     day: Mapped[date]
     note: Mapped[str] = mapped_column(String(500), default="")
-    wishes: Mapped[list[dict[str, Any]]] = mapped_column(JSON, default=list)
+    wishes: Mapped[list[dict[str, Any]]] = mapped_column(
+        JSON, default=list, info={GRADE_ROWS: ("system", "grade")}
+    )
     state: Mapped[str] = mapped_column(String(10))
     published_at: Mapped[datetime | None]
 
@@ -62,7 +65,7 @@ class GradeProposal(Base):
     grade_system_id: Mapped[UUID | None] = mapped_column(
         ForeignKey("grade_systems.id", ondelete="SET NULL"), index=True
     )
-    grade: Mapped[str] = mapped_column(String(80), default="")
+    grade: Mapped[str] = mapped_column(String(80), default="", info={GRADE_BY: "grade_system_id"})
     risk: Mapped[int | None]
     intensity: Mapped[int | None]
     complexity: Mapped[int | None]
@@ -82,5 +85,5 @@ class SignOff(Base):
     person_id: Mapped[UUID | None] = mapped_column(
         ForeignKey("people.id", ondelete="SET NULL"), index=True
     )
-    grade: Mapped[str] = mapped_column(String(80))
+    grade: Mapped[str] = mapped_column(String(80), info={GRADE_BY: "route_id"})
     signed_at: Mapped[datetime] = mapped_column(default=now)

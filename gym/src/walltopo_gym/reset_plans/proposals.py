@@ -17,7 +17,7 @@ from walltopo_gym.clock import now
 from walltopo_gym.errors import RequestError
 from walltopo_gym.gyms.models import GradeSystem
 from walltopo_gym.publishing.models import Route
-from walltopo_gym.publishing.service import change_facts, check_grade
+from walltopo_gym.publishing.service import change_facts, grade_of
 from walltopo_gym.reset_plans.models import GradeProposal, SignOff
 
 
@@ -52,14 +52,14 @@ def propose(
     ------
     RequestError : the grade is not the gym's.
     """
-    check_grade(session, gym, words["grade_system_id"], words["grade"])
+    grade = grade_of(session, gym, words["grade_system_id"], words["grade"])
     # One person's come one after the other, so that two copies at once are one.
     session.execute(select(Person.id).where(Person.id == person).with_for_update())
     row = session.get(GradeProposal, (route.id, person))
     if row is None:
         row = GradeProposal(route_id=route.id, person_id=person)
         session.add(row)
-    for name, value in words.items():
+    for name, value in {**words, "grade": grade}.items():
         setattr(row, name, value)
     row.changed_at = now()
     session.flush()
@@ -131,6 +131,7 @@ def sign_off(
     """
     if not grade:
         raise RequestError("reset-no-grade")
+    grade = grade_of(session, gym, system, grade)
     if (route.grade_system_id, route.grade) != (system, grade):
         facts = {"grade_system_id": system, "grade": grade}
         change_facts(session, gym, route, facts, by)

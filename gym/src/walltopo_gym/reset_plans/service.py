@@ -27,7 +27,7 @@ from walltopo_gym.gyms.members import role_of
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.publishing.models import Route
-from walltopo_gym.publishing.service import check_grade
+from walltopo_gym.publishing.service import grade_of
 from walltopo_gym.reset_plans.models import ResetPerson, ResetPlan
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.service import State
@@ -113,9 +113,12 @@ def keep_plan(
     row = session.get(ResetPlan, plan)
     if row is not None and row.wall_id != wall.id:
         raise ConflictError("id-taken", "id-another")
-    for wish in words.wishes:
-        check_grade(session, gym.id, wish.system, wish.grade)
-    if len({(wish.system, wish.grade) for wish in words.wishes}) < len(words.wishes):
+    wishes = [
+        {"system": str(wish.system), "routes": wish.routes,
+         "grade": grade_of(session, gym.id, wish.system, wish.grade)}
+        for wish in words.wishes
+    ]  # fmt: skip
+    if len({(wish["system"], wish["grade"]) for wish in wishes}) < len(wishes):
         raise RequestError("reset-wish-twice")
     is_new = row is None
     if row is None:
@@ -124,10 +127,7 @@ def keep_plan(
         row = ResetPlan(id=plan, wall_id=wall.id, state=ResetState.PLANNED)
         session.add(row)
     row.day, row.note = words.day, words.note
-    row.wishes = [
-        {"system": str(wish.system), "grade": wish.grade, "routes": wish.routes}
-        for wish in words.wishes
-    ]
+    row.wishes = wishes
     session.flush()
     _name_people(session, gym.id, row, words.people)
     return row, is_new

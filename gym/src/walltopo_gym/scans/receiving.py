@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import unicodedata
 from pathlib import PurePosixPath
 from uuid import UUID
 
@@ -138,6 +139,6 @@ def kept_name(name: str) -> str:
 
 def shown_name(name: str) -> str:
     """Return the last part of a name, without control characters."""
-    last = name.replace("\\", "/").rpartition("/")[2]
+    last = unicodedata.normalize("NFC", name).replace("\\", "/").rpartition("/")[2]
     kept = "".join(c if c.isprintable() else "_" for c in last)
     return kept[-_LONGEST_NAME:]

@@ -4162,7 +4162,7 @@ export interface components {
              * Kind
              * @enum {string}
              */
-            kind: "font" | "v" | "circuits" | "own";
+            kind: "font" | "v" | "french" | "uiaa" | "circuits" | "own";
             /** Grades */
             grades: components["schemas"]["Grade"][];
             /** Renamed */
@@ -4262,7 +4262,7 @@ export interface components {
         };
         /**
          * CompetitionFacts
-         * @description A competition in a list.
+         * @description A competition in a list; `time_zone` is the gym's, in which its times are to be shown.
          */
         CompetitionFacts: {
             /**
@@ -4286,6 +4286,8 @@ export interface components {
             starts_at: string | null;
             /** Ends At */
             ends_at: string | null;
+            /** Time Zone */
+            time_zone: string;
             /** Self Entry */
             self_entry: boolean;
             /** Self Scoring */
@@ -4319,6 +4321,8 @@ export interface components {
             starts_at: string | null;
             /** Ends At */
             ends_at: string | null;
+            /** Time Zone */
+            time_zone: string;
             /** Self Entry */
             self_entry: boolean;
             /** Self Scoring */
@@ -4337,8 +4341,6 @@ export interface components {
             frozen_at: string | null;
             /** Revision */
             revision: number;
-            /** Time Zone */
-            time_zone: string;
             /** Entered */
             entered: boolean;
             /** Categories */
@@ -5772,7 +5774,8 @@ export interface components {
         };
         /**
          * NewGradeSystem
-         * @description A grade system, from the easiest grade to the hardest.
+         * @description A grade system, from the easiest grade to the hardest. Grades of the scales "font", "v",
+         *     "french" and "uiaa" get the spelling of the scale.
          */
         NewGradeSystem: {
             /** Name */
@@ -5781,7 +5784,7 @@ export interface components {
              * Kind
              * @enum {string}
              */
-            kind: "font" | "v" | "circuits" | "own";
+            kind: "font" | "v" | "french" | "uiaa" | "circuits" | "own";
             /** Grades */
             grades: components["schemas"]["Grade"][];
         };
@@ -9025,7 +9028,10 @@ export interface operations {
     };
     read_results_table: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description of the spreadsheet, such as de or de-CH; default: the header Accept-Language */
+                language?: string | null;
+            };
             header?: never;
             path: {
                 competition: string;
@@ -10975,7 +10981,10 @@ export interface operations {
     };
     read_progress_table: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description of the spreadsheet, such as de or de-CH; default: the header Accept-Language */
+                language?: string | null;
+            };
             header?: never;
             path: {
                 part: "grades" | "months" | "weeks" | "current" | "steepness" | "holds";
@@ -10991,7 +11000,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "text/plain": string;
+                    "text/csv": string;
                 };
             };
             /** @description Why not, in words */
@@ -17356,6 +17365,8 @@ export interface operations {
             query?: {
                 /** @description of styles */
                 by?: "bands" | "categories";
+                /** @description of the spreadsheet, such as de or de-CH; default: the header Accept-Language */
+                language?: string | null;
             };
             header?: never;
             path: {
@@ -17372,7 +17383,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "text/plain": string;
+                    "text/csv": string;
                 };
             };
             /** @description Why not, in words */
@@ -18544,7 +18555,10 @@ export interface operations {
     };
     read_ascents_table: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description of the spreadsheet, such as de or de-CH; default: the header Accept-Language */
+                language?: string | null;
+            };
             header?: never;
             path?: never;
             cookie?: never;
@@ -18557,7 +18571,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "text/plain": string;
+                    "text/csv": string;
                 };
             };
             /** @description Why not, in words */

@@ -1,5 +1,6 @@
 /** The climbers of a problem, in order, and the next one. */
 
+import { plain } from "../lib/plain";
 import type { Entry, Problem, Round, Sheet, Starter } from "./facts";
 
 /** Whether climbers of a round follow each other in an order; at a festival they come as they like. */
@@ -23,7 +24,6 @@ export function inOrder(entries: readonly Entry[], starters: readonly Starter[],
 
 /** By the beginning of a number, or a part of the name; without accents and case. */
 export function find(entries: readonly Entry[], wanted: string): Entry[] {
-  const plain = (text: string): string => text.normalize("NFKD").replace(/\p{M}/gu, "").toLocaleLowerCase();
   const words = plain(wanted.trim());
   if (/^\d+$/.test(words)) return entries.filter(({ bib }) => String(bib).startsWith(words)).sort((a, b) => Number(b.bib === Number(words)) - Number(a.bib === Number(words)));
   return entries.filter(({ name, team, club }) => plain(`${name} ${team} ${club}`).includes(words));

@@ -43,22 +43,20 @@ async function put(item: Item): Promise<Response> {
   const body = item.edit ? { ...item.body, edit: toldEdit(item.edit) } : item.body;
   if (item.what === "opinion") return ask("PUT", `/gyms/${item.gym}/routes/${item.route}/opinion`, item.person, body);
   if (item.what === "climbed") return ask("PUT", `/gyms/${item.gym}/problems/${item.problem}/climbed`, item.person, body);
-  if (item.what === "problem") return putProblem(item, body);
-  const result = await ask("PUT", `/gyms/${item.gym}/ascents/${item.id}`, item.person, body);
-  return result.ok && item.takenBack ? ask("DELETE", `/me/ascents/${item.id}`, item.person) : result;
+  return item.what === "problem" ? putOwn("problems", item, body) : putOwn("ascents", item, body);
 }
 
-/** A problem whose holds are gone from the wall may be refused, and deleted all the same. */
-async function putProblem({ id, gym, person, takenBack }: Extract<Item, { what: "problem" }>, body: unknown): Promise<Response> {
-  const result = await ask("PUT", `/gyms/${gym}/problems/${id}`, person, body);
+/** An ascent of a wrong day, or a problem whose holds are gone, is refused, and deleted all the same. */
+async function putOwn(kind: "problems" | "ascents", { id, gym, person, takenBack }: Extract<Item, { what: "problem" | "ascent" }>, body: unknown): Promise<Response> {
+  const result = await ask("PUT", `/gyms/${gym}/${kind}/${id}`, person, body);
   if (!takenBack || result.status === 401 || isBusy(result)) return result;
-  const answer = await ask("DELETE", `/me/problems/${id}`, person);
+  const answer = await ask("DELETE", `/me/${kind}/${id}`, person);
   return answer.status === 404 ? new Response(null, { status: 204 }) : answer;
 }
 
 async function why(answer: Response): Promise<NonNullable<Item["refused"]>> {
   const result = (await answer.json().catch(() => ({}))) as { title?: string; hint?: string };
-  return { status: answer.status, message: result.title ?? "", hint: result.hint ?? "" };
+  return { status: answer.status, message: result.title ?? "", hint: result.hint ?? "", body: result };
 }
 
 async function sendOne(item: Item): Promise<Outcome> {

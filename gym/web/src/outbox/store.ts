@@ -89,8 +89,8 @@ export type Item = Words & {
   sent: number;
   /** Time of its acceptance, ms; it stays until the server shows it (`settle`). */
   done: number | null;
-  /** Why the server refused it. */
-  refused: { status: number; message: string; hint: string } | null;
+  /** Why the server refused it, in English; `body` is its answer, with codes for other languages. */
+  refused: { status: number; message: string; hint: string; body?: object } | null;
 };
 
 let store: UseStore | undefined;

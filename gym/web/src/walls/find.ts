@@ -1,6 +1,7 @@
 /** Filters and orders routes. */
 
 import type { Schemas } from "../api/client";
+import { plain } from "../lib/plain";
 
 export type Route = Schemas["RouteFacts"];
 export type Tally = Schemas["TallyFacts"];
@@ -34,10 +35,6 @@ export interface Known {
   isDone(route: Route): boolean;
   isProject(route: Route): boolean;
   colourName(colour: string): string;
-}
-
-function plain(text: string): string {
-  return text.normalize("NFKD").replace(/\p{M}/gu, "").toLocaleLowerCase();
 }
 
 // As the viewer has it (`viewer/src/steepness.ts`): whole degrees, positive where it overhangs.

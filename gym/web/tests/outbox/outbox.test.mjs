@@ -119,11 +119,25 @@ test("what is refused is kept with the reason and not sent again; said otherwise
   await tab.send();
   assert.equal(server.reached.length, 1);
   const [item] = await tab.all();
-  assert.deepEqual(item.refused, { status: 403, message: "not this one", hint: "" });
+  assert.deepEqual(item.refused, { status: 403, message: "not this one", hint: "", body: { title: "not this one" } });
   server.unwanted.clear();
   await tab.keep(ascent("a", { kind: "zone" }));
   await tab.send();
   assert.equal(server.ascents.get("a").words.kind, "zone");
+});
+
+test("an ascent of an impossible day is kept with the reason, blocks no other, and can be withdrawn", async () => {
+  const { server, tab } = await place();
+  server.wrong.add("a");
+  await tab.keep(ascent("a"));
+  await tab.keep(ascent("b", { route: "r2" }));
+  assert.equal(await tab.send(), "empty");
+  assert.deepEqual([...server.ascents.keys()], ["b"]);
+  const { refused } = (await tab.all()).find(({ id }) => id === "a");
+  assert.deepEqual([refused.status, refused.body.code, refused.body.values], [422, "ascent-too-early", { day: "1970-01-01" }]);
+  await tab.keep(ascent("a", { takenBack: true, known: true }));
+  assert.equal(await tab.send(), "empty");
+  assert.deepEqual((await tab.all()).filter((item) => item.refused), []);
 });
 
 test("nobody's ascents are sent in another one's name, not even when the other one signs in meanwhile", async () => {

@@ -13,8 +13,9 @@ export class Server {
   climbed = new Map();
   /** Every request that reached it, in order: method, path, person, and the number of the edit. */
   reached = [];
-  /** Ids that it refuses. */
+  /** Ids that it refuses; of the second ones only what is stored, not what is deleted. */
   unwanted = new Set();
+  wrong = new Set();
   person = "ada";
 
   /** `person`: the owner of the cookie. */
@@ -24,6 +25,7 @@ export class Server {
     const [id, kind] = path.split("/").reverse();
     this.reached.push({ method, path, id, person, number: body?.edit?.number });
     if (this.unwanted.has(id)) return { status: 403, body: { title: "not this one" } };
+    if (method === "PUT" && this.wrong.has(id)) return { status: 422, body: { title: "too early", code: "ascent-too-early", values: { day: "1970-01-01" } } };
     if (method === "DELETE") return this.#takeBack(this[kind], id, person);
     if (kind === "ascents") return this.#edited(this.ascents, id, person, body);
     if (kind === "problems") return this.#edited(this.problems, id, person, body);

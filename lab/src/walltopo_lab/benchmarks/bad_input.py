@@ -28,6 +28,7 @@ from walltopo.pipeline.runner import scan
 from walltopo_lab.benchmarks.bad_lift import LIFT_CASES
 from walltopo_lab.benchmarks.bad_photos import PHOTO_CASES
 from walltopo_lab.benchmarks.bad_pictures import picture
+from walltopo_lab.benchmarks.bad_platform import PLATFORM_HEAD, platform_rows
 
 HEAD = """\
 # What happens with bad input
@@ -742,6 +743,7 @@ def row(case: Case) -> str:
 
 def main() -> None:
     print(HEAD + "\n".join(row(case) for case in CASES))
+    print(PLATFORM_HEAD + "\n".join(platform_rows()))
 
 
 if __name__ == "__main__":

@@ -26,7 +26,7 @@ from walltopo_gym.gyms.access import Access, gym_rule
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.publishing.http.routes import route_of
 from walltopo_gym.publishing.models import Route
-from walltopo_gym.publishing.service import check_grade
+from walltopo_gym.publishing.service import grade_of
 
 router = APIRouter(tags=["climbing"])
 
@@ -117,15 +117,16 @@ def read_opinion(route: UUID, session: Db, access: ClimberMay) -> OpinionWords:
 def put_opinion(route: UUID, body: NewOpinion, session: Db, access: ClimberMay) -> None:
     """Store one's opinion of a route. A late copy of an older `edit` changes nothing."""
     found = route_of(session, access, route)
+    grade = ""
     if body.grade:
-        check_grade(session, access.gym.id, found.grade_system_id, body.grade)
+        grade = grade_of(session, access.gym.id, found.grade_system_id, body.grade)
     me = access.actor.known
     # One person's come one after the other, so that two copies at once are one.
     session.execute(select(Person.id).where(Person.id == me).with_for_update())
     row = _opinion(session, route, me) or Opinion(route_id=route, person_id=me)
     if takes(row, body.edit.read() if body.edit else None):
         row.changed_at = now()
-        for name, value in body.model_dump(exclude={"edit"}).items():
+        for name, value in {**body.model_dump(exclude={"edit"}), "grade": grade}.items():
             setattr(row, name, value)
     session.add(row)
 

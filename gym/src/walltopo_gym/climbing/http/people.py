@@ -18,7 +18,7 @@ from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.models import Profile
 from walltopo_gym.accounts.people import Audience, Category, profile_of
-from walltopo_gym.api.fields import Body, Moment
+from walltopo_gym.api.fields import Body, Moment, Text
 from walltopo_gym.api.services import Db
 from walltopo_gym.climbing.ascents import Kind
 from walltopo_gym.climbing.boards import Age, BoardQuery, board, circuits, month_of
@@ -344,7 +344,7 @@ def read_board(
     period: Annotated[str, Query(
         pattern=r"^(\d{4}(-(0[1-9]|1[0-2]))?|all)?$",
         description='"2026-03", "2026" or "all"; empty: this month')] = "",
-    circuit: Annotated[str, Query(max_length=80)] = "",
+    circuit: Text = "",
     category: Literal["", "women", "men", "other"] = "",
     age: Age = "",
     friends: bool = False,

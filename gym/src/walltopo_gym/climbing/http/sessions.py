@@ -11,13 +11,13 @@ from fastapi import APIRouter, Query
 from pydantic import BaseModel
 from sqlalchemy import select
 from sqlalchemy.orm import Session
-from starlette.responses import PlainTextResponse
 
 from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.accounts.people import profile_of
 from walltopo_gym.api.fields import Moment
 from walltopo_gym.api.services import Db
+from walltopo_gym.api.tables import CsvDialectOf, CsvFile
 from walltopo_gym.climbing.http.ascents import AscentFacts
 from walltopo_gym.climbing.models import ClimbingSession
 from walltopo_gym.climbing.people import may_see
@@ -214,11 +214,12 @@ def read_progress(session: Db, access: ReaderMay) -> ProgressFacts:
     return ProgressFacts(**asdict(progress(session, access.gym, access.actor.known, now())))
 
 
-@progress_router.get("/gyms/{gym}/progress/{part}.csv", response_class=PlainTextResponse)
-def read_progress_table(part: Part, session: Db, access: ReaderMay) -> PlainTextResponse:
+@progress_router.get("/gyms/{gym}/progress/{part}.csv", response_class=CsvFile)
+def read_progress_table(
+    part: Part, session: Db, access: ReaderMay, dialect: CsvDialectOf
+) -> CsvFile:
     """Return one part of one's progress as CSV."""
     parts = asdict(progress(session, access.gym, access.actor.known, now()))
-    headers = {"content-disposition": f'attachment; filename="{part}.csv"'}
     kinds: dict[Part, type[BaseModel]] = {
         "grades": OfGradeFacts,
         "months": MonthFacts,
@@ -227,5 +228,4 @@ def read_progress_table(part: Part, session: Db, access: ReaderMay) -> PlainText
         "steepness": StyleFacts,
         "holds": StyleFacts,
     }
-    table = csv_table(list(kinds[part].model_fields), parts[part])
-    return PlainTextResponse(table, headers=headers, media_type="text/csv")
+    return CsvFile.of(part, csv_table(list(kinds[part].model_fields), parts[part], dialect))

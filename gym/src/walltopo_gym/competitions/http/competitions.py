@@ -78,8 +78,11 @@ def list_competitions(session: Db, access: GuestMay) -> list[CompetitionFacts]:
     latest = func.coalesce(Competition.starts_at, Competition.created_at).desc()
     found = session.scalars(rows.order_by(latest, Competition.id).limit(500)).all()
     entries = entries_in(session, [row.id for row in found])
+    zone = access.gym.time_zone
     return [
-        CompetitionFacts.model_validate({**_columns(row), "entries": entries.get(row.id, 0)})
+        CompetitionFacts.model_validate(
+            {**_columns(row), "entries": entries.get(row.id, 0), "time_zone": zone}
+        )
         for row in found
     ]
 

@@ -21,6 +21,7 @@ from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.fields import Moment
 from walltopo_gym.api.paging import Size
 from walltopo_gym.api.services import Db, ServicesOf
+from walltopo_gym.api.tables import CsvDialectOf, CsvFile
 from walltopo_gym.competitions.board import Board
 from walltopo_gym.competitions.board_view import BoardView
 from walltopo_gym.competitions.bodies import EventBody
@@ -228,10 +229,6 @@ class ResultsPaper(Response):
     media_type = "application/pdf"
 
 
-class ResultsTable(Response):
-    media_type = "text/csv"
-
-
 @router.get("/gyms/{gym}/competitions/{competition}/board", response_model=BoardView)
 def read_competition_board(
     competition: UUID, request: Request, session: Db, access: GuestMay, boards: BoardsOf,
@@ -299,15 +296,14 @@ async def watch_competition_board(
         yield ServerSentEvent(raw_data=news)
 
 
-@router.get("/gyms/{gym}/competitions/{competition}/results.csv", response_class=ResultsTable)
+@router.get("/gyms/{gym}/competitions/{competition}/results.csv", response_class=CsvFile)
 def read_results_table(
-    competition: UUID, session: Db, access: GuestMay, boards: BoardsOf
-) -> ResultsTable:
+    competition: UUID, session: Db, access: GuestMay, boards: BoardsOf, dialect: CsvDialectOf
+) -> CsvFile:
     """Return the board as CSV, a line per competitor."""
     row = competition_of(session, access, competition)
     view = boards.view(session, row, public=not access.role.covers(Role.JUDGE))
-    name = {"content-disposition": 'attachment; filename="results.csv"'}
-    return ResultsTable(results_csv(view), headers=name)
+    return CsvFile.of("results", results_csv(view, dialect))
 
 
 @router.get("/gyms/{gym}/competitions/{competition}/results.pdf", response_class=ResultsPaper)

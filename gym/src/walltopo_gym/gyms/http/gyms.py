@@ -19,10 +19,11 @@ from walltopo_gym.api.paging import Cursor, Page, Size, page_of
 from walltopo_gym.api.services import Db, HooksOf, ServicesOf
 from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError
 from walltopo_gym.gyms.access import Access, GuestMay, OwnerMay, gym_rule
+from walltopo_gym.gyms.grade_labels import own_label, spelled, spelled_range
 from walltopo_gym.gyms.grade_uses import change_labels, replace_system
 from walltopo_gym.gyms.models import GradeSystem, Gym, Membership
 from walltopo_gym.gyms.roles import Role
-from walltopo_gym.gyms.service import check_grades, check_time_zone, open_gym
+from walltopo_gym.gyms.service import check_time_zone, open_gym
 from walltopo_gym.settings import Feature
 
 router = APIRouter(tags=["gyms"])
@@ -179,19 +180,19 @@ class Grade(Body):
 
 
 class NewGradeSystem(Body):
-    """A grade system, from the easiest grade to the hardest."""
+    """A grade system, from the easiest grade to the hardest. Grades of the scales "font", "v",
+    "french" and "uiaa" get the spelling of the scale."""
 
     name: Name
-    kind: Literal["font", "v", "circuits", "own"]
+    kind: Literal["font", "v", "french", "uiaa", "circuits", "own"]
     grades: list[Grade] = Field(min_length=1, max_length=60)
 
     @model_validator(mode="after")
     def _make_sense(self) -> Self:
-        check_grades(
-            self.kind,
-            [grade.label for grade in self.grades],
-            [(grade.low, grade.high) for grade in self.grades],
-        )
+        labels = spelled(self.kind, [grade.label for grade in self.grades])
+        for grade, label in zip(self.grades, labels, strict=True):
+            grade.label = label
+            grade.low, grade.high = spelled_range(label, grade.low, grade.high)
         return self
 
     def rows(self) -> list[dict[str, Any]]:
@@ -203,6 +204,11 @@ class ChangedGradeSystem(NewGradeSystem):
     """A complete grade system after a change; `renamed`: new label by old label."""
 
     renamed: dict[str, Name] = Field(default_factory=dict, max_length=60)
+
+    def new_labels(self) -> dict[str, str]:
+        """Return the system's label of each renamed grade, or the unknown name as it is."""
+        labels = [grade.label for grade in self.grades]
+        return {old: own_label(self.kind, labels, new) or new for old, new in self.renamed.items()}
 
 
 class GradeSystemFacts(BaseModel):
@@ -246,7 +252,7 @@ def change_grade_system(
     row = _system_of(session, access.gym.id, system)
     if row.name != body.name:
         _refuse_taken(session, access.gym.id, body.name)
-    change_labels(session, row, [grade.label for grade in body.grades], body.renamed)
+    change_labels(session, row, [grade.label for grade in body.grades], body.new_labels())
     row.name, row.kind, row.grades = body.name, body.kind, body.rows()
     log_change(session, "grades.change", person=access.actor.known, gym=access.gym.id,
                subject=body.name)  # fmt: skip

@@ -14,6 +14,7 @@ from sqlalchemy.orm import Session
 from walltopo_gym.accounts.access import AnyoneMay
 from walltopo_gym.accounts.limits import count_document
 from walltopo_gym.api.documents import at_work_on_paper, document
+from walltopo_gym.api.fields import Text
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.access import Access, GuestMay, SetterMay, visible_gym
@@ -84,7 +85,7 @@ def read_cards(
     request: Request, services: ServicesOf, access: SetterMay,
     size: CardSize = "a6", language: Language = "en", wall: UUID | None = None,
     days: Annotated[int, Query(ge=0, le=90, description="new for at most so long; 0: all")] = 0,
-    text: Annotated[str, Query(max_length=120, pattern=r"^[^\x00-\x1f\x7f]*$")] = "",
+    text: Text = "",
 ) -> Response:  # fmt: skip
     """Return route cards, several on a sheet of A4, with lines to cut along."""
     _count(services, access)

@@ -26,7 +26,7 @@ from walltopo_gym.publishing.by_hand import (
 from walltopo_gym.publishing.http.routes import RouteFacts, Short, Tags, facts_of_route, routes_of
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.publishing.route_table import COLUMNS, read_routes
-from walltopo_gym.publishing.service import check_grade
+from walltopo_gym.publishing.service import grade_of
 from walltopo_gym.walls.http import wall_of
 from walltopo_gym.walls.models import Wall
 
@@ -152,7 +152,7 @@ def _checked(
     facts["set_on"] = given.set_on or today
     wrong = check_facts(facts)
     try:
-        check_grade(session, access.gym.id, given.grade_system_id, given.grade)
+        facts["grade"] = grade_of(session, access.gym.id, given.grade_system_id, given.grade)
     except RequestError as problem:
         wrong.append(FactError("grade", problem))
     if wrong and not number:

@@ -27,7 +27,7 @@ from walltopo_gym.publishing.service import (
     Entry,
     Placed,
     check_entries,
-    check_grade,
+    grade_of,
     publish,
     put_back,
 )
@@ -239,8 +239,10 @@ def confirmed(
     routes = found_routes(store, scan.id)
     entries = []
     for given in body.routes:
-        check_grade(session, access.gym.id, given.grade_system_id, given.grade or "")
+        grade = grade_of(session, access.gym.id, given.grade_system_id, given.grade or "")
         facts = given.facts()
+        if "grade" in facts:
+            facts["grade"] = grade
         if given.route_id is None and given.number in routes:
             facts = {"colour": routes[given.number].colour} | facts
         entries.append(Entry(given.number, given.route_id, facts))
