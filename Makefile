@@ -11,8 +11,8 @@ TRAIN_CORE ?= 0
 DATA ?= ../shared/data
 # Memory that a step frees stays with the process, or each step pays for its pages again (a tenth of its time).
 TRAIN_ENV := OMP_NUM_THREADS=1 MALLOC_MMAP_THRESHOLD_=4000000000 MALLOC_TRIM_THRESHOLD_=8000000000 MALLOC_TOP_PAD_=268435456
-# Processes that the tests run in: browsers and servers wait much. 0: in this one.
-WORKERS ?= 2
+# Processes that the tests run in: more than two cores, because browsers and servers wait much. 0: in this one.
+WORKERS ?= 3
 
 .PHONY: help demo gym test test-all coverage docs-check count audit test-ultralytics test-pythons lint docs site wheels sbom npm-package sums sign release-check containers film moves-film viewer app pictures system system-venv system-compiler browser database clean train train-export
 .DEFAULT_GOAL := help

@@ -92,7 +92,7 @@ def main(words: Sequence[str]) -> int:
     """Run a tier; return pytest's exit code, or 0 if a second run of the failed tests is green."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("tier", choices=TIERS)
-    parser.add_argument("--workers", default="2", help="processes; 0: this one (default: 2)")
+    parser.add_argument("--workers", default="3", help="processes; 0: this one (default: 3)")
     arguments, more = parser.parse_known_args(words)
     # A file stays in one process; the files come in the order of conftest.py.
     spread = ["-n", arguments.workers, "--dist", "loadfile", "--no-loadscope-reorder"]

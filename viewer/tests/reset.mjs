@@ -83,6 +83,7 @@ export async function reset(browser, address, missed = null) {
 
   await timed("split and name", async () => {
     await ask(page, (el) => el.home());
+    await settle(page);
     await press("Select several");
     for (const id of of(merged).slice(0, 2)) await tap(await placeOf(page, id));
     await press("Create route");

@@ -164,6 +164,7 @@ def test_a_log_line_bears_the_requests_id(server: Server, capsys: Any) -> None:
         log.propagate = True
     assert answer.headers["x-request-id"] == "proxy-1234"
     assert "words" not in odd.headers["x-request-id"]
-    line = json.loads(capsys.readouterr().err.splitlines()[0])
-    assert (line["request"], line["path"], line["status"]) == ("proxy-1234", "/api/v1/gyms", 422)
+    lines = [json.loads(line) for line in capsys.readouterr().err.splitlines()]
+    line = next(line for line in lines if line["request"] == "proxy-1234")
+    assert (line["path"], line["status"]) == ("/api/v1/gyms", 422)
     assert line["ms"] >= 0

@@ -85,7 +85,9 @@ def test_what_is_not_needed_is_not_requested(
 @pytest.mark.parametrize("command", ["evaluate", "dataset", "synth", "train", "tune"])
 def test_no_command_reaches_a_library_that_it_does_not_ask_for(command: str) -> None:
     """A new import, however deep, must be declared."""
-    graph = grimp.build_graph("walltopo", "walltopo_lab", include_external_packages=True)
+    graph = grimp.build_graph(
+        "walltopo", "walltopo_lab", include_external_packages=True, cache_dir=None
+    )
     reached = OPTIONAL & graph.find_upstream_modules(f"walltopo_lab.cli.{command}")
     requests = {m for use, names in USES.items() if use.split()[0] == command for m in names}
     assert reached <= requests
