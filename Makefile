@@ -105,12 +105,14 @@ test-pythons:
 	    || exit 1; \
 	done
 
+# The caches lie in the environment, so that the next check of a cleaned checkout has them; one for each system,
+# because another system's results would replace those of this one.
 lint: $(VENV)/dev-ready
 	$(BIN)/ruff format --check src climb lab gym tests examples conftest.py run_tests.py
 	$(BIN)/ruff check src climb lab gym tests examples conftest.py run_tests.py
-	$(BIN)/mypy
-	$(BIN)/mypy --platform win32 src climb/src
-	$(BIN)/mypy --platform darwin src climb/src
+	$(BIN)/mypy --cache-dir $(VENV)/mypy
+	for system in win32 darwin; do \
+	  $(BIN)/mypy --cache-dir $(VENV)/mypy-$$system --platform $$system src climb/src || exit 1; done
 	$(BIN)/lint-imports
 
 docs-check: $(VENV)/dev-ready
