@@ -27,9 +27,9 @@ from walltopo_gym.storage.files import open_store
 _MB: Final = 1_000_000
 
 
-Check = Literal["well", "look", "bad"]
+Health = Literal["well", "look", "bad"]
 
-_AGES: Final[dict[Age, tuple[Check, str]]] = {
+_AGES: Final[dict[Age, tuple[Health, str]]] = {
     "current": ("well", "{}, of this version"),
     "older": ("look", "of an older version; `walltopo gym migrate` brings it up"),
     "newer": ("bad", f"a newer version of walltopo-gym made it: {NEWER_HINT}"),
@@ -41,7 +41,7 @@ class Finding:
     """One check; `state`: "well", "look" (works, but needs attention) or "bad"."""
 
     what: str
-    state: Check
+    state: Health
     message: str
 
 
@@ -58,9 +58,10 @@ def examine(settings: GymSettings) -> Iterator[Finding]:
     yield _workers(settings)
 
 
-def _tried(what: str, try_it: Callable[[], str]) -> Finding:
+def _tried(what: str, try_it: Callable[[], tuple[Health, str]]) -> Finding:
+    """Return what a check says, or that it failed and why."""
     try:
-        return Finding(what, "well", try_it())
+        return Finding(what, *try_it())
     except (SQLAlchemyError, BaseError, OSError, WalltopoError) as error:
         return Finding(what, "bad", str(error).splitlines()[0])
 
@@ -69,17 +70,16 @@ def _database(settings: GymSettings) -> Finding:
     if not settings.database and not (settings.data / "gym.sqlite").is_file():
         return Finding("database", "look", f"{settings.data}: no gym here yet; `serve` makes one")
 
-    try:
+    def connect() -> tuple[Health, str]:
         with closing(Database(settings.database_url)) as database:
             state, message = _AGES[age_of(database)]
-    except (SQLAlchemyError, OSError) as error:
-        return Finding("database", "bad", str(error).splitlines()[0])
-    kind = "SQLite" if database.is_sqlite else "PostgreSQL"
-    return Finding("database", state, message.format(kind))
+            return state, message.format("SQLite" if database.is_sqlite else "PostgreSQL")
+
+    return _tried("database", connect)
 
 
 def _store(settings: GymSettings) -> Finding:
-    def write() -> str:
+    def write() -> tuple[Health, str]:
         store = open_store(settings)
         key = f"doctor/{uuid4().hex}"
         store.put(key, b"walltopo")
@@ -87,7 +87,7 @@ def _store(settings: GymSettings) -> Finding:
         store.drop([key])
         if not is_same:
             raise OSError("what was written came back otherwise")
-        return settings.objects or "a folder"
+        return "well", settings.objects or "a folder"
 
     return _tried("files", write)
 
@@ -98,7 +98,7 @@ def _room(settings: GymSettings) -> Finding:
     except OSError as error:
         return Finding("room", "bad", str(error))
     message = f"{free:,.0f} MB free, uploads are refused below {settings.keep_free_mb:,} MB"
-    state: Check = "well"
+    state: Health = "well"
     if free < 5 * settings.keep_free_mb:
         state = "look" if free > settings.keep_free_mb else "bad"
     return Finding("room", state, message)
@@ -115,17 +115,17 @@ def _mail(settings: GymSettings) -> Finding:
     if not settings.smtp_host:
         return Finding("mail", "look", "mails are shown in the log alone; set `smtp_host`")
 
-    def sign_in() -> str:
+    def sign_in() -> tuple[Health, str]:
         SmtpMailer(settings).check()
-        return f"by {settings.smtp_host}; `walltopo gym mail test ADDRESS` sends one"
+        return "well", f"by {settings.smtp_host}; `walltopo gym mail test ADDRESS` sends one"
 
     return _tried("mail", sign_in)
 
 
 def _scan_settings(settings: GymSettings) -> Finding:
-    def read() -> str:
+    def read() -> tuple[Health, str]:
         load_settings(settings.scan_settings)
-        return str(settings.scan_settings or "the defaults")
+        return "well", str(settings.scan_settings or "the defaults")
 
     return _tried("scans", read)
 
