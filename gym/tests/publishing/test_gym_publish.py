@@ -13,6 +13,9 @@ from walltopo_gym.gyms.models import GRADE_BY
 from walltopo_gym.migrations.tables import METADATA
 from walltopo_gym.publishing.models import Placement, Route
 
+COLOURS: dict[str, Any] = {
+    "name": "Colours", "kind": "own", "grades": [{"label": "blue"}, {"label": "red"}],
+}  # fmt: skip
 HOLDS = [hold(n, 0.5 * n, 1.0 + 0.1 * (n % 3)) for n in range(1, 13)]
 FIRST = {1: [1, 2, 3, 4], 2: [5, 6, 7, 8], 3: [9, 10, 11, 12]}
 
@@ -183,7 +186,7 @@ def test_a_written_grade_gets_the_label_of_its_system(
         ("french", ["6"], "grades-unknown"),
     ],
 )
-def test_a_scale_refuses_what_is_none_of_its_grades(
+def test_a_scale_refuses_other_grades(
     world: World, kind: str, labels: list[str], code: str
 ) -> None:
     body = {"name": "Ours", "kind": kind, "grades": [{"label": label} for label in labels]}
@@ -212,8 +215,7 @@ def test_grades_of_plans_and_opinions_are_in_use_too(
 ) -> None:
     world, before = current
     ask, path = world.server.ask, f"{world.path}/grade-systems"
-    body = {"name": "Colours", "kind": "own", "grades": [{"label": n} for n in ("blue", "red")]}
-    system = ask("POST", path, world.owner, body).json()["id"]
+    system = ask("POST", path, world.owner, COLOURS).json()["id"]
     route = f"{world.path}/routes/{before['routes'][0]['id']}"
     graded = {"grade_system_id": system, "grade": "red"}
     assert ask("PATCH", route, world.people["setter"], graded).is_success
@@ -221,14 +223,14 @@ def test_grades_of_plans_and_opinions_are_in_use_too(
     target = {"system": system, "grade": "red", "routes": 3}
     wanted = {"cells": [target]}
     assert ask("PUT", f"{world.path}/insights/targets", world.owner, wanted).is_success
-    lost = ask("PUT", f"{path}/{system}", world.owner, body | {"grades": [{"label": "red"}]})
+    lost = ask("PUT", f"{path}/{system}", world.owner, COLOURS | {"grades": [{"label": "red"}]})
     assert (lost.status_code, lost.json()["code"]) == (409, "grades-in-use")
     new = [{"label": "blue"}, {"label": "ruby"}]
-    change = body | {"grades": new, "renamed": {"red": "ruby"}}
+    change = COLOURS | {"grades": new, "renamed": {"red": "ruby"}}
     assert ask("PUT", f"{path}/{system}", world.owner, change).is_success
     found = ask("GET", f"{world.path}/insights", world.owner).json()["targets"]
     assert [(row["grade"], row["target"]) for row in found if row["target"]] == [("ruby", 3)]
-    by = ask("POST", path, world.owner, body | {"name": "More", "grades": new}).json()["id"]
+    by = ask("POST", path, world.owner, COLOURS | {"name": "More", "grades": new}).json()["id"]
     assert ask("DELETE", f"{path}/{system}?replacement={by}", world.owner).is_success
     found = ask("GET", f"{world.path}/insights", world.owner).json()["targets"]
     assert [(row["system"], row["grade"]) for row in found if row["target"]] == [(by, "ruby")]
@@ -240,8 +242,7 @@ def test_renamed_grades_carry_over_and_used_ones_stay(
 ) -> None:
     world, before = current
     ask, path = world.server.ask, f"{world.path}/grade-systems"
-    body = {"name": "Colours", "kind": "own", "grades": [{"label": n} for n in ("blue", "red")]}
-    system = ask("POST", path, world.owner, body).json()["id"]
+    system = ask("POST", path, world.owner, COLOURS).json()["id"]
     route = f"{world.path}/routes/{before['routes'][0]['id']}"
     setter = world.people["setter"]
     graded = {"grade_system_id": system, "grade": "blue"}
@@ -249,7 +250,7 @@ def test_renamed_grades_carry_over_and_used_ones_stay(
     opinion = {"grade": "blue", "stars": 4}
     assert ask("PUT", f"{route}/opinion", world.people["member"], opinion).status_code == 204
 
-    lost = body | {"grades": [{"label": "azure"}, {"label": "red"}]}
+    lost = COLOURS | {"grades": [{"label": "azure"}, {"label": "red"}]}
     refused = ask("PUT", f"{path}/{system}", world.owner, lost)
     assert (refused.status_code, refused.json()["code"]) == (409, "grades-in-use")
     elsewhere = ask("PUT", f"{path}/{system}", world.owner, lost | {"renamed": {"blue": "sky"}})
@@ -266,7 +267,7 @@ def test_renamed_grades_carry_over_and_used_ones_stay(
     font = next(row["id"] for row in ask("GET", path, world.owner).json() if row["id"] != system)
     lacks = ask("DELETE", f"{path}/{system}?replacement={font}", world.owner)
     assert (lacks.status_code, lacks.json()["code"]) == (409, "grades-not-there")
-    other = body | {"name": "More colours", "grades": [{"label": "Azure"}]}
+    other = COLOURS | {"name": "More colours", "grades": [{"label": "Azure"}]}
     by = ask("POST", path, world.owner, other).json()["id"]
     assert ask("DELETE", f"{path}/{system}?replacement={by}", world.owner).status_code == 204
     shown = ask("GET", route, world.owner).json()

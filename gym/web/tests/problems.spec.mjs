@@ -26,7 +26,7 @@ function reachable(page) {
 
 /**
  * Tap a hold until the page shows the effect. Soon after another tap it would be a double tap; on a busy machine a tap may
- * last so long that it is none.
+ * last too long to be one.
  */
 async function tap(page, hold, effect) {
   for (let tries = 0; tries < 20; tries++) {

@@ -29,7 +29,7 @@ def parse_grade(text: str) -> float | None:
 
 
 def font_label(text: str) -> str | None:
-    """Return a single Font grade as the scale spells it ("fb 6a+" is 6A+); None if it is none.
+    """Return a single Font grade as the scale spells it ("fb 6a+" is 6A+); None for other text.
 
     The grades are those of `FONT`, and 3A to 5C+ of gyms that divide the easy ones by letters.
     """
@@ -38,7 +38,7 @@ def font_label(text: str) -> str | None:
 
 
 def v_label(text: str) -> str | None:
-    """Return a single V grade as the scale spells it ("v 4" is V4); None if it is none."""
+    """Return a single V grade as the scale spells it ("v 4" is V4); None for other text."""
     found = _V.fullmatch(text)
     name = "" if found is None else f"V{found[1].upper()}"
     return name if grade_ends(name) is not None else None

@@ -27,6 +27,8 @@ _FRENCH_GRADE: Final = re.compile(r"(?:f\.?|french)?\s*([1-9])([abc])?(\+)?", re
 _UIAA_GRADE: Final = re.compile(r"(?:uiaa)?\s*([IVX]{1,4}|[1-9]|1[0-2])\s*([-\u2212+])?",
                                 re.IGNORECASE)  # fmt: skip
 _LETTERED_FROM: Final = 6  # French grades below it may lack the letter
+FRENCH_6A: Final = 36  # place of 6a among the French grades
+_UIAA_6_PLUS: Final = 19  # place of VI+ among those of UIAA
 
 
 class ScaleGrade(NamedTuple):
@@ -51,7 +53,7 @@ class Scale:
     Parameters
     ----------
     labels : the usual grades, from the easiest to the hardest.
-    single : reads one grade; None if the text is none.
+    single : reads one grade; None if the text is not a grade of the scale.
     between : the characters that separate the two grades of a slash grade.
     joined : spells a slash grade by its two labels.
     """
@@ -62,7 +64,7 @@ class Scale:
     joined: Callable[[str, str], str]
 
     def read(self, text: str) -> ScaleGrade | None:
-        """Return the grade that somebody wrote, or None if it is none of this scale.
+        """Return the grade that somebody wrote, or None if this scale does not have it.
 
         Slash grades, such as 6A+/6B, have two different grades, the easier one first.
         """
@@ -130,4 +132,4 @@ def french_place(scale: str, place: float) -> float:
 
     UIAA VI+ is 6a, VIII 7a, X 8a to 8a+ and XI+ 9a (the usual tables within half a letter).
     """
-    return 36 + 1.2 * (place - 19) if scale == "uiaa" else place
+    return FRENCH_6A + 1.2 * (place - _UIAA_6_PLUS) if scale == "uiaa" else place

@@ -18,7 +18,7 @@ from typing import Any, Final
 import numpy as np
 
 from walltopo_climb.grades.font import FONT
-from walltopo_climb.grades.scales import SCALES, V_SCALE, french_place
+from walltopo_climb.grades.scales import FRENCH_6A, SCALES, V_SCALE, french_place
 
 BEST: Final = 10
 
@@ -33,8 +33,6 @@ _OF_V: Final = [FONT.index(grade) for _, grade in zip(V_SCALE, (
     "3", "4", "5", "5+", "6A", "6B", "6C", "7A", "7A+", "7B", "7C", "7C+", "8A", "8A+", "8B", "8B+",
     "8C", "8C+", "9A",
 ), strict=True)]  # fmt: skip
-
-_FRENCH_6A: Final = 36  # its place on the French scale
 
 _OWN_FROM, _OWN_TO = FONT.index("4"), FONT.index("7C")
 
@@ -89,7 +87,7 @@ def _on_scale(kind: str, label: str) -> float | None:
             return grade.place
         if name == "v":
             return float(np.interp(grade.place, range(len(_OF_V)), _OF_V))
-        return max(0.0, french_place(name, grade.place) - _FRENCH_6A + FONT.index("6A"))
+        return max(0.0, french_place(name, grade.place) - FRENCH_6A + FONT.index("6A"))
     return None
 
 

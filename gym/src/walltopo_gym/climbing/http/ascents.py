@@ -117,9 +117,7 @@ def read_opinion(route: UUID, session: Db, access: ClimberMay) -> OpinionWords:
 def put_opinion(route: UUID, body: NewOpinion, session: Db, access: ClimberMay) -> None:
     """Store one's opinion of a route. A late copy of an older `edit` changes nothing."""
     found = route_of(session, access, route)
-    grade = ""
-    if body.grade:
-        grade = grade_of(session, access.gym.id, found.grade_system_id, body.grade)
+    grade = grade_of(session, access.gym.id, found.grade_system_id, body.grade)
     me = access.actor.known
     # One person's come one after the other, so that two copies at once are one.
     session.execute(select(Person.id).where(Person.id == me).with_for_update())
