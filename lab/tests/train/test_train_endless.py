@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 import pytest
 import torch
+from lab.tests.train.networks import SMALL, trained_norms
 
 from walltopo.core import InputError, Mask, Silent
 from walltopo.core.files import read_json, write_json
@@ -31,29 +32,14 @@ from walltopo_lab.train.cache import (
 from walltopo_lab.train.choose import figures_of, mask_iou
 from walltopo_lab.train.export import export_onnx
 from walltopo_lab.train.loop import load_run
-from walltopo_lab.train.net import NetSize, VoteNet, build_net
+from walltopo_lab.train.net import build_net
 from walltopo_lab.train.params import TrainSettings
 from walltopo_lab.train.shipped_export import comparison_table, replace_shipped
 from walltopo_lab.train.shipped_sets import SOURCES, Source, is_validation, validation_parts
 from walltopo_lab.train.targets import make_targets
 from walltopo_lab.train.warm import measure_norms
 
-SMALL = NetSize(width=0.1, depth=0.3, neck=(8, 8, 8), deep=8, fine=4)
 DiscSet = Callable[..., Path]
-
-
-def trained_norms(net: VoteNet) -> VoteNet:
-    """Give all normalisations and biases values of their own (equal ones are exported once)."""
-    torch.manual_seed(3)
-    for parameter in net.parameters():
-        if parameter.ndim == 1:
-            torch.nn.init.normal_(parameter, 0.0, 0.1)
-    for module in net.modules():
-        if isinstance(module, torch.nn.BatchNorm2d):
-            for values in (module.weight, module.bias, module.running_mean):
-                torch.nn.init.normal_(values, 0.5, 0.3)
-            torch.nn.init.uniform_(module.running_var, 0.5, 2.0)
-    return net
 
 
 def test_measured_norms_leave_the_function_unchanged() -> None:

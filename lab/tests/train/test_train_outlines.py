@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from lab.tests.train.networks import SMALL
 
 from walltopo_lab.train import outlines
 from walltopo_lab.train.cache import IGNORED, UNDECIDED, Sample
-from walltopo_lab.train.net import NetSize, build_net
+from walltopo_lab.train.net import build_net
 from walltopo_lab.train.outlines import redraw
 
-SMALL = NetSize(width=0.1, depth=0.3, neck=(8, 8, 8), deep=8, fine=4)
 SIDE = 128
 DISCS = ((32, 40, 12), (90, 40, 16), (60, 100, 10))  # x, y, radius; the last one has no label
 

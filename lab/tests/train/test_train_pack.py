@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+from lab.tests.train.networks import SMALL
 
 from walltopo.cli import main
 from walltopo.core import InputError, Silent, StageError
@@ -17,13 +18,12 @@ from walltopo_lab.train import loop, pack
 from walltopo_lab.train.cache import open_cache
 from walltopo_lab.train.choose import check_on
 from walltopo_lab.train.detector import Job, fit_detector
-from walltopo_lab.train.net import NET_SIZES, NetSize
+from walltopo_lab.train.net import NET_SIZES
 from walltopo_lab.train.pack import open_pack, write_pack
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
 from walltopo_lab.train.sets import LabelledSet, open_sets
 from walltopo_lab.train.supply import supply
 
-SMALL = NetSize(width=0.1, depth=0.3, neck=(8, 8, 8), deep=8, fine=4)
 DiscSet = Callable[..., Path]
 
 

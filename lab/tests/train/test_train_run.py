@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+from lab.tests.train.networks import SMALL
 
 from walltopo.core import EnvironmentLacksError, InputError, Silent
 from walltopo.images.files import read_rgb
@@ -22,11 +23,9 @@ from walltopo_lab.train.encoder import InvertedResidual, LiteEncoder, imagenet_f
 from walltopo_lab.train.export import export_onnx, fuse
 from walltopo_lab.train.loop import learning_rate, load_run
 from walltopo_lab.train.loss import box_loss, heat_loss, mask_loss
-from walltopo_lab.train.net import NET_SIZES, NetSize, build_net
+from walltopo_lab.train.net import NET_SIZES, build_net
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
 from walltopo_lab.train.warm import freeze_norms, load_exported
-
-SMALL = NetSize(width=0.1, depth=0.3, neck=(8, 8, 8), deep=8, fine=4)
 
 
 def test_losses_vanish_at_the_truth_and_only_there() -> None:

@@ -15,22 +15,21 @@ time.
 from __future__ import annotations
 
 import argparse
-import time
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.images.files import read_rgb
 from walltopo.segment.detect.detector import Detector, open_detector
 from walltopo.segment.detect.onnx_detector import OnnxDetector
 from walltopo.segment.detect.photo_detections import PhotoDetections, box_iou
 from walltopo.segment.settings import DetectSettings
-from walltopo_lab.datasets.model import Annotation, Dataset, Photo
+from walltopo_lab.datasets.model import Dataset, Photo
 from walltopo_lab.datasets.read import read_dataset
 from walltopo_lab.evaluate.detector import DetectorFigures, evaluate_detections
+from walltopo_lab.evaluate.looks import LOW_SCORE, Outcome, as_dataset, look, plain_boxes
 
 SETS = {
     "valid": "hold-boxes/valid",
@@ -40,49 +39,6 @@ SETS = {
 # Map the evaluator's names to the page's; the mean of classes first, as in publications.
 ROWS = {"mean": "mean of classes", "all": "classes as one", "hold": "hold", "volume": "volume"}
 BINS = ((0, 16), (16, 40), (40, 96), (96, 10_000))  # px, square root of the box area
-LOW_SCORE = 0.03
-
-
-@dataclass(frozen=True, eq=False)
-class Outcome:
-    """A detector's results on a set, with the time per photo."""
-
-    found: list[PhotoDetections]
-    seconds: list[float]
-    cpu: list[float]
-
-
-def look(detector: Detector, photos: list[Path]) -> Outcome:
-    """Run the detector on each photo; reading the files is not timed."""
-    outcome = Outcome([], [], [])
-    for path in photos:
-        photo = read_rgb(path)
-        wall, cpu = time.perf_counter(), time.process_time()
-        outcome.found.append(detector.detect(photo))
-        outcome.seconds.append(time.perf_counter() - wall)
-        outcome.cpu.append(time.process_time() - cpu)
-    return outcome
-
-
-def as_dataset(
-    truth: Dataset, found: list[PhotoDetections], classes: dict[int, str], masks: bool
-) -> Dataset:
-    """Return detections as a data set: with masks, or with only the network's own boxes."""
-    photos = []
-    for photo, seen in zip(truth.photos, found, strict=True):
-        annotations = []
-        for k in range(len(seen)):
-            x0, y0, x1, y1 = (float(v) for v in seen.boxes[k])
-            annotation = Annotation(
-                int(seen.labels[k]), (x0, y0, x1 - x0, y1 - y0), score=float(seen.scores[k])
-            )
-            if masks:
-                mask = seen.masks[k]
-                x, y, w, h = mask.box
-                annotation = replace(annotation, mask=mask, box=(x, y, w, h))
-            annotations.append(annotation)
-        photos.append(photo.with_annotations(tuple(annotations)))
-    return Dataset(tuple(photos), classes)
 
 
 def boxes_of(photo: Photo) -> NDArray[np.float64]:
@@ -171,17 +127,6 @@ def report(name: str, path: Path, settings: DetectSettings, every: int = 1) -> N
     print(f"\nat least scores {scores}, boxes at IoU 0.5, classes as one:\n")
     print(*by_size(truth, outcome.found, least), sep="\n")
     print_time(outcome)
-
-
-def plain_boxes(truth: Dataset) -> Dataset:
-    """Return the set without its shapes, so that boxes are compared with boxes."""
-    return Dataset(
-        tuple(
-            p.with_annotations(tuple(Annotation(a.label, a.box) for a in p.annotations))
-            for p in truth.photos
-        ),
-        truth.classes,
-    )
 
 
 def print_time(outcome: Outcome) -> None:

@@ -25,7 +25,7 @@ from rich.console import Console
 from walltopo.core import Camera, View
 from walltopo.core.files import hash_path, read_json
 from walltopo.scans.folder import ScanFolder
-from walltopo_lab.benchmarks.detectors import LOW_SCORE, thresholds
+from walltopo_lab.benchmarks.detectors import thresholds
 from walltopo_lab.benchmarks.results import RESULTS, Part, measured_now
 from walltopo_lab.benchmarks.tables_lift import (
     PRESETS,
@@ -40,6 +40,7 @@ from walltopo_lab.benchmarks.tables_lift import (
 from walltopo_lab.benchmarks.tables_page import write_page
 from walltopo_lab.benchmarks.tables_routes import routes_table
 from walltopo_lab.datasets.model import Annotation, Dataset
+from walltopo_lab.evaluate.looks import LOW_SCORE
 
 console = Console()
 Row = dict[str, Any]

@@ -13,6 +13,7 @@ from typing import Any
 from walltopo.cli.options import add_needs, add_option, add_overwrite, target
 from walltopo.core import InputError, SettingsError, settings_of
 from walltopo_lab.cli.train_classifier import classifier_parser
+from walltopo_lab.cli.train_gym import gym_parser
 from walltopo_lab.cli.train_pack import pack_parser
 from walltopo_lab.cli.train_shipped import hold_types_parser, paint_parser
 from walltopo_lab.extras import PLOTS, of
@@ -36,6 +37,7 @@ The same command goes on where the last one stopped. The result is run/holds.onn
 `walltopo detect --model run/holds.onnx`; run/holds.md is its model card.
 
 `walltopo train pack` writes prepared photos as one file, to train on another machine with --pack.
+`walltopo train gym` trains the shipped network further on corrected scans of one gym.
 Other things are trained by `walltopo train classifier` (what a hold is, from its cutouts),
 `walltopo train hold-types` (the shipped namer of types) and `walltopo train paint` (the shipped
 rule for routes.link = paint); each has its own --help.
@@ -124,6 +126,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     others = {
         word: build(f"{parser.prog} {word}")
         for word, build in (
+            ("gym", gym_parser),
             ("classifier", classifier_parser),
             ("hold-types", hold_types_parser),
             ("paint", paint_parser),
