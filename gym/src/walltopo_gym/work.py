@@ -20,9 +20,10 @@ from walltopo_gym.jobs.worker import Chore, tidy, watch, working
 from walltopo_gym.mail import make_mailer
 from walltopo_gym.publishing import moves, plans
 from walltopo_gym.publishing.moves import SuggestedMoves
-from walltopo_gym.scans import overlap, photo_checks
+from walltopo_gym.scans import overlap, own_network, photo_checks
 from walltopo_gym.scans import worker as scans
 from walltopo_gym.scans.overlap import Overlaps
+from walltopo_gym.scans.own_network import OwnNetworks
 from walltopo_gym.scans.photo_checks import PhotoChecks
 from walltopo_gym.scans.queues import BATCHES, MOVES, OVERLAPS, PHOTOS, PLACES, SCANS
 from walltopo_gym.scans.stages import ScanSteps
@@ -44,7 +45,7 @@ def work(
         tasks = tasks_of(steps)
         queue_missing(database)
         moves.queue_missing(database)
-        with working(database, place, tasks, chores_of(settings, database)):
+        with working(database, place, tasks, chores_of(steps)):
             try:
                 watch(place, stop, steps.keep)
             finally:
@@ -66,6 +67,10 @@ def tasks_of(steps: ScanSteps) -> list[Task]:
         Task(PUBLICATIONS, lambda gym: plans.publish_due(database, UUID(gym)), plans.note_failure),
         Task(DELIVERY, Delivery(settings, database).deliver, delivery.note_failure),
     ]  # fmt: skip
+    if settings.own_networks:
+        tasks.append(
+            Task(own_network.TRAININGS, _own_networks(steps).train, own_network.note_failure)
+        )
     if "hall" in settings.features:
         notices = MessageSender(settings, database, make_mailer(settings))
         tasks.append(Task(MAILS, notices.mail, notifications.note_failure))
@@ -73,9 +78,16 @@ def tasks_of(steps: ScanSteps) -> list[Task]:
     return tasks
 
 
-def chores_of(settings: GymSettings, database: Database) -> list[Chore]:
+def _own_networks(steps: ScanSteps) -> OwnNetworks:
+    return OwnNetworks(steps.settings, steps.database, steps.store, steps.stopping)
+
+
+def chores_of(steps: ScanSteps) -> list[Chore]:
     """Return the scheduled chores, without those of disabled features."""
+    settings, database = steps.settings, steps.database
     chores = [Chore("tidy", "17 * * * *", partial(tidy, database))]
+    if settings.own_networks:
+        chores.append(Chore("own-networks", "23 * * * *", _own_networks(steps).queue_due))
     if "hall" in settings.features:
         note = partial(note_all, database, settings.features)
         chores.append(Chore("note-messages", "* * * * *", note))

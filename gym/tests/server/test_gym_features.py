@@ -49,7 +49,7 @@ def test_what_is_off_is_not_there(feature: str, tmp_path: Path) -> None:
     assert f'<meta name="features" content="{named}">' in server.client().get("/").text
     steps = ScanSteps(server.settings, server.database, server.services.store, tmp_path)
     jobs = {task.job.name for task in tasks_of(steps)}
-    chores = {chore.name for chore in chores_of(server.settings, server.database)}
+    chores = {chore.name for chore in chores_of(steps)}
     assert ("mails" in jobs, "pushes" in jobs) == (feature != "hall",) * 2
     assert ("note-messages" in chores) == (feature != "hall")
     server.close()

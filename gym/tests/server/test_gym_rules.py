@@ -538,6 +538,8 @@ CASES = {
     "read_gym": Case("guest", Scope.READ),
     "change_gym": Case("owner", Scope.MANAGE, body=lambda w: {"place": "Brno"}),
     "close_gym": Case("owner"),
+    "read_own_network": Case("owner", Scope.MANAGE),
+    "change_own_network": Case("owner", Scope.MANAGE, body=lambda w: {"wanted": False}),
     "join_gym": Case("guest", known=True),
     "leave_gym": Case("member"),
     "list_members": Case("owner", Scope.MANAGE),

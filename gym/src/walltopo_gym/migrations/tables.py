@@ -17,11 +17,13 @@ from walltopo_gym.problems import models as _problems
 from walltopo_gym.publishing import models as _publishing
 from walltopo_gym.reset_plans import models as _reset_plans
 from walltopo_gym.scans import models as _scans
+from walltopo_gym.scans import own_network as _own_network
 from walltopo_gym.walls import models as _walls
 from walltopo_gym.webhooks import models as _webhooks
 
-_SLICES = (_accounts, _gyms, _walls, _scans, _publishing, _competitions, _climbing, _webhooks,
-           _insights, _grading, _problems, _hold_reports, _reset_plans, _hall)  # fmt: skip
+_SLICES = (_accounts, _gyms, _walls, _scans, _own_network, _publishing, _competitions,
+           _climbing, _webhooks, _insights, _grading, _problems, _hold_reports, _reset_plans,
+           _hall)  # fmt: skip
 METADATA: MetaData = Base.metadata
 
 

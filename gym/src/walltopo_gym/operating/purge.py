@@ -29,6 +29,7 @@ from walltopo_gym.database.engine import Database
 from walltopo_gym.gyms.models import Invitation
 from walltopo_gym.operating.upkeep import alone
 from walltopo_gym.scans.models import Photo, Scan
+from walltopo_gym.scans.own_network import is_network
 from walltopo_gym.scans.service import State
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore
@@ -149,12 +150,17 @@ def _is_a_plan(session: Session, rest: str, settings: GymSettings) -> bool:
     return bool(session.scalar(select(named)))
 
 
+def _is_used(session: Session, rest: str, settings: GymSettings) -> bool:
+    return is_network(session, f"networks/{rest}")
+
+
 _NAMES: Final[dict[str, Callable[[Session, str, GymSettings], bool]]] = {
     "scans": _scan_is_there,
     "content": _is_shown,
     "originals": _is_wanted,
     "thumbnails": _has_photo,
     "plans": _is_a_plan,
+    "networks": _is_used,
 }
 
 

@@ -18,6 +18,14 @@ from walltopo_gym.scans.job import Advanced, Ended, Failed, Job, Noted, ProcessM
 _MAX_NOTES = 50
 
 
+class WorkerStopsError(BaseException):
+    """The worker abandons a job in the middle, which then has no result.
+
+    It is not an `Exception`, because DBOS stores those as the step's result. The workflow stays as
+    it is and resumes when a worker is there again.
+    """
+
+
 class RunningScan:
     """A scanning child process; `news` is notified at each message and at its end.
 

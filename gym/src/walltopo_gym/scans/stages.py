@@ -28,24 +28,17 @@ from walltopo_gym.scans.artifacts import (
 from walltopo_gym.scans.distance import distance_settings
 from walltopo_gym.scans.job import Failed, Job
 from walltopo_gym.scans.models import Photo, Scan, ScanEdits, ScanProgress
+from walltopo_gym.scans.own_network import network_of
 from walltopo_gym.scans.pictures import keep_front
-from walltopo_gym.scans.queues import routes_changed
+from walltopo_gym.scans.queues import gym_of, routes_changed
 from walltopo_gym.scans.receiving import suffix_of
-from walltopo_gym.scans.running import RunningScan
+from walltopo_gym.scans.running import RunningScan, WorkerStopsError
 from walltopo_gym.scans.service import State, move
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore
 
 _LOG = logging.getLogger("walltopo_gym.scans")
 _LOOK_S = 0.5  # how often the row is written, and looked at
-
-
-class WorkerStopsError(BaseException):
-    """The worker abandons a scan in the middle of a step, which then has no result.
-
-    It is not an `Exception`, because DBOS stores those as the step's result. The workflow stays as
-    it is and resumes when a worker is there again.
-    """
 
 
 @dataclass
@@ -187,8 +180,20 @@ class ScanSteps:
             download_scan(self.store, reference, before)
             words.append(f"sparse.reference={json.dumps(str(before.root.absolute()))}")
             words += ["sparse.part=true"] if part else []
+        words += self._own_network(scan, folder.root.parent / "network.onnx")
         config = str(self.settings.scan_settings or "")
         return Job(str(sources), str(folder.root), config, words)
+
+    def _own_network(self, scan: UUID, path: Path) -> list[str]:
+        """Fetch the gym's own network, note it in the scan, and return the settings that use it."""
+        with self.database.writing() as session:
+            network = network_of(session, gym_of(session, scan))
+            session.get_one(Scan, scan).network = None if network is None else network.result
+            key = "" if network is None else network.key
+        if not key:
+            return []
+        self.store.fetch(key, path)
+        return [f"detect.model={json.dumps(str(path.absolute()))}"]
 
     def _tell(self, scan: UUID, run: int, state: object) -> bool:
         """Store the progress; return False if the scan shall not go on."""

@@ -23,8 +23,9 @@ from walltopo_gym.errors import ConflictError
 from walltopo_gym.jobs.queue import Failure
 from walltopo_gym.scans.job import Failed
 from walltopo_gym.scans.models import Scan
+from walltopo_gym.scans.running import WorkerStopsError
 from walltopo_gym.scans.service import State
-from walltopo_gym.scans.stages import ScanSteps, WorkerStopsError, failure_message
+from walltopo_gym.scans.stages import ScanSteps, failure_message
 
 P = ParamSpec("P")
 T = TypeVar("T")

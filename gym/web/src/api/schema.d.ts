@@ -2186,6 +2186,30 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/gyms/{gym}/own-network": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Own Network
+         * @description Return whether the gym has a network of its own, and how good it is.
+         */
+        get: operations["read_own_network"];
+        /**
+         * Change Own Network
+         * @description Turn the nightly training on or off. Turned off, the gym's own network is deleted.
+         */
+        put: operations["change_own_network"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/me": {
         parameters: {
             query?: never;
@@ -5701,6 +5725,32 @@ export interface components {
             routes: number[];
         };
         /**
+         * NetworkFigures
+         * @description AP50 of a network's masks: holds and volumes as one class, and the mean of both.
+         */
+        NetworkFigures: {
+            /** Masks */
+            masks: number;
+            /** Mean */
+            mean: number;
+        };
+        /**
+         * NetworkResult
+         * @description A comparison with the shipped network (`before`) on photos held out from the training.
+         */
+        NetworkResult: {
+            /** Photos */
+            photos: number;
+            /** Objects */
+            objects: number;
+            /** Held Out */
+            held_out: number;
+            before: components["schemas"]["NetworkFigures"];
+            after: components["schemas"]["NetworkFigures"];
+            /** Better */
+            better: boolean;
+        };
+        /**
          * NewAscent
          * @description An ascent of a route: `tries` of that day, `climbed_at` by the climber's clock.
          */
@@ -6472,6 +6522,33 @@ export interface components {
             created_at: string;
             /** Done At */
             done_at: string | null;
+        };
+        /**
+         * OwnNetworkChange
+         * @description `wanted`: corrections of published walls train a network for this gym alone.
+         */
+        OwnNetworkChange: {
+            /** Wanted */
+            wanted: boolean;
+        };
+        /**
+         * OwnNetworkFacts
+         * @description A gym's own network. `offered`: the server trains networks; `wanted`: the owner wants one;
+         *     `error`: why the last training failed.
+         */
+        OwnNetworkFacts: {
+            /** Offered */
+            offered: boolean;
+            /** Wanted */
+            wanted: boolean;
+            /** Trained At */
+            trained_at?: string | null;
+            result?: components["schemas"]["NetworkResult"] | null;
+            /**
+             * Error
+             * @default
+             */
+            error?: string;
         };
         /**
          * OwnOpinion
@@ -7696,7 +7773,8 @@ export interface components {
         /**
          * ScanFacts
          * @description A version of a wall; `error` and `hint`: why it failed, and what to do. `part`: its photos
-         *     show a part of the wall, and the rest is from `reference_id`.
+         *     show a part of the wall, and the rest is from `reference_id`. `network`: how good the gym's own
+         *     network is that found its holds; null: the shipped one did.
          */
         ScanFacts: {
             /**
@@ -7728,6 +7806,7 @@ export interface components {
             scale: components["schemas"]["ScaleFacts"] | null;
             /** Part */
             part: boolean;
+            network: components["schemas"]["NetworkResult"] | null;
             progress?: components["schemas"]["Progress"] | null;
         };
         /**
@@ -14486,6 +14565,90 @@ export interface operations {
                 };
                 content: {
                     "application/pdf": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_own_network: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OwnNetworkFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    change_own_network: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["OwnNetworkChange"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OwnNetworkFacts"];
                 };
             };
             /** @description Why not, in words */

@@ -6,10 +6,11 @@ from typing import Final
 
 from fastapi import APIRouter
 
-from walltopo_gym.scans.http import plates, scans, uploads
+from walltopo_gym.scans.http import own_networks, plates, scans, uploads
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (
     scans.router,
     uploads.router,
     plates.router,
+    own_networks.router,
 )

@@ -24,6 +24,7 @@ from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.access import Access, PublisherMay, gym_rule
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.scans.amendments import amend
+from walltopo_gym.scans.http.own_networks import NetworkResult
 from walltopo_gym.scans.models import Scan, ScanProgress
 from walltopo_gym.scans.service import State, begin, move, start
 from walltopo_gym.walls.http import wall_of
@@ -63,7 +64,8 @@ class ScanStart(Body):
 
 class ScanFacts(BaseModel):
     """A version of a wall; `error` and `hint`: why it failed, and what to do. `part`: its photos
-    show a part of the wall, and the rest is from `reference_id`."""
+    show a part of the wall, and the rest is from `reference_id`. `network`: how good the gym's own
+    network is that found its holds; null: the shipped one did."""
 
     id: UUID
     wall_id: UUID
@@ -76,6 +78,7 @@ class ScanFacts(BaseModel):
     published_at: datetime | None
     scale: ScaleFacts | None
     part: bool
+    network: NetworkResult | None
     progress: Progress | None = None
 
 

@@ -1,0 +1,82 @@
+"""Endpoints of a gym's own network: whether the owner wants one, and how good it is."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+from fastapi import APIRouter
+from pydantic import BaseModel
+
+from walltopo_gym.accounts.audit import log_change
+from walltopo_gym.api.fields import Body
+from walltopo_gym.api.services import Db, ServicesOf
+from walltopo_gym.errors import ConflictError
+from walltopo_gym.gyms.access import OwnerMay
+from walltopo_gym.scans.own_network import OwnNetwork, want
+
+router = APIRouter(tags=["scans"])
+
+
+class NetworkFigures(BaseModel):
+    """AP50 of a network's masks: holds and volumes as one class, and the mean of both."""
+
+    masks: float
+    mean: float
+
+
+class NetworkResult(BaseModel):
+    """A comparison with the shipped network (`before`) on photos held out from the training."""
+
+    photos: int
+    objects: int
+    held_out: int
+    before: NetworkFigures
+    after: NetworkFigures
+    better: bool
+
+
+class OwnNetworkFacts(BaseModel):
+    """A gym's own network. `offered`: the server trains networks; `wanted`: the owner wants one;
+    `error`: why the last training failed."""
+
+    offered: bool
+    wanted: bool
+    trained_at: datetime | None = None
+    result: NetworkResult | None = None
+    error: str = ""
+
+
+class OwnNetworkChange(Body):
+    """`wanted`: corrections of published walls train a network for this gym alone."""
+
+    wanted: bool
+
+
+@router.get("/gyms/{gym}/own-network")
+def read_own_network(session: Db, services: ServicesOf, access: OwnerMay) -> OwnNetworkFacts:
+    """Return whether the gym has a network of its own, and how good it is."""
+    return _facts(session.get(OwnNetwork, access.gym.id), services.settings.own_networks)
+
+
+@router.put("/gyms/{gym}/own-network")
+def change_own_network(
+    body: OwnNetworkChange, session: Db, services: ServicesOf, access: OwnerMay
+) -> OwnNetworkFacts:
+    """Turn the nightly training on or off. Turned off, the gym's own network is deleted."""
+    offered = services.settings.own_networks
+    if body.wanted and not offered:
+        raise ConflictError("own-networks-off", "ask-operator")
+    row = want(session, access.gym.id, body.wanted)
+    log_change(session, "network.change", person=access.actor.known, gym=access.gym.id,
+               subject=access.gym.slug, wanted=body.wanted)  # fmt: skip
+    return _facts(row, offered)
+
+
+def _facts(row: OwnNetwork | None, offered: bool) -> OwnNetworkFacts:
+    if row is None:
+        return OwnNetworkFacts(offered=offered, wanted=False)
+    result = None if row.result is None else NetworkResult.model_validate(row.result)
+    return OwnNetworkFacts(
+        offered=offered, wanted=row.wanted, trained_at=row.trained_at, result=result,
+        error=row.error,
+    )  # fmt: skip
