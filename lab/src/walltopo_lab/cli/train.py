@@ -30,7 +30,7 @@ EXAMPLES = """\
 examples:
   walltopo train hold-boxes/train -o run
   walltopo train hold-boxes/train synth/coco.json -o run --minutes 70 --threads 2
-  walltopo train our-gym.json -o ours --pretrained onnx --rate 3e-4 --minutes 10
+  walltopo train our-gym.json -o ours --pretrained onnx --encoder-rate 0 --rate 1e-4 --batch 4
   walltopo train hold-boxes/train -o yolo --model yolo11s-seg --augment published --device cuda
   walltopo train --pack sets.pack -o run --device cuda --minutes 20
 The same command goes on where the last one stopped. The result is run/holds.onnx, for
@@ -94,7 +94,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         "--pretrained",
         metavar="FILE|onnx",
         help="start from this network instead of a new one: for votes an exported one (onnx: "
-        "the shipped one) and a lower --rate, such as 3e-4; for Ultralytics' a .pt file",
+        "the shipped one) and a lower --rate, such as 1e-4; for Ultralytics' a .pt file",
     )
     parser.add_argument("-v", "--verbose", action="store_true", help="a line per minute")
     parser.add_argument(
