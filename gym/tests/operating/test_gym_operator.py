@@ -17,12 +17,14 @@ import pytest
 from gym.tests.worlds import Server, World, hold
 from sqlalchemy import select, update
 
+from walltopo.core import InputError
 from walltopo_gym.accounts.models import SignIn
 from walltopo_gym.api.middleware import LONGEST_BODY
 from walltopo_gym.api.services import Services
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError
-from walltopo_gym.operating.doctor import examine
+from walltopo_gym.operating import doctor
+from walltopo_gym.operating.doctor import Finding, examine
 from walltopo_gym.operating.jobs import cancel, jobs, retry
 from walltopo_gym.operating.purge import purge
 from walltopo_gym.scans.models import Scan
@@ -80,6 +82,28 @@ def test_the_doctor_says_what_is_well_and_what_is_not(world: World, tmp_path: Pa
     bad = {"data": tmp_path, "address": "http://gym.example", "keep_free_mb": 10**9}
     ill = {f.what: f.state for f in examine(load_settings(bad, {}))}
     assert (ill["files"], ill["room"], ill["address"]) == ("bad", "bad", "bad")
+
+
+def test_the_doctor_names_what_the_products_own_errors_say(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(database: object) -> str:
+        raise InputError("the migrations cannot be read")
+
+    monkeypatch.setattr(doctor, "age_of", refused)
+    (tmp_path / "gym.sqlite").touch()
+    found = {f.what: f for f in examine(load_settings({"data": tmp_path}, {}))}
+    assert found["database"] == Finding("database", "bad", "the migrations cannot be read")
+
+
+@pytest.mark.parametrize(("lacks", "state"), [("torch", "look"), ("nothing", "well")])
+def test_the_doctor_looks_for_what_a_training_needs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lacks: str, state: str
+) -> None:
+    monkeypatch.setattr(doctor, "find_spec", lambda name: None if name == lacks else name)
+    settings = load_settings({"data": tmp_path, "own_networks": True}, {})
+    found = {f.what: f for f in examine(settings)}["own networks"]
+    assert (found.state, lacks in found.message) == (state, lacks == "torch")
 
 
 def test_an_operator_sees_and_moves_jobs(world: World) -> None:

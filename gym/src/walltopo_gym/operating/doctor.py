@@ -6,6 +6,7 @@ import shutil
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
+from importlib.util import find_spec
 from typing import Final, Literal
 from uuid import uuid4
 
@@ -53,6 +54,8 @@ def examine(settings: GymSettings) -> Iterator[Finding]:
     yield _address(settings)
     yield _mail(settings)
     yield _scan_settings(settings)
+    if settings.own_networks:
+        yield _training()
     if not settings.database and not (settings.data / "gym.sqlite").is_file():
         return
     yield _workers(settings)
@@ -128,6 +131,14 @@ def _scan_settings(settings: GymSettings) -> Finding:
         return "well", str(settings.scan_settings or "the defaults")
 
     return _tried("scans", read)
+
+
+def _training() -> Finding:
+    lacking = [name for name in ("walltopo_lab", "torch") if find_spec(name) is None]
+    if lacking:
+        message = f"{' and '.join(lacking)} is not here: pip install 'walltopo-lab[train]'"
+        return Finding("own networks", "look", f"{message} where the worker runs")
+    return Finding("own networks", "well", "trained at night")
 
 
 def _workers(settings: GymSettings) -> Finding:
