@@ -26,6 +26,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from py_vapid import Vapid02
 from sqlalchemy import delete, select, update
+from tests.at_once import at_once
 
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.clock import now
@@ -217,11 +218,7 @@ def test_a_gym_that_does_without_the_hall_tells_nothing(gym: World, service: Ser
 def test_two_workers_at_once_tell_once(gym: World, service: Service) -> None:
     wish(gym, gym.people["member"], service)
     backdate(gym, timedelta(minutes=30))
-    both = [threading.Thread(target=note, args=(gym,)) for _ in range(4)]
-    for thread in both:
-        thread.start()
-    for thread in both:
-        thread.join()
+    at_once(*4 * [lambda: note(gym)])
     run(gym)
     assert len(service.got) == 1
 
@@ -313,11 +310,7 @@ def test_the_weeks_mail(gym: World, monkeypatch: pytest.MonkeyPatch) -> None:
     run(gym)
     assert letters_to(gym, member) == []
     at(monkeypatch, before.astimezone(UTC) + timedelta(minutes=2))
-    workers = [threading.Thread(target=note, args=(gym,)) for _ in range(3)]
-    for thread in workers:
-        thread.start()
-    for thread in workers:
-        thread.join()
+    at_once(*3 * [lambda: note(gym)])
     run(gym)
     (letter,) = letters_to(gym, member)
     assert letter.subject == f"{gym.gym.name} : résumé de la semaine"
