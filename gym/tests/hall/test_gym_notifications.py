@@ -6,7 +6,7 @@ import json
 import threading
 from base64 import urlsafe_b64decode, urlsafe_b64encode
 from collections.abc import Iterator
-from datetime import UTC, date, datetime, timedelta
+from datetime import UTC, datetime, timedelta
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 from uuid import UUID, uuid4
@@ -42,9 +42,10 @@ from walltopo_gym.jobs.queue import Task
 from walltopo_gym.mail import Letter
 from walltopo_gym.scans.models import Scan
 
+pytestmark = pytest.mark.usefixtures("midday")
+
 EVERYTHING = {"digest": True, "new_routes": True, "soon": True, "competitions": True,
               "hold_reports": True, "quiet_from": 0, "quiet_to": 0}  # fmt: skip
-MONDAY = datetime(2026, 3, 9, 8, 30, tzinfo=UTC)
 
 
 class Service:
@@ -247,7 +248,7 @@ def test_a_browser_that_is_gone_goes(gym: World, service: Service) -> None:
 def test_a_project_that_goes_soon(gym: World, service: Service) -> None:
     done, working = gym.people["judge"], gym.people["member"]
     route = gym.published()["routes"][0]
-    day = {"strip_on": str(date.today() + timedelta(days=2))}
+    day = {"strip_on": str(now().date() + timedelta(days=2))}
     path = f"{gym.path}/routes/{route['id']}"
     assert gym.server.ask("PATCH", path, gym.people["setter"], day).is_success
     for who, kinds in ((done, ("project", "top")), (working, ("project", "try"))):
@@ -290,13 +291,12 @@ def test_a_competition_that_one_has_entered(gym: World, service: Service) -> Non
     dates = ask("GET", f"{gym.path}/screen").json()["dates"]
     assert [(each["kind"], each["name"]) for each in dates] == [("competition", "Spring Cup")]
     with gym.server.database.writing() as session:
-        session.execute(delete(Competition))
+        session.execute(delete(Competition).where(Competition.gym_id == gym.gym.id))
 
 
 def next_monday() -> datetime:
-    """Return a moment of the Monday after the day of a route that is published now."""
-    day = now() - timedelta(hours=4)  # a gym's day begins at 04:00
-    return day + timedelta(days=7 - day.weekday())
+    """Return a moment of the Monday after a route that is published now."""
+    return now() + timedelta(days=7 - now().weekday())
 
 
 def test_the_weeks_mail(gym: World, monkeypatch: pytest.MonkeyPatch) -> None:
