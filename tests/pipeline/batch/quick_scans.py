@@ -30,7 +30,7 @@ def stage_seconds(scan: Path) -> dict[str, float]:
 
 def writer_of(log: Path) -> int:
     """The process that writes a scan's log, once it has begun."""
-    until = time.monotonic() + 120
+    until = time.monotonic() + 600
     while time.monotonic() < until:
         if log.is_file() and "process " in (text := log.read_text(encoding="utf-8")):
             return int(text.split("process ")[1].split()[0])
