@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -16,6 +17,27 @@ from tests.holding.hold import Hold
 from xdist.scheduler import LoadFileScheduling  # type: ignore[import-untyped]
 
 from walltopo.core.locks import take_lock
+
+_PROXIES = {"HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY", "NO_PROXY"}
+_OF_PYTHON = {"PYTHONWARNINGS", "PYTHONDEVMODE"}  # they write to a child's stderr
+
+
+def _pin_environment() -> None:
+    """Let the tests' processes be the same on every machine.
+
+    Requests to servers of the tests take no proxy, the store has no credentials but those of a
+    test, programs speak English, and numerical libraries add up in one order in every process.
+    This comes before NumPy is loaded; workers of pytest-xdist begin with it.
+    """
+    for name in list(os.environ):
+        if name.upper() in _PROXIES or name in _OF_PYTHON or name.startswith("AWS_"):
+            del os.environ[name]
+    os.environ |= {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    if sys.platform == "linux":
+        os.environ["LC_ALL"] = "C.UTF-8"
+
+
+_pin_environment()
 
 # How fast a machine is at the moment says nothing about the code. A test's settings that name other
 # health checks replace this list.

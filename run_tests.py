@@ -98,7 +98,9 @@ def main(words: Sequence[str]) -> int:
     spread = ["-n", arguments.workers, "--dist", "loadfile", "--no-loadscope-reorder"]
     with tempfile.TemporaryDirectory() as folder:
         failed = Path(folder) / "failed.json"
-        code = _pytest([*spread, *TIERS[arguments.tier], *more], {FAILED: str(failed)})
+        # In the checkout, pytest-cov would add up what another run, or a killed one, left there.
+        counted = {"COVERAGE_FILE": str(Path(folder) / "coverage")}
+        code = _pytest([*spread, *TIERS[arguments.tier], *more], {FAILED: str(failed), **counted})
         if code != pytest.ExitCode.TESTS_FAILED or not failed.is_file():
             return code
         errors: dict[str, str] = json.loads(failed.read_text())

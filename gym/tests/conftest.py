@@ -3,12 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from datetime import UTC, datetime, timedelta
+from types import SimpleNamespace
 
 import pytest
 from gym.tests.worlds import Server, World, make_world, new_database
 from sqlalchemy import delete
 
+from walltopo_gym import clock, mail
+from walltopo_gym.accounts import oidc
 from walltopo_gym.accounts.models import Try
+from walltopo_gym.api import documents
+from walltopo_gym.database import engine
+from walltopo_gym.walls import service as walls
+from walltopo_gym.webhooks import service as webhooks
+
+_WEDNESDAY = 2
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _patient() -> Iterator[None]:
+    """The product's limits for what is slow; a loaded machine would pass them."""
+    with pytest.MonkeyPatch.context() as patch:
+        for room in (oidc, mail, documents, walls, webhooks):
+            patch.setattr(room, "_PATIENCE_S", 600)
+        patch.setattr(webhooks, "_DEADLINE_S", 600)
+        patch.setattr(engine, "_BUSY_S", 600)
+        yield
 
 
 @pytest.fixture(scope="session", params=["sqlite", "postgresql"])
@@ -31,6 +52,19 @@ def _fresh_limits(request: pytest.FixtureRequest) -> None:
         made: Server = request.getfixturevalue("server")
         with made.database.writing() as session:
             session.execute(delete(Try))
+
+
+@pytest.fixture
+def midday(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The platform's clock begins at noon of the last Wednesday, in UTC, and goes on from there.
+
+    Thus no day, week or month of a gym ends during the test.
+    """
+    began = datetime.now(UTC)
+    wednesday = began - timedelta(days=(began.weekday() - _WEDNESDAY) % 7)
+    back = began - wednesday.replace(hour=12, minute=0, second=0)
+    put_back = SimpleNamespace(now=lambda zone: datetime.now(zone) - back)
+    monkeypatch.setattr(clock, "datetime", put_back)
 
 
 @pytest.fixture

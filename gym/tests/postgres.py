@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import random
 import shutil
 import socket
 import subprocess
@@ -12,7 +13,7 @@ from pathlib import Path
 
 import psutil
 
-__all__ = ["Postgres", "postgres_programs"]
+__all__ = ["Postgres", "free_port", "postgres_programs"]
 
 
 def postgres_programs() -> Path | None:
@@ -35,12 +36,13 @@ class Postgres:
 
     def __init__(self, programs: Path, *, fsync: bool) -> None:
         self._programs = programs
-        self._place = Path(tempfile.mkdtemp(prefix="walltopo-postgres-"))
+        # Not in TMPDIR, which another user may not be allowed to enter; sockets need a short path.
+        self._place = Path(tempfile.mkdtemp(prefix="walltopo-postgres-", dir="/tmp"))
         # The server refuses to run as root.
         self._user = "nobody" if os.getuid() == 0 else None
         if self._user:
             shutil.chown(self._place, self._user)
-        port = _free_port()
+        port = free_port()
         self.address = f"tester@127.0.0.1:{port}"
         self._options = f"-k {self._place} -p {port} -c listen_addresses=127.0.0.1"
         self._options += f" -c fsync={'on' if fsync else 'off'}"
@@ -78,7 +80,17 @@ class Postgres:
                            stderr=log)  # fmt: skip
 
 
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
+def free_port() -> int:
+    """Return a port of this machine that nothing listens at.
+
+    The system gives none of these to a process that asks for any port: such a process could bind
+    it before the server does. Browsers refuse some ports below 11,000.
+    """
+    own = Path("/proc/sys/net/ipv4/ip_local_port_range")
+    lowest = int(own.read_text().split()[0]) if own.is_file() else 32_768
+    ports = range(11_000, lowest) or range(11_000, 65_536)
+    while True:
+        port = random.SystemRandom().choice(ports)
+        with suppress(OSError), socket.socket() as probe:
+            probe.bind(("127.0.0.1", port))
+            return port

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import os
+import select
 import signal
 import subprocess
 import sys
@@ -58,7 +59,13 @@ class Process:
             start_new_session=True,
         )  # fmt: skip
         assert self._child.stdout is not None
-        self.first_line = self._child.stdout.readline().strip()
+        begun = select.select([self._child.stdout], [], [], PATIENCE_S)[0]
+        self.first_line = self._child.stdout.readline().strip() if begun else ""
+        if not self.first_line:
+            os.killpg(self._child.pid, signal.SIGKILL)
+            self.wait()
+            log = (data / f"{command}.log").read_text(errors="replace")
+            raise RuntimeError(f"walltopo gym {command} did not begin:\n{log[-3000:]}")
 
     @property
     def pid(self) -> int:

@@ -348,8 +348,13 @@ def test_a_gym_whose_news_cannot_be_found_delays_no_other(
     with server.database.writing() as session:
         row = update(Gym).where(Gym.id == bad.gym.id)
         session.execute(row.values(time_zone="Nowhere/Else"))
-    note_all(server.database, server.settings.features)
-    _tell_all(server)
+    try:
+        note_all(server.database, server.settings.features)
+        _tell_all(server)
+    finally:  # others share the server
+        with server.database.writing() as session:
+            row = update(Gym).where(Gym.id == bad.gym.id)
+            session.execute(row.values(time_zone="UTC"))
     with server.database.reading() as session:
         rows = {row.gym_id: row for row in session.scalars(select(Message))}
     assert rows[good.gym.id].error == ""
@@ -395,11 +400,13 @@ def test_a_file_that_cannot_be_deleted_keeps_no_other_from_its_end(
     folder = server.settings.data / "incoming"
     (folder / "0-a-folder").mkdir()
     (folder / "stray.txt").write_text("no photo's")
-    done = purge(server.settings, server.database, store)
+    try:
+        done = purge(server.settings, server.database, store)
+    finally:
+        (folder / "0-a-folder").rmdir()
     assert dropped == keys[1:] == done.files
     assert [name for name, _ in done.failed] == [keys[0], str(folder / "0-a-folder")]
     assert not (folder / "stray.txt").exists()
-    (folder / "0-a-folder").rmdir()
 
 
 def test_a_server_starts_whatever_lies_among_the_unfinished_photos(
@@ -422,7 +429,9 @@ def test_a_server_starts_whatever_lies_among_the_unfinished_photos(
         put(self, key, source)
 
     monkeypatch.setattr(FileStore, "put", put_most)
-    finish_all(server.database, services.store, server.incoming)
+    try:
+        finish_all(server.database, services.store, server.incoming)
+    finally:
+        (server.settings.data / "incoming" / "notes.txt").unlink(missing_ok=True)
     assert photos_of(good) == {"a.jpg": "received"}
     assert photos_of(bad) == {"a.jpg": "receiving"}
-    (server.settings.data / "incoming" / "notes.txt").unlink(missing_ok=True)

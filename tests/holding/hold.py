@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+PATIENCE_S = 1800  # a stage may come after a whole scan on a loaded machine
+
 
 @dataclass(frozen=True)
 class Hold:
@@ -17,7 +19,7 @@ class Hold:
     mark: Path
 
     def at(self, place: str) -> dict[str, str]:
-        """Return the environment of a child that stops at `stage:NAME` or at `rename`.
+        """Return the environment of a child that stops at `stage:NAME`, `first:NAME` or `rename`.
 
         See `sitecustomize.py` beside this file.
         """
@@ -29,8 +31,18 @@ class Hold:
             "WALLTOPO_TEST_HELD": str(self.mark),
         }
 
-    def wait(self, process: subprocess.Popen[Any]) -> None:
-        """Wait until the child is at the place; fail if it ends before."""
+    def wait(self, process: subprocess.Popen[Any] | None = None) -> int:
+        """Wait until the child, or one of its own, is at the place, and return the number of the
+        process that is there; fail if the child ends before.
+
+        Parameters
+        ----------
+        process : the child; None if a program that runs already starts it.
+        """
+        deadline = time.monotonic() + PATIENCE_S
         while not self.mark.exists():
-            assert process.poll() is None, "the process ended before it came to the place"
+            ended = process is not None and process.poll() is not None
+            assert not ended, "the process ended before it came to the place"
+            assert time.monotonic() < deadline, f"not at the place within {PATIENCE_S} s"
             time.sleep(0.01)
+        return int(self.mark.read_text())

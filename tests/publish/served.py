@@ -14,6 +14,8 @@ from walltopo.pipeline.edit_session import open_session
 from walltopo.publish.server.run import Server
 from walltopo.scans.folder import ScanFolder
 
+PATIENCE_S = 600  # a page may be rebuilt meanwhile, on a loaded machine
+
 
 class StillSession(EditSession):
     """Saves, and rebuilds nothing."""
@@ -44,13 +46,13 @@ def served(
         yield server
     finally:
         server.should_exit = True
-        thread.join(30)
+        thread.join(PATIENCE_S)
         assert not thread.is_alive()
 
 
 def connect(server: Server) -> socket.socket:
     """A bare connection."""
-    return socket.create_connection((server.address.host, server.address.port), timeout=30)
+    return socket.create_connection((server.address.host, server.address.port), timeout=PATIENCE_S)
 
 
 def talk(server: Server, *parts: bytes) -> bytes:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import threading
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 from made_scan import build_scan  # type: ignore[import-not-found]
 from served import head, served, talk  # type: ignore[import-not-found]
+from tests.at_once import at_once
 
 from walltopo.core import EnvironmentLacksError, InputError
 from walltopo.core.errors import EditsChangedError
@@ -206,11 +208,7 @@ def test_of_many_who_save_on_the_same_log_one_does(tmp_path: Path) -> None:
         except EditsChangedError:
             refused.append(number)
 
-    threads = [threading.Thread(target=one, args=(k,)) for k in range(8)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    at_once(*(partial(one, number) for number in range(8)))
     assert (len(saved), len(refused)) == (1, 7)
     assert read_log(scan) == saved[0]
 

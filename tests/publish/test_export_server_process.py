@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import re
 import signal
@@ -9,6 +10,7 @@ import socket
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -20,6 +22,7 @@ from walltopo.cli import main
 from walltopo.scans.folder import ScanFolder
 
 MakeScan = Callable[..., ScanFolder]
+PATIENCE_S = 900
 
 
 @pytest.fixture
@@ -41,32 +44,36 @@ class Viewing:
     def end(self, number: signal.Signals = signal.SIGINT) -> str:
         """End it by a signal; what it has said."""
         self.process.send_signal(number)
-        self.process.wait(timeout=900)
+        self.process.wait(timeout=PATIENCE_S)
         return self.terminal.read_text()
 
 
 @contextmanager
 def viewing(root: Path, *more: str) -> Iterator[Viewing]:
     """The process, once it has said where it is and how to end it."""
-    terminal = root.parent / "terminal.txt"
+    terminal, deadline = root.parent / "terminal.txt", time.monotonic() + PATIENCE_S
     command = [sys.executable, "-u", "-m", "walltopo", "view", str(root), "--port", "0", *more]
     with terminal.open("wb") as stream:
-        process = subprocess.Popen(command, stdout=stream, stderr=subprocess.STDOUT)
+        process = subprocess.Popen(
+            command, stdout=stream, stderr=subprocess.STDOUT, start_new_session=True
+        )
     try:
         pause = threading.Event()
         while "Ctrl-C stops." not in terminal.read_text():
             assert process.poll() is None, terminal.read_text()
+            assert time.monotonic() < deadline, terminal.read_text()
             pause.wait(0.05)
         found = re.match(r"http://127\.0\.0\.1:(\d+)(/\S*)", terminal.read_text())
         assert found
         yield Viewing(process, int(found[1]), found[2], terminal)
     finally:
-        process.kill()
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
         process.wait()
 
 
 def ask(port: int, sent: bytes) -> bytes:
-    with socket.create_connection(("127.0.0.1", port), timeout=30) as wire:
+    with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S) as wire:
         wire.sendall(sent)
         return wire.recv(12)
 
@@ -158,7 +165,7 @@ def test_nor_do_hundreds_of_broken_requests(root: Path) -> None:
         ]
         for _ in range(600):
             place = ("127.0.0.1", port)
-            with suppress(OSError), socket.create_connection(place, timeout=30) as wire:
+            with suppress(OSError), socket.create_connection(place, timeout=PATIENCE_S) as wire:
                 wire.sendall(mutated(whole, chance))
                 wire.shutdown(socket.SHUT_WR)
                 wire.recv(4096)
@@ -171,7 +178,7 @@ def test_a_defect_is_one_line_for_the_terminal_and_none_for_the_asker(root: Path
     with viewing(root, "--edit") as view:
         port, path = view.port, view.path
         (root / "index.html").write_bytes(b"\xff")
-        with socket.create_connection(("127.0.0.1", port), timeout=30) as wire:
+        with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S) as wire:
             wire.sendall(request(port, path))
             answer = b"".join(iter(lambda: wire.recv(4096), b""))
         shown = view.end()

@@ -174,8 +174,8 @@ test("survives a lost context", async ({ browser, places: { disk } }) => {
     wall.lost = gl.getExtension("WEBGL_lose_context");
     wall.lost.loseContext();
   });
+  // Seen in a turn of its own: a context may not come back in the event that took it.
   await page.waitForFunction(() => document.querySelector("wall-topo").interrupted.length === 1);
-  await page.waitForTimeout(100); // a context may not come back in the event that took it
   await ask(page, (wall) => wall.lost.restoreContext());
   await page.waitForFunction(() => document.querySelector("wall-topo").interrupted.length === 2);
   await page.waitForFunction(() => !document.querySelector("wall-topo").stage.blank);

@@ -66,7 +66,12 @@ async function take(browser, source, out, kind, id, most = MAX_BYTES) {
     await photos.locator("img").first().waitFor();
   }
   await settle(page);
-  await page.waitForTimeout(300); // the words that were said fade
+  const isQuiet = () => {
+    const { shadowRoot } = document.querySelector("wall-topo");
+    const fades = shadowRoot.getAnimations().some(({ playState }) => playState === "running");
+    return !fades && !shadowRoot.querySelector(".toast.on");
+  };
+  await page.waitForFunction(isQuiet);
   for (let quality = 88; quality >= 40; quality -= 8) {
     await page.screenshot({ path: out, type: "jpeg", quality });
     if (statSync(out).size < most) break;

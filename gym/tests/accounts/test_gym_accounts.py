@@ -6,6 +6,7 @@ import itertools
 import re
 from contextlib import suppress
 from datetime import timedelta
+from uuid import uuid4
 
 import pytest
 from argon2 import PasswordHasher
@@ -31,6 +32,11 @@ from walltopo_gym.server.app import PREFIX
 NEW = {"name": "Ada", "password": PASSWORD}
 
 
+def new_address(name: str) -> str:
+    """Return an address that no test has used on this server."""
+    return f"{name}.{uuid4().hex}@example.com"
+
+
 def signed_up(server: Server, email: str) -> str:
     """Ask for an account; the secret that was mailed."""
     assert server.ask("POST", "/sign-up", json={"email": email}).status_code == 202
@@ -38,8 +44,8 @@ def signed_up(server: Server, email: str) -> str:
 
 
 def test_from_the_first_mail_to_signed_out(server: Server) -> None:
-    browser = server.client()
-    token = signed_up(server, "Ada.First@Example.com".lower())
+    browser, email = server.client(), new_address("ada")
+    token = signed_up(server, email)
     answer = browser.post(f"{PREFIX}/sign-up/confirm", json=NEW | {"token": token})
     assert answer.status_code == 201, answer.text
     cookie = answer.headers["set-cookie"]
@@ -47,10 +53,10 @@ def test_from_the_first_mail_to_signed_out(server: Server) -> None:
     for word in ("Secure", "HttpOnly", "Path=/", "SameSite=lax"):
         assert word in cookie
     assert "Domain" not in cookie
-    assert browser.get(f"{PREFIX}/me").json()["email"] == "ada.first@example.com"
+    assert browser.get(f"{PREFIX}/me").json()["email"] == email
     assert browser.delete(f"{PREFIX}/session").status_code == 204
     assert browser.get(f"{PREFIX}/me").status_code == 401
-    again = {"email": "ADA.first@example.com", "password": PASSWORD}
+    again = {"email": email.replace("ada", "ADA"), "password": PASSWORD}
     assert browser.post(f"{PREFIX}/session", json=again).status_code == 200
     assert browser.get(f"{PREFIX}/me").json()["name"] == "Ada"
 
@@ -105,11 +111,11 @@ def test_mails_are_in_the_requesters_language(server: Server) -> None:
 
 
 def test_a_mailed_link_is_good_once_and_for_a_while(server: Server) -> None:
-    token = signed_up(server, "once@example.com")
+    token = signed_up(server, new_address("once"))
     body = NEW | {"token": token}
     assert server.ask("POST", "/sign-up/confirm", json=body).status_code == 201
     assert server.ask("POST", "/sign-up/confirm", json=body).status_code == 422
-    late = signed_up(server, "late@example.com")
+    late = signed_up(server, new_address("late"))
     with server.database.writing() as session:
         row = update(MailedLink).where(MailedLink.token_hash == hash_of(late))
         session.execute(row.values(expires_at=now() - timedelta(seconds=1)))

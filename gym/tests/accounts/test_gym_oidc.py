@@ -100,7 +100,7 @@ def come_back(client: TestClient) -> Any:
 
     gone = client.get("/oidc/sign-in")
     assert gone.status_code == 303
-    sent = requests.get(gone.headers["location"], allow_redirects=False, timeout=10)
+    sent = requests.get(gone.headers["location"], allow_redirects=False, timeout=600)
     back = urlsplit(sent.headers["location"])
     assert f"{back.scheme}://{back.netloc}" == ORIGIN
     return client.get(f"{back.path}?{back.query}")

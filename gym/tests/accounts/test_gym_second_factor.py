@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from datetime import timedelta
+from datetime import UTC, datetime, timedelta
 
 import httpx
 import pyotp
 import pytest
 from gym.tests.worlds import PASSWORD, Server, Somebody
 
-from walltopo_gym import clock
 from walltopo_gym.accounts import second_factor
+
+NOON = datetime(2026, 3, 4, 12, tzinfo=UTC)
+
+
+@pytest.fixture(autouse=True)
+def _clock_stands_still(monkeypatch: pytest.MonkeyPatch) -> None:
+    in_half_a_minute(monkeypatch, 0)
 
 
 def sign_in(server: Server, who: Somebody, code: str | None = None) -> httpx.Response:
@@ -23,14 +29,14 @@ def turned_on(server: Server, who: Somebody) -> tuple[pyotp.TOTP, list[str]]:
     phone = pyotp.parse_uri(begun["uri"])
     assert isinstance(phone, pyotp.TOTP)
     assert (phone.secret, phone.name) == (begun["secret"], who.email)
-    answer = server.ask("POST", "/me/second-factor/confirm", who, {"code": phone.now()})
+    answer = server.ask("POST", "/me/second-factor/confirm", who, {"code": phone.at(NOON)})
     assert answer.status_code == 200, answer.text
     codes: list[str] = answer.json()["recovery_codes"]
     return phone, codes
 
 
 def in_half_a_minute(monkeypatch: pytest.MonkeyPatch, steps: int) -> None:
-    later = clock.now() + timedelta(seconds=30 * steps)
+    later = NOON + timedelta(seconds=30 * steps)
     monkeypatch.setattr(second_factor, "now", lambda: later)
 
 
@@ -41,7 +47,7 @@ def test_the_password_alone_lets_nobody_in(server: Server, monkeypatch: pytest.M
     alone = sign_in(server, who)
     assert (alone.status_code, alone.headers.get("set-cookie")) == (401, None)
     in_half_a_minute(monkeypatch, 1)
-    code = phone.at(clock.now() + timedelta(seconds=30))
+    code = phone.at(NOON + timedelta(seconds=30))
     assert sign_in(server, who, code).status_code == 200
     # Seen over somebody's shoulder, it is good no more.
     assert sign_in(server, who, code).status_code == 401

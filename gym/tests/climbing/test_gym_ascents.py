@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from datetime import datetime, timedelta
 from typing import Any
 from uuid import UUID, uuid4
@@ -11,6 +10,7 @@ import httpx
 import pytest
 from gym.tests.worlds import PASSWORD, Somebody, World, hold, make_world
 from sqlalchemy import Uuid, func, select
+from tests.at_once import at_once
 
 from walltopo_gym.accounts.access import FOR
 from walltopo_gym.climbing.models import Ascent
@@ -65,15 +65,7 @@ def test_what_waited_is_nobody_elses(world: World, route: str) -> None:
 
 def test_a_tick_that_is_sent_twice_arrives_once(world: World, route: str) -> None:
     ascent = uuid4()
-    statuses: list[int] = []
-    copies = [
-        threading.Thread(target=lambda: statuses.append(tick(world, ascent, route).status_code))
-        for _ in range(4)
-    ]
-    for copy in copies:
-        copy.start()
-    for copy in copies:
-        copy.join()
+    statuses = at_once(*4 * [lambda: tick(world, ascent, route).status_code])
     assert sorted(statuses) == [200, 200, 200, 201]
     assert [facts["id"] for facts in own(world)] == [str(ascent)]
     assert tick(world, ascent, route, tries=5).json()["tries"] == 5

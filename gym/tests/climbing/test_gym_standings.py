@@ -244,6 +244,7 @@ def routes(world: World) -> list[str]:
         return [str(route.id) for route in found]
 
 
+@pytest.mark.usefixtures("midday")
 def test_a_board_names_only_who_wants_it_and_ties_are_ties(world: World, routes: list[str]) -> None:
     people = world.people
     for who in ("owner", "member", "judge"):
@@ -272,6 +273,7 @@ def test_a_board_names_only_who_wants_it_and_ties_are_ties(world: World, routes:
     assert world.server.ask("GET", f"{world.path}/board", people["judge"]).status_code == 404
 
 
+@pytest.mark.usefixtures("midday")
 def test_follows_need_consent_and_a_feed_can_be_off(world: World, routes: list[str]) -> None:
     server, people = world.server, world.people
     member, judge = people["member"], people["judge"]
@@ -301,6 +303,7 @@ def test_follows_need_consent_and_a_feed_can_be_off(world: World, routes: list[s
     assert server.ask("GET", "/me/follows", member).json()["following"] == []
 
 
+@pytest.mark.usefixtures("midday")
 def test_progress_says_what_was_climbed(world: World, routes: list[str]) -> None:
     member = world.people["member"]
     for weeks in (9, 8, 1, 0):
@@ -344,6 +347,7 @@ def test_progress_says_what_was_climbed(world: World, routes: list[str]) -> None
     ]
 
 
+@pytest.mark.usefixtures("midday")
 def test_a_session_is_begun_and_ended_by_hand(world: World, routes: list[str]) -> None:
     server, member = world.server, world.people["member"]
     path = f"{world.path}/sessions"

@@ -42,7 +42,7 @@ class Listener:
         """Listen until an event is in it, or the news end."""
         while self.seq < seq:
             try:
-                view = json.loads(await asyncio.wait_for(anext(self._news), 30))
+                view = json.loads(await asyncio.wait_for(anext(self._news), 600))
             except StopAsyncIteration:
                 self.over = True
                 return

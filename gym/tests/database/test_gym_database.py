@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from datetime import date, datetime
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -15,6 +14,7 @@ from alembic.migration import MigrationContext
 from gym.tests.worlds import Server, new_database
 from sqlalchemy import Column, MetaData, func, select, text
 from sqlalchemy.sql import sqltypes
+from tests.at_once import at_once
 
 from walltopo.core import EnvironmentLacksError
 from walltopo_gym.accounts.models import Try
@@ -159,11 +159,7 @@ def test_writers_wait_for_each_other(server: Server) -> None:
                 session.scalar(select(func.count()).select_from(Try))
                 session.add(Try(key="crowd", at=now()))
 
-    threads = [threading.Thread(target=add) for _ in range(8)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    at_once(*8 * [add])
     with server.database.reading() as session:
         rows = select(func.count()).select_from(Try).where(Try.key == "crowd")
         assert session.scalar(rows) == 40

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from datetime import UTC, date, datetime, timedelta
+from datetime import date, timedelta
 from typing import Any
 from urllib.parse import unquote
 from uuid import UUID
@@ -38,7 +38,7 @@ NAMES = ("Moonshine", "Žlutý kůň", "Straße <b>&", "漢字 Ωμέγα")
 
 
 @pytest.fixture
-def current(server: Server) -> World:
+def current(midday: None, server: Server) -> World:
     """A public gym with four routes, three of them new, one of which goes soon."""
     return hang(make_world(server, visibility="public"))
 
@@ -46,7 +46,7 @@ def current(server: Server) -> World:
 def hang(world: World) -> World:
     holds = [hold(number, number * 0.4, 1.0) for number in range(1, 5)]
     scan = world.reviewed({number: [number] for number in range(1, 5)}, holds)
-    today = date.today()
+    today = now().date()
     rows: list[dict[str, Any]] = [
         {"number": number, "name": name, "setter": "Jana", "set_on": str(today)}
         for number, name in enumerate(NAMES, 1)
@@ -181,7 +181,7 @@ def test_codes_are_the_first_bits_of_ids(route: UUID) -> None:
 
 def test_the_calendar_can_be_read(current: World) -> None:
     scan = current.reviewed({1: [1]}, [hold(1, 0.0, 1.0)])
-    at = datetime.now(UTC).replace(microsecond=0) + timedelta(days=2)
+    at = now().replace(microsecond=0) + timedelta(days=2)
     plan = {"revision": 1, "routes": [{"number": 1}], "at": at.isoformat()}
     put = current.server.ask("PUT", f"{current.path}/scans/{scan}/plan", current.people["setter"],
                              plan)  # fmt: skip
@@ -191,7 +191,7 @@ def test_the_calendar_can_be_read(current: World) -> None:
     events = {str(e["summary"]): e for e in Calendar.from_ical(answer.content).walk("VEVENT")}
     assert set(events) == {"Neue Routen: Cave", "1 Routen gehen: Cave"}
     assert events["Neue Routen: Cave"].decoded("dtstart") == at
-    assert events["1 Routen gehen: Cave"].decoded("dtstart") == date.today() + timedelta(days=5)
+    assert events["1 Routen gehen: Cave"].decoded("dtstart") == now().date() + timedelta(days=5)
     again = current.server.ask("GET", f"{current.path}/calendar.ics?language=de",
                                headers={"if-none-match": answer.headers["etag"]})  # fmt: skip
     assert (again.status_code, again.content) == (304, b"")

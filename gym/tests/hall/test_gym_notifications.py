@@ -6,7 +6,7 @@ import json
 import threading
 from base64 import urlsafe_b64decode, urlsafe_b64encode
 from collections.abc import Iterator
-from datetime import UTC, date, datetime, timedelta
+from datetime import UTC, datetime, timedelta
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 from uuid import UUID, uuid4
@@ -26,6 +26,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from py_vapid import Vapid02
 from sqlalchemy import delete, select, update
+from tests.at_once import at_once
 
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.clock import now
@@ -41,9 +42,10 @@ from walltopo_gym.jobs.queue import Task
 from walltopo_gym.mail import Letter
 from walltopo_gym.scans.models import Scan
 
+pytestmark = pytest.mark.usefixtures("midday")
+
 EVERYTHING = {"digest": True, "new_routes": True, "soon": True, "competitions": True,
               "hold_reports": True, "quiet_from": 0, "quiet_to": 0}  # fmt: skip
-MONDAY = datetime(2026, 3, 9, 8, 30, tzinfo=UTC)
 
 
 class Service:
@@ -217,11 +219,7 @@ def test_a_gym_that_does_without_the_hall_tells_nothing(gym: World, service: Ser
 def test_two_workers_at_once_tell_once(gym: World, service: Service) -> None:
     wish(gym, gym.people["member"], service)
     backdate(gym, timedelta(minutes=30))
-    both = [threading.Thread(target=note, args=(gym,)) for _ in range(4)]
-    for thread in both:
-        thread.start()
-    for thread in both:
-        thread.join()
+    at_once(*4 * [lambda: note(gym)])
     run(gym)
     assert len(service.got) == 1
 
@@ -250,7 +248,7 @@ def test_a_browser_that_is_gone_goes(gym: World, service: Service) -> None:
 def test_a_project_that_goes_soon(gym: World, service: Service) -> None:
     done, working = gym.people["judge"], gym.people["member"]
     route = gym.published()["routes"][0]
-    day = {"strip_on": str(date.today() + timedelta(days=2))}
+    day = {"strip_on": str(now().date() + timedelta(days=2))}
     path = f"{gym.path}/routes/{route['id']}"
     assert gym.server.ask("PATCH", path, gym.people["setter"], day).is_success
     for who, kinds in ((done, ("project", "top")), (working, ("project", "try"))):
@@ -293,13 +291,12 @@ def test_a_competition_that_one_has_entered(gym: World, service: Service) -> Non
     dates = ask("GET", f"{gym.path}/screen").json()["dates"]
     assert [(each["kind"], each["name"]) for each in dates] == [("competition", "Spring Cup")]
     with gym.server.database.writing() as session:
-        session.execute(delete(Competition))
+        session.execute(delete(Competition).where(Competition.gym_id == gym.gym.id))
 
 
 def next_monday() -> datetime:
-    """Return a moment of the Monday after the day of a route that is published now."""
-    day = now() - timedelta(hours=4)  # a gym's day begins at 04:00
-    return day + timedelta(days=7 - day.weekday())
+    """Return a moment of the Monday after a route that is published now."""
+    return now() + timedelta(days=7 - now().weekday())
 
 
 def test_the_weeks_mail(gym: World, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -313,11 +310,7 @@ def test_the_weeks_mail(gym: World, monkeypatch: pytest.MonkeyPatch) -> None:
     run(gym)
     assert letters_to(gym, member) == []
     at(monkeypatch, before.astimezone(UTC) + timedelta(minutes=2))
-    workers = [threading.Thread(target=note, args=(gym,)) for _ in range(3)]
-    for thread in workers:
-        thread.start()
-    for thread in workers:
-        thread.join()
+    at_once(*3 * [lambda: note(gym)])
     run(gym)
     (letter,) = letters_to(gym, member)
     assert letter.subject == f"{gym.gym.name} : résumé de la semaine"

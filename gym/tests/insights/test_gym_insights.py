@@ -20,6 +20,7 @@ from walltopo_gym.climbing.counting import count_again
 from walltopo_gym.climbing.models import Ascent, Opinion
 from walltopo_gym.climbing.points import crowd_grade
 from walltopo_gym.climbing.shrinking import Sample, shrunk
+from walltopo_gym.clock import now
 from walltopo_gym.gyms.models import GradeSystem, Gym
 from walltopo_gym.insights.models import Washing
 from walltopo_gym.insights.routes import OfRoute, of_routes
@@ -305,6 +306,7 @@ def test_what_to_strip_has_its_reasons_and_order() -> None:
     assert suggestions[-1].reasons == ("planned",)
 
 
+@pytest.mark.usefixtures("midday")
 def test_by_the_page_wishes_stock_and_washing(world: World) -> None:
     holds = [hold(1, 0.0, 1.0), hold(2, 0.3, 1.4, size=0.3), hold(3, 1.0, 1.0, colour="blue")]
     assert world.publish(world.reviewed({1: [1, 2]}, holds), {"number": 1}).is_success
@@ -334,7 +336,7 @@ def test_by_the_page_wishes_stock_and_washing(world: World) -> None:
     assert sizes == {("red", "m", 1), ("red", "l", 1), ("blue", "m", 1)}
     route = world.published()["routes"][0]["id"]
     body = {"route_id": route, "kind": "top", "tries": 7,
-            "climbed_at": (datetime.now(UTC) - timedelta(hours=1)).isoformat()}  # fmt: skip
+            "climbed_at": (now() - timedelta(hours=1)).isoformat()}  # fmt: skip
     ascent = f"{world.path}/ascents/{uuid4()}"
     assert world.server.ask("PUT", ascent, world.people["member"], body).is_success
     wear = ask("GET", "/insights/holds")["wear"][0]

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import threading
 from typing import Any
 from uuid import uuid4
 
 import pytest
 from gym.tests.worlds import Somebody, World, hold
+from tests.at_once import at_once
 
 from walltopo_gym.clock import now
 from walltopo_gym.hall.words import words_in
@@ -96,18 +96,14 @@ def test_a_repeated_request_adds_nothing(world: World) -> None:
 
 
 def test_of_two_copies_at_once_one_adds(world: World) -> None:
-    given, statuses = {"id": str(uuid4()), "name": "Moon"}, []
+    given = {"id": str(uuid4()), "name": "Moon"}
 
-    def send() -> None:
+    def send() -> int:
         path = f"{world.path}/walls/{world.wall.id}/routes"
         answer = world.server.ask("POST", path, world.people["setter"], {"routes": [given]})
-        statuses.append(answer.status_code)
+        return answer.status_code
 
-    threads = [threading.Thread(target=send) for _ in range(3)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    statuses = at_once(*3 * [send])
     assert statuses == [201] * 3
     assert len(listed(world)) == 1
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import threading
+from functools import partial
 from typing import Any
 
 import pytest
 from gym.tests.worlds import World, hold
 from sqlalchemy import func, select
+from tests.at_once import at_once
 
 from walltopo_gym.gyms.models import GRADE_BY
 from walltopo_gym.migrations.tables import METADATA
@@ -80,16 +81,11 @@ def test_the_former_version_comes_back(current: tuple[World, dict[str, Any]]) ->
 def test_of_two_setters_one_publishes(current: tuple[World, dict[str, Any]]) -> None:
     world, _ = current
     scans = [world.reviewed({1: [1]}, HOLDS[:1]) for _ in range(2)]
-    statuses: list[int] = []
 
-    def publish(scan: Any) -> None:
-        statuses.append(world.publish(scan, {"number": 1}, revision=1).status_code)
+    def publish(scan: Any) -> int:
+        return world.publish(scan, {"number": 1}, revision=1).status_code
 
-    threads = [threading.Thread(target=publish, args=(scan,)) for scan in scans]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    statuses = at_once(*(partial(publish, scan) for scan in scans))
     assert sorted(statuses) == [200, 409]
     assert len(world.published()["routes"]) == 1
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-from io import BytesIO
 from pathlib import Path
 
 import pytest
 from anyio import to_thread
 from gym.tests.worlds import World
-from PIL import Image
+from tests.holding.hold import Hold
 
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.scans.http import scans
@@ -87,13 +86,14 @@ def test_photos_that_show_no_wall_fail_in_words(world: World, tmp_path: Path) ->
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_scan_that_wants_too_much_memory_is_ended(world: World, tmp_path: Path) -> None:
-    scan = world.scan(State.RUNNING)
-    for number in range(3):  # photos that keep it busy: one that fails at once is not looked at
-        content = BytesIO()
-        Image.effect_noise((2400, 1800), 70 + number).convert("RGB").save(content, "JPEG")
-        world.server.services.store.put(f"originals/large{number}", content.getvalue())
-        world.photo(scan, state="usable", sha256=f"large{number}")
+def test_a_scan_that_wants_too_much_memory_is_ended(
+    world: World, tmp_path: Path, hold: Hold, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # The child does not end before the worker has looked at its memory.
+    for name, value in hold.at("stage:ingest").items():
+        monkeypatch.setenv(name, value)
+    scan = world.scan(State.RUNNING, usable=3)
+    world.server.services.store.put("originals/None", b"no photo")
     worker = steps(world, tmp_path)
     worker.settings = worker.settings.model_copy(update={"stage_memory_mb": 1})
     why = worker.stage(scan, 0, "export")

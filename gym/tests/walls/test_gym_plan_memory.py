@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import io
 import threading
-import time
 from typing import Any
 
 import pytest
 from gym.tests.worlds import World
 from PIL import Image, ImageOps
+from tests.at_once import at_once
 
 from walltopo_gym.walls import service as floor_plans
 
@@ -20,32 +20,48 @@ def picture(size: tuple[int, int]) -> bytes:
     return out.getvalue()
 
 
+class CountedLock:
+    """A lock that counts who wants it."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self.wanted = threading.Semaphore(0)
+
+    def acquire(self, timeout: float) -> bool:
+        self.wanted.release()
+        return self._lock.acquire(timeout=timeout)
+
+    def release(self) -> None:
+        self._lock.release()
+
+
 def test_floor_plans_are_decoded_one_at_a_time(
     world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    open_now, most = [0], [0]
+    open_now, most, lock = [0], [0], CountedLock()
     turn = ImageOps.exif_transpose
+    all_came = threading.Event()
 
     def watched(image: Any) -> Any:
         open_now[0] += 1
         most[0] = max(most[0], open_now[0])
-        time.sleep(0.1)
+        if not all_came.is_set():  # the first picture stays open until all others wait
+            for _ in range(6):
+                assert lock.wanted.acquire(timeout=600)
+            all_came.set()
         open_now[0] -= 1
         return turn(image)
 
     monkeypatch.setattr(ImageOps, "exif_transpose", watched)
-    monkeypatch.setattr(floor_plans, "_PATIENCE_S", 30, raising=False)
-    path, statuses = f"{world.path}/floor-plan/picture", []
+    monkeypatch.setattr(floor_plans, "DECODING", lock)
+    monkeypatch.setattr(floor_plans, "_PATIENCE_S", 600)
+    path = f"{world.path}/floor-plan/picture"
 
-    def put() -> None:
+    def put() -> int:
         answer = world.server.ask("PUT", path, world.owner, content=picture((90, 60)))
-        statuses.append(answer.status_code)
+        return answer.status_code
 
-    threads = [threading.Thread(target=put) for _ in range(6)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    statuses = at_once(*6 * [put])
     assert set(statuses) <= {200, 409}  # two that write at the same moment
     assert most == [1]
 

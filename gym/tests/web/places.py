@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import socket
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -44,13 +43,6 @@ def publish_wall(world: World, folder: Path) -> UUID:
     answer = world.publish(scan, *entries)
     assert answer.is_success, answer.text
     return scan
-
-
-def free_port() -> int:
-    """Return a port of this machine that nothing listens at."""
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port: int = free.getsockname()[1]
-    return port
 
 
 def new_world(data: Path) -> World:

@@ -9,14 +9,8 @@ from pathlib import Path
 from typing import NoReturn
 
 import pytest
-from gym.tests.web.places import (
-    WEB,
-    free_port,
-    missing_browser,
-    new_world,
-    publish_wall,
-    serving,
-)
+from gym.tests.postgres import free_port
+from gym.tests.web.places import WEB, missing_browser, new_world, publish_wall, serving
 from gym.tests.worlds import Server, make_world
 
 from walltopo.scans.folder import ScanFolder

@@ -7,7 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NoReturn
 
-from gym.tests.web.places import WEB, free_port, missing_browser, new_world, publish_wall, serving
+from gym.tests.postgres import free_port
+from gym.tests.web.places import WEB, missing_browser, new_world, publish_wall, serving
 
 
 def test_a_climber_ticks_a_route(

@@ -11,7 +11,8 @@ from typing import NoReturn
 
 import pytest
 from gym.tests.competitions.contest import Contest
-from gym.tests.web.places import WEB, free_port, new_world, publish_wall, serving
+from gym.tests.postgres import free_port
+from gym.tests.web.places import WEB, new_world, publish_wall, serving
 from gym.tests.worlds import World
 
 ENGINES = {"firefox": "firefox-esr", "webkit": "WebKitWebDriver"}

@@ -1,6 +1,7 @@
 // Insights for setters and owners: each page by axe, at twice the text size, on a phone and a laptop.
 
 import assert from "node:assert/strict";
+import { settle } from "../../../viewer/tests/browser.mjs";
 import { test } from "./fixtures.mjs";
 import { grave, signIn, tooWide, visit, wallDrawn } from "./place.mjs";
 
@@ -93,6 +94,8 @@ test("the wall shows where it is climbed", async ({ browser, places }) => {
   await wallDrawn(page);
   await page.getByRole("table", { name: "Heat map" }).waitFor();
   await page.waitForFunction(() => document.querySelector("wall-topo").shadowRoot.querySelector(".heat:not([hidden])"));
+  await page.waitForSelector("wall-topo[data-ready=detail]"); // no other model comes between two pictures
+  await settle(page);
   const heated = await hues(page);
   assert.ok(heated.warm > 50, "no hold is in the heat's colour");
   assert.equal(heated.cold, 0, "a hold has its own colour");

@@ -4,6 +4,7 @@ import assert from "node:assert/strict";
 import { existsSync, readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { dirname, join } from "node:path";
+import { isDeepStrictEqual } from "node:util";
 
 const require = createRequire(new URL("../../../viewer/package.json", import.meta.url));
 const AXE = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
@@ -20,6 +21,16 @@ export async function until(is, what = String(is)) {
   }
   throw new Error(`not so after ${PATIENCE_MS / 1000} s: ${what}`);
 }
+
+/** Wait until what a function reads equals what is wanted; fail with the difference. */
+export async function becomes(read, wanted) {
+  let last;
+  const is = async () => isDeepStrictEqual((last = await read()), wanted);
+  await until(is).catch(() => assert.deepEqual(last, wanted));
+}
+
+/** Wait until so many elements are there. */
+export const counted = (locator, number) => becomes(() => locator.count(), number);
 
 /** Wait until the service worker has a copy of a path, whose text a pattern matches. */
 export const stored = (page, path, text = /(?:)/) =>
@@ -107,7 +118,8 @@ export async function nameRoutes(page) {
 /** The secret of the last mailed link: without SMTP the operator's console shows mails. */
 export async function mailed(places, path) {
   for (const end = Date.now() + PATIENCE_MS; Date.now() < end; ) {
-    const links = [...readFileSync(places.log, "utf8").matchAll(new RegExp(`${path}#(\\S+)`, "g"))];
+    // A secret without anything after it may be half written.
+    const links = [...readFileSync(places.log, "utf8").matchAll(new RegExp(`${path}#(\\S+)\\s`, "g"))];
     if (links.length) return links.at(-1)[1];
     await new Promise((resolve) => setTimeout(resolve, 100));
   }

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import functools
 import json
+import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import threading
 import tomllib
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from html.parser import HTMLParser
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -188,11 +191,18 @@ def test_main_pages_are_for_everybody(address: str, lacks: Callable[[str], NoRet
     viewer = ROOT / "viewer"
     if shutil.which("chromium") is None or not (viewer / "node_modules" / "axe-core").is_dir():
         lacks("Chromium, or the viewer's node_modules (make browser)")
-    done = subprocess.run(
+    browser = subprocess.Popen(
         ["node", "tests/site.mjs", address, *MAIN],
-        cwd=viewer, capture_output=True, text=True, check=False,
+        cwd=viewer, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        start_new_session=True,
     )  # fmt: skip
-    looked = [json.loads(line) for line in done.stdout.splitlines()]
-    assert len(looked) == 2 * len(MAIN), done.stderr
+    try:
+        shown, errors = browser.communicate(timeout=1800)
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(browser.pid, signal.SIGKILL)
+        browser.wait()
+    looked = [json.loads(line) for line in shown.splitlines()]
+    assert len(looked) == 2 * len(MAIN), errors
     assert min(look["passed"] for look in looked) > 15
     assert [look for look in looked if look["wrong"] or look["foreign"]] == []

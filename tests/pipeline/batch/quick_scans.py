@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -26,13 +25,3 @@ def stage_seconds(scan: Path) -> dict[str, float]:
     """Seconds of each finished stage, by its manifest."""
     stages = json.loads((scan / "scan.json").read_text(encoding="utf-8"))["stages"]
     return {name: stage["seconds"] for name, stage in stages.items() if stage["state"] == "done"}
-
-
-def writer_of(log: Path) -> int:
-    """The process that writes a scan's log, once it has begun."""
-    until = time.monotonic() + 120
-    while time.monotonic() < until:
-        if log.is_file() and "process " in (text := log.read_text(encoding="utf-8")):
-            return int(text.split("process ")[1].split()[0])
-        time.sleep(0.02)
-    raise AssertionError(f"{log} was not begun")

@@ -7,11 +7,14 @@ import os
 import signal
 import subprocess
 import sys
-import threading
+from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
-from tests.pipeline.batch.quick_scans import stage_seconds, write_list, writer_of
+from tests.holding.hold import Hold
+from tests.pipeline.batch.quick_scans import stage_seconds, write_list
 
 from walltopo.cli import main
 from walltopo.pipeline.batch.job import ScanJob, run_job
@@ -19,53 +22,73 @@ from walltopo.pipeline.batch.job import ScanJob, run_job
 pytestmark = pytest.mark.slow
 
 
+@dataclass(frozen=True)
+class Batch:
+    """A batch that ended: its folder, its outcomes by scan, and which scan was killed."""
+
+    folder: Path
+    outcomes: dict[str, Any]
+    killed: str
+    calm: str
+
+
 @pytest.fixture(scope="module")
-def done(tiny_photos: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def done(tiny_photos: Path, tmp_path_factory: pytest.TempPathFactory) -> Batch:
     """A batch of two scans and of one that cannot be, in which one scan's process was killed."""
     folder = tmp_path_factory.mktemp("batch")
-    listed = write_list(folder, tiny_photos, ["calm", "killed"])
+    hold = Hold(tmp_path_factory.mktemp("hold") / "held")
+    listed = write_list(folder, tiny_photos, ["one", "other"])
     listed.write_text(listed.read_text() + "nowhere,missing,\n")
     run = [sys.executable, "-m", "walltopo", "batch", str(listed), "-j", "2", "--json"]
-    batch = subprocess.Popen(run, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    pid = writer_of(folder / "killed" / "scan.log")
-    killing = threading.Thread(target=os.kill, args=(pid, signal.SIGKILL))
-    killing.start()
-    out, output = batch.communicate(timeout=900)
-    killing.join()
-    (folder / "out.json").write_text(out)
+    batch = subprocess.Popen(
+        run, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+        env=hold.at("first:sparse"),
+    )  # fmt: skip
+    try:
+        pid = hold.wait(batch)
+        os.kill(pid, signal.SIGKILL)
+        out, output = batch.communicate(timeout=1800)
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(batch.pid, signal.SIGKILL)
+        batch.wait()
     assert batch.returncode == 1, output
     assert "nowhere" in output
-    return folder
+    names = ["one", "other"]
+    killed = next(n for n in names if f"process {pid}" in (folder / n / "scan.log").read_text())
+    names.remove(killed)
+    outcomes = {Path(o["out"]).name: o for o in json.loads(out)}
+    return Batch(folder, outcomes, killed, names[0])
 
 
-def test_a_killed_scan_is_done_again(done: Path) -> None:
-    outcomes = {Path(o["out"]).name: o for o in json.loads((done / "out.json").read_text())}
-    assert {name: o["state"] for name, o in outcomes.items()} == {
-        "calm": "done",
-        "killed": "done",
+def test_a_killed_scan_is_done_again(done: Batch) -> None:
+    assert {name: o["state"] for name, o in done.outcomes.items()} == {
+        done.calm: "done",
+        done.killed: "done",
         "missing": "failed",
     }
-    assert outcomes["killed"]["tries"] == 2
-    assert outcomes["killed"]["holds"] > 0
-    assert (done / "killed" / "holds.json").read_bytes() == (
-        done / "calm" / "holds.json"
-    ).read_bytes()
+    assert done.outcomes[done.killed]["tries"] == 2
+    assert done.outcomes[done.calm]["tries"] == 1
+    assert done.outcomes[done.killed]["holds"] > 0
+    killed, calm = (done.folder / name / "holds.json" for name in (done.killed, done.calm))
+    assert killed.read_bytes() == calm.read_bytes()
 
 
-def test_each_scan_has_its_log(done: Path) -> None:
-    log = (done / "killed" / "scan.log").read_text(encoding="utf-8")
+def test_each_scan_has_its_log(done: Batch) -> None:
+    log = (done.folder / done.killed / "scan.log").read_text(encoding="utf-8")
     assert log.count("-- started") == 2
     assert "✓ export" in log
-    assert list((done / "missing").glob("[!.]*")) == []
+    assert list((done.folder / "missing").glob("[!.]*")) == []
 
 
-def test_a_second_run_computes_nothing(done: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    before = stage_seconds(done / "calm")
-    assert main(["batch", str(done / "list.csv"), "-j", "1"]) == 1
+def test_a_second_run_computes_nothing(done: Batch, capsys: pytest.CaptureFixture[str]) -> None:
+    calm = done.folder / done.calm
+    before = stage_seconds(calm)
+    assert main(["batch", str(done.folder / "list.csv"), "-j", "1"]) == 1
     output = capsys.readouterr().out
     assert output.count("up to date") >= 2
     assert "2 of 3 scans are done" in output
-    assert stage_seconds(done / "calm") == before
+    assert stage_seconds(calm) == before
 
 
 def test_a_scan_that_dies_each_time_is_lost(

@@ -14,7 +14,8 @@ from typing import NoReturn
 
 import psutil
 import pytest
-from tests.pipeline.batch.quick_scans import SETTINGS, write_list, writer_of
+from tests.holding.hold import Hold
+from tests.pipeline.batch.quick_scans import SETTINGS, write_list
 
 from walltopo.core import EnvironmentLacksError
 from walltopo.pipeline.batch.job_list import read_list
@@ -26,28 +27,34 @@ GB = 1 << 30
 
 
 @pytest.fixture(scope="module")
-def cluster(lacks: Callable[[str], NoReturn]) -> Iterator[None]:
-    """A cluster of this module's own, on this machine."""
+def cluster(
+    lacks: Callable[[str], NoReturn], tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Hold]:
+    """A cluster of this module's own, on this machine; the first scan is held in a stage."""
     try:
         import ray  # noqa: F401
     except ImportError:
         lacks("Ray is not installed (pip install 'walltopo[ray]')")
-    with on_cluster("local"):
-        yield
+    hold = Hold(tmp_path_factory.mktemp("hold") / "held")
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in hold.at("first:sparse").items():
+            patch.setenv(name, value)
+        with on_cluster("local"):
+            yield hold
 
 
 # Functions of a test are carried whole: the cluster's processes cannot import it.
 
 
 @pytest.mark.slow
-def test_more_than_any_machine_has(cluster: None) -> None:
+def test_more_than_any_machine_has(cluster: Hold) -> None:
     with pytest.raises(EnvironmentLacksError, match="no machine"):
         list(run_on_cluster([], 4096, GB))
 
 
-def _kill_worker_of(log: Path) -> None:
-    """Kill the Ray process above the one that writes this log."""
-    os.kill(psutil.Process(writer_of(log)).ppid(), signal.SIGKILL)
+def _kill_worker(hold: Hold) -> None:
+    """Kill the Ray process above the scan that is held."""
+    os.kill(psutil.Process(hold.wait()).ppid(), signal.SIGKILL)
 
 
 @pytest.fixture(scope="module")
@@ -60,11 +67,11 @@ def alone(tiny_photos: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.slow
 def test_a_batch_with_a_killed_worker(
-    cluster: None, alone: Path, tiny_photos: Path, tmp_path: Path
+    cluster: Hold, alone: Path, tiny_photos: Path, tmp_path: Path
 ) -> None:
     jobs = read_list(write_list(tmp_path, tiny_photos, ["wall"]))
     with ThreadPoolExecutor(1) as pool:
-        killed = pool.submit(_kill_worker_of, tmp_path / "wall" / "scan.log")
+        killed = pool.submit(_kill_worker, cluster)
         (outcome,) = run_on_cluster(jobs, 1, GB)
         killed.result()
     assert outcome.state == "done", outcome.error

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import select
 import signal
 import subprocess
 import sys
 import threading
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -221,7 +223,9 @@ def test_memory_does_not_grow_with_the_number_of_huge_photos(tmp_path: Path) -> 
 
 def test_the_child_ends_with_its_parent(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "walltopo.reconstruct.ingest.decode_worker"]
-    child = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    child = subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
+    )
     assert child.stdin is not None
     os.mkfifo(tmp_path / "film.mp4")  # FFmpeg waits for its other end
     files = f'{{"0": "{_base64(tmp_path / "film.mp4")}"}}'
@@ -229,11 +233,17 @@ def test_the_child_ends_with_its_parent(tmp_path: Path) -> None:
     child.stdin.write(job.encode() + b"\n")
     child.stdin.flush()
     assert child.stdout is not None
-    assert b"started" in child.stdout.readline()
-    assert child.poll() is None
-    child.stdin.close()
-    assert child.wait(60) in (1, -signal.SIGKILL)
-    child.stdout.close()
+    try:
+        assert select.select([child.stdout], [], [], 600)[0], "it did not begin"
+        assert b"started" in child.stdout.readline()
+        assert child.poll() is None
+        child.stdin.close()
+        assert child.wait(600) in (1, -signal.SIGKILL)
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(child.pid, signal.SIGKILL)
+        child.wait()
+        child.stdout.close()
 
 
 def _base64(path: Path) -> str:

@@ -4,11 +4,50 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from walltopo.core import Camera, Mask, Mesh, View
+
+
+class ExactRays:
+    """Finds what rays hit by double precision; Embree's rays, which trimesh takes, are float32."""
+
+    def __init__(self, mesh: Any) -> None:
+        self._corners = np.asarray(mesh.vertices)[np.asarray(mesh.faces)]
+
+    def intersects_location(
+        self, origins: np.ndarray, rays: np.ndarray, *, multiple_hits: bool
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the first hits as trimesh does: places, numbers of the rays and of the triangles.
+
+        By Moeller and Trumbore, every ray with every triangle.
+        """
+        assert not multiple_hits
+        first, second, third = np.moveaxis(self._corners, 1, 0)
+        across = np.cross(rays[:, None], third - first)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            scale = 1 / (across * (second - first)).sum(axis=-1)
+            away = origins[:, None] - first
+            u = (away * across).sum(axis=-1) * scale
+            turned = np.cross(away, second - first)
+            v = (rays[:, None] * turned).sum(axis=-1) * scale
+            t = (turned * (third - first)).sum(axis=-1) * scale
+            t = np.where((u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0), t, np.inf)
+        triangle = t.argmin(axis=1)
+        nearest = t[np.arange(len(rays)), triangle]
+        hit = np.flatnonzero(np.isfinite(nearest))
+        return origins[hit] + rays[hit] * nearest[hit, None], hit, triangle[hit]
+
+
+@pytest.fixture
+def exact_rays(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the reference's rays be exact: rounding must not decide what a random scene shows."""
+    from trimesh.ray import ray_pyembree
+
+    monkeypatch.setattr(ray_pyembree, "RayMeshIntersector", ExactRays)
 
 
 class Maker:

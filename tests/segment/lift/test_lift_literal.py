@@ -63,6 +63,7 @@ def assert_equal(fast: Instances, slow: Instances) -> None:
 )
 @example(1, 0.0, 0.5, 0.5, True, 0, "surest", "mean")  # an unseen mask
 @settings(max_examples=25, deadline=None)
+@pytest.mark.usefixtures("exact_rays")
 def test_same_as_the_reference_on_random_scenes(
     make_scene: Any, seed: int, power: float, threshold: float, resolution: float,
     distorted: bool, pixels: int, on_top: OnTop, confidence: Confidence,

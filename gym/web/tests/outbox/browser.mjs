@@ -4,14 +4,20 @@
 import { IDBFactory } from "fake-indexeddb";
 import { vi } from "vitest";
 
-const Channel = globalThis.BroadcastChannel;
 const channels = [];
-// Node waits for channels that are open.
-globalThis.BroadcastChannel = class extends Channel {
+
+/** Messages between tabs, as far as the outbox uses them: in a later turn, and in the order of sending. Node's own come through
+    another thread, in an order that no seed gives again. */
+globalThis.BroadcastChannel = class extends EventTarget {
   constructor(name) {
-    super(name);
-    this.unref();
+    super();
+    this.name = name;
     channels.push(this);
+  }
+
+  postMessage(data) {
+    const others = channels.filter((other) => other !== this && other.name === this.name);
+    setImmediate(() => others.forEach((other) => other.dispatchEvent(new MessageEvent("message", { data }))));
   }
 };
 
@@ -31,7 +37,7 @@ const realNow = Date.now;
 
 /** A new browser. `locks`: whether it has Web Locks. */
 export function newBrowser({ locks = true } = {}) {
-  for (const channel of channels.splice(0)) channel.close(); // of the one before
+  channels.length = 0; // of the one before
   globalThis.indexedDB = new IDBFactory();
   // Node's own, where it has one, can only be hidden.
   Object.defineProperty(globalThis, "navigator", { value: locks ? { locks: new Locks() } : {}, configurable: true });
