@@ -96,5 +96,5 @@ def test_the_command_trains_compares_and_says_which_to_use(
     assert (out / "holds.onnx").is_file()
     own = read_json(out / "own.json")
     assert own["better"] == is_better(Figures(**own["before"]), Figures(**own["after"]))
-    said = capsys.readouterr().out
-    assert ("Better: use it." in said) == own["better"]
+    printed = capsys.readouterr().out
+    assert ("Better: use it." in printed) == own["better"]
