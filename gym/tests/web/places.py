@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,6 +19,7 @@ from walltopo.scans.routes import Routes
 
 ROOT = Path(__file__).resolve().parents[3]
 WEB = ROOT / "gym" / "web"
+_LIMIT_S = 1100  # below the limit of a test, so that what was printed is shown
 SHOTS = Path(os.environ.get("WALLTOPO_SHOTS", ROOT / "build" / "gym-shots"))
 
 
@@ -81,3 +83,17 @@ def serving(
         yield {**os.environ, "WALLTOPO_PLACES": str(data / "places.json")}
     finally:
         process.stop()
+
+
+def playwright(environment: Mapping[str, str], *words: str) -> None:
+    """Run browser tests of the app; a failure shows what they printed.
+
+    Parameters
+    ----------
+    environment : of `serving`; words : options of `playwright test`.
+    """
+    done = subprocess.run(
+        ["node_modules/.bin/playwright", "test", *words],
+        cwd=WEB, capture_output=True, text=True, timeout=_LIMIT_S, check=False, env=environment,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout[-8000:] + done.stderr[-2000:]

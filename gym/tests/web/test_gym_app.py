@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import NoReturn
 
 import pytest
 from gym.tests.postgres import free_port
-from gym.tests.web.places import WEB, missing_browser, new_world, publish_wall, serving
+from gym.tests.web.places import WEB, missing_browser, new_world, playwright, publish_wall, serving
 from gym.tests.worlds import Server, make_world
 
 from walltopo.scans.folder import ScanFolder
@@ -57,12 +56,7 @@ def test_flow(
     # server's own address.
     port = free_port()
     with serving(world, port, f"http://localhost:{port}", places) as environment:
-        words = ["test", f"{flow}.spec.mjs", f"--output={tmp_path / 'failures'}"]
-        done = subprocess.run(
-            ["node_modules/.bin/playwright", *words],
-            cwd=WEB, capture_output=True, text=True, timeout=1100, check=False, env=environment,
-        )  # fmt: skip
-    assert done.returncode == 0, done.stdout[-8000:] + done.stderr[-2000:]
+        playwright(environment, f"{flow}.spec.mjs", f"--output={tmp_path / 'failures'}")
 
 
 def _bare_wall(server: Server, folder: Path) -> dict[str, str]:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import NoReturn
 
 from gym.tests.postgres import free_port
-from gym.tests.web.places import WEB, missing_browser, new_world, publish_wall, serving
+from gym.tests.web.places import missing_browser, new_world, playwright, publish_wall, serving
 
 
 def test_a_climber_ticks_a_route(
@@ -20,8 +19,4 @@ def test_a_climber_ticks_a_route(
     publish_wall(world, tiny_scan)
     port = free_port()
     with serving(world, port, f"http://localhost:{port}", {}) as environment:
-        done = subprocess.run(
-            ["node_modules/.bin/playwright", "test", "-c", "tests/smoke"],
-            cwd=WEB, capture_output=True, text=True, timeout=900, check=False, env=environment,
-        )  # fmt: skip
-    assert done.returncode == 0, done.stdout[-8000:] + done.stderr[-2000:]
+        playwright(environment, "-c", "tests/smoke")

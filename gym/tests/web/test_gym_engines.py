@@ -12,7 +12,7 @@ from typing import NoReturn
 import pytest
 from gym.tests.competitions.contest import Contest
 from gym.tests.postgres import free_port
-from gym.tests.web.places import WEB, new_world, publish_wall, serving
+from gym.tests.web.places import WEB, new_world, playwright, publish_wall, serving
 from gym.tests.worlds import World
 
 ENGINES = {"firefox": "firefox-esr", "webkit": "WebKitWebDriver"}
@@ -44,12 +44,7 @@ def test_the_app_in_another_engine(
         **_certificate(tmp_path),
     }
     with _screen() as display, serving(world, target, f"https://localhost:{port}", places) as env:
-        done = subprocess.run(
-            ["node_modules/.bin/playwright", "test", "-c", "tests/engines", "--project", engine],
-            cwd=WEB, capture_output=True, text=True, timeout=900, check=False,
-            env={**env, "DISPLAY": display},
-        )  # fmt: skip
-    assert done.returncode == 0, done.stdout[-8000:] + done.stderr[-2000:]
+        playwright({**env, "DISPLAY": display}, "-c", "tests/engines", "--project", engine)
 
 
 def _competition(world: World) -> dict[str, str]:
