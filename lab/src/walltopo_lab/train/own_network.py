@@ -1,7 +1,8 @@
 """A gym's own network: the shipped one, trained further on corrected scans of that gym.
 
-The holds of a scan after its corrections are drawn back into its photos. One stretch of the wall is
-held out. Both networks detect there; the gym's own one is worth using only if it is better.
+The holds of a scan after its corrections are drawn back into its photos. The photos of one end of
+the wall are held out, and the holds that they show are ignored in the training. Both networks
+detect there; the gym's own one is worth using only if it is better.
 """
 
 from __future__ import annotations
@@ -29,11 +30,12 @@ from walltopo_lab.evaluate.detector import evaluate_detections
 from walltopo_lab.evaluate.looks import LOW_SCORE, as_dataset, look
 from walltopo_lab.train.detector import Job, train_detector
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
+from walltopo_lab.train.sets import IGNORED_CATEGORY
 
 CLASSES = {1: "hold", 2: "volume"}
+_HIDDEN = 3  # label of objects that are held out
+_LABELS = {**CLASSES, _HIDDEN: IGNORED_CATEGORY}
 HELD_OUT = 0.25  # share of each scan's photos on which the two networks are compared
-# A photo is not trained on if a larger share of its objects is in photos that are held out.
-MAX_SHARED = 0.2
 MAX_TRAIN, MAX_TEST = 40, 16  # photos, evenly drawn: what a processor does in minutes
 MIN_PHOTOS = 2  # to train on, and to compare on
 MIN_GAIN = 0.01  # of AP50: less may be chance
@@ -108,17 +110,30 @@ def corrected_labels(scan: ScanFolder, progress: Progress) -> Dataset:
 
 
 def parted(dataset: Dataset) -> tuple[list[Photo], list[Photo]]:
-    """Return the photos of one scan to train on, and those held out: one end of the wall."""
+    """Return the photos of one scan to train on, and those held out: one end of the wall.
+
+    What the latter show is ignored in the former.
+    """
     photos = dataset.photos
     count = max(MIN_PHOTOS, round(HELD_OUT * len(photos)))
     held_out = list(photos[len(photos) - count :])
     known = {a.extra["instance"] for photo in held_out for a in photo.annotations}
-    train = [p for p in photos[: len(photos) - count] if _shared(p, known) <= MAX_SHARED]
-    return train, held_out
+    hidden = [_without(photo, known) for photo in photos[: len(photos) - count]]
+    return [photo for photo in hidden if _trained(photo)], held_out
 
 
-def _shared(photo: Photo, known: set[int]) -> float:
-    return float(np.mean([a.extra["instance"] in known for a in photo.annotations]))
+def _without(photo: Photo, known: set[int]) -> Photo:
+    return photo.with_annotations(
+        tuple(
+            replace(a, label=_HIDDEN) if a.extra["instance"] in known else a
+            for a in photo.annotations
+        )
+    )
+
+
+def _trained(photo: Photo) -> int:
+    """Return the number of objects that are trained on."""
+    return sum(a.label in CLASSES for a in photo.annotations)
 
 
 def read_parts(scans: Sequence[ScanFolder], progress: Progress) -> Parts:
@@ -138,14 +153,16 @@ def read_parts(scans: Sequence[ScanFolder], progress: Progress) -> Parts:
         raise InputError(
             f"{', '.join(str(scan.root) for scan in scans)}: {len(train)} photos to train on and "
             f"{len(held_out)} to compare on, at least {MIN_PHOTOS} of each are needed",
-            "Photos of the two parts may hardly show the same holds: more of the wall helps.",
+            "A photo whose holds are all held out counts for neither: more of the wall helps.",
         )
-    return Parts(_evenly(train, MAX_TRAIN), _evenly(held_out, MAX_TEST))
+    return Parts(
+        Dataset(_evenly(train, MAX_TRAIN), _LABELS), Dataset(_evenly(held_out, MAX_TEST), CLASSES)
+    )
 
 
-def _evenly(photos: Sequence[Photo], count: int) -> Dataset:
+def _evenly(photos: Sequence[Photo], count: int) -> tuple[Photo, ...]:
     kept = np.linspace(0, len(photos) - 1, min(count, len(photos))).round().astype(int)
-    return Dataset(tuple(photos[k] for k in kept), CLASSES)
+    return tuple(photos[k] for k in kept)
 
 
 def fine_tune(train: Dataset, out: Path, minutes: float, progress: Progress) -> Path:
@@ -185,7 +202,7 @@ def train_own(
     before, after = (compared(file, parts.held_out) for file in (shipped_model(), model))
     result = OwnNetwork(
         photos=len(parts.train.photos),
-        objects=sum(len(p.annotations) for p in parts.train.photos),
+        objects=sum(_trained(photo) for photo in parts.train.photos),
         held_out=len(parts.held_out.photos),
         before=before,
         after=after,

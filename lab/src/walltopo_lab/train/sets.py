@@ -8,8 +8,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from walltopo.core import InputError, Progress
+from walltopo.core.files import read_json
 from walltopo_lab.train.batches import split_sources
-from walltopo_lab.train.cache import cache_coco, cache_yolo
+from walltopo_lab.train.cache import DONT_KNOW, cache_coco, cache_yolo
+
+# Objects of this category in a COCO file are neither holds nor background.
+IGNORED_CATEGORY = "ignored"
 
 
 @dataclass(frozen=True)
@@ -48,6 +52,13 @@ def _photos_of(annotations: Path) -> Path:
     return annotations.parent
 
 
+def _categories(annotations: Path) -> dict[int, int]:
+    """Return the labels of a COCO file's categories: 1 hold, 2 volume, and what is ignored."""
+    rows = read_json(annotations).get("categories", [])
+    ignored = {row["id"]: DONT_KNOW for row in rows if row["name"] == IGNORED_CATEGORY}
+    return {1: 1, 2: 2} | ignored
+
+
 def open_sets(
     datasets: Sequence[Path], cache: Path, held_out: float, progress: Progress
 ) -> list[LabelledSet]:
@@ -67,7 +78,7 @@ def open_sets(
         place = hashlib.blake2b(str(path.resolve()).encode(), digest_size=4).hexdigest()
         folder = cache / f"{label}-{place}"
         if exact:
-            names = cache_coco(path, _photos_of(path), folder, progress)
+            names = cache_coco(path, _photos_of(path), folder, progress, _categories(path))
             share = held_out if only_exact else 0.0
             kept, aside = split_sources(names, share)
             sets.append(LabelledSet(label, folder, True, tuple(kept), tuple(aside)))
