@@ -14,7 +14,7 @@ import time
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Final, TypedDict
+from typing import Any, Final
 from uuid import UUID
 from zoneinfo import ZoneInfo
 
@@ -48,23 +48,12 @@ _SPARE_S: Final = 3600  # beside the training itself: reading photos, the compar
 _LOOK_S: Final = 1.0
 
 
-class Result(TypedDict):
-    """`own.json` of `walltopo train gym`; `before`, `after`: AP50 of masks, of both networks."""
-
-    photos: int
-    objects: int
-    held_out: int
-    before: dict[str, float]
-    after: dict[str, float]
-    better: bool
-
-
 class OwnNetwork(Base):
     """A gym's own network, and whether the owner wants one.
 
-    `basis` names the corrected scans that it was trained on, with their revisions; `result` is a
-    `Result`, null before the first training; `key` is the network's file, empty unless it is better
-    than the shipped one; `error` is why the last training failed.
+    `basis` names the corrected scans that it was trained on, with their revisions; `result` is
+    `own.json` of `walltopo train gym`, null before the first training; `key` is the network's file,
+    empty unless it is better than the shipped one; `error` is why the last training failed.
     """
 
     __tablename__ = "own_networks"
@@ -138,7 +127,7 @@ class OwnNetworks:
                 download_scan(self.store, UUID(scan.partition(":")[0]), ScanFolder(folder))
             out = Path(name) / "trained"
             error = self._run(folders, out)
-            result: Result | None = None if error else read_json(out / "own.json")
+            result = None if error else read_json(out / "own.json")
             key = ""
             if result is not None and result["better"]:
                 key = f"networks/{hash_of_file(out / 'holds.onnx')}"
@@ -149,7 +138,7 @@ class OwnNetworks:
                 return
             row.basis, row.error = basis, error
             if result is not None:
-                row.trained_at, row.result, row.key = now(), dict(result), key
+                row.trained_at, row.result, row.key = now(), result, key
 
     def _run(self, folders: list[Path], out: Path) -> str:
         """Run `walltopo train gym` and return why it failed, empty on success.
@@ -172,9 +161,7 @@ class OwnNetworks:
                 if self.stopping.is_set():
                     raise WorkerStopsError
                 if time.monotonic() > limit:
-                    return (
-                        f"the training took longer than {(minutes * 60 + _SPARE_S) // 60} minutes"
-                    )
+                    return f"the training took longer than {allowed_s // 60} minutes"
             code = child.wait()
         if code == 0:
             return ""
