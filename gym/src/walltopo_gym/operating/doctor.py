@@ -96,15 +96,16 @@ def _store(settings: GymSettings) -> Finding:
 
 
 def _room(settings: GymSettings) -> Finding:
-    try:
+    def measure() -> tuple[Health, str]:
         free = shutil.disk_usage(settings.data).free / _MB
-    except OSError as error:
-        return Finding("room", "bad", str(error))
-    message = f"{free:,.0f} MB free, uploads are refused below {settings.keep_free_mb:,} MB"
-    state: Health = "well"
-    if free < 5 * settings.keep_free_mb:
-        state = "look" if free > settings.keep_free_mb else "bad"
-    return Finding("room", state, message)
+        state: Health = "well"
+        if free < 5 * settings.keep_free_mb:
+            state = "look" if free > settings.keep_free_mb else "bad"
+        return state, (
+            f"{free:,.0f} MB free, uploads are refused below {settings.keep_free_mb:,} MB"
+        )
+
+    return _tried("room", measure)
 
 
 def _address(settings: GymSettings) -> Finding:
@@ -142,15 +143,13 @@ def _training() -> Finding:
 
 
 def _workers(settings: GymSettings) -> Finding:
-    database = Database(settings.database_url)
-    try:
-        alive = living(settings, database)
-        with database.reading() as session:
-            queued = select(func.count()).select_from(Scan).where(Scan.state == State.QUEUED)
-            waiting = session.scalar(queued) or 0
-    except SQLAlchemyError as error:
-        return Finding("workers", "bad", str(error).splitlines()[0])
-    finally:
-        database.close()
-    message = f"{alive} at work, {waiting} scans queued"
-    return Finding("workers", "look" if waiting and not alive else "well", message)
+    def count() -> tuple[Health, str]:
+        with closing(Database(settings.database_url)) as database:
+            alive = living(settings, database)
+            with database.reading() as session:
+                queued = select(func.count()).select_from(Scan).where(Scan.state == State.QUEUED)
+                waiting = session.scalar(queued) or 0
+        state: Health = "look" if waiting and not alive else "well"
+        return state, f"{alive} at work, {waiting} scans queued"
+
+    return _tried("workers", count)
