@@ -20,6 +20,7 @@ from gym.tests.running import Process
 from gym.tests.worlds import Server
 from sqlalchemy import text
 
+from walltopo.core.parallel import cores
 from walltopo_gym.accounts.access import COOKIE
 from walltopo_gym.server.app import PREFIX
 
@@ -127,7 +128,7 @@ def _report(
     """A line each kind, and all together."""
     kind = "PostgreSQL" if args.database else "SQLite"
     print(f"{kind}, {args.rate:.0f} requests a second for {args.seconds:.0f} s, "
-          f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")  # fmt: skip
+          f"{cores()} cores, load {os.getloadavg()[0]:.1f}")  # fmt: skip
     print(f"{'':<20} {'p50':>7} {'p95':>7} {'p99':>7} ms")
     whole = [value for values in times.values() for value in values]
     for name, values in [*sorted(times.items()), ("all", whole)]:

@@ -15,7 +15,6 @@ which takes a quarter of an hour on two cores.
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -24,6 +23,7 @@ import numpy as np
 import numpy.typing as npt
 from sklearn.ensemble import HistGradientBoostingRegressor
 
+from walltopo.core.parallel import cores
 from walltopo_climb.grades.calibrate import Known, calibrate
 from walltopo_climb.grades.features import FEATURES
 from walltopo_climb.grades.font import FONT, V_OF
@@ -273,7 +273,7 @@ def main(arguments: list[str]) -> int:
         print(__doc__)
         return 2
     what, data, cache = before[:3]
-    found = boards(Path(data), Path(cache), os.cpu_count() or 1, setups)
+    found = boards(Path(data), Path(cache), cores(), setups)
     if fits:
         write_model(fit_on(list(found.values())), list(found.values()), Path(before[3]))
         return 0

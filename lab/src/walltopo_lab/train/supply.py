@@ -6,7 +6,6 @@ are therefore made in processes, and a thread moves the batches on a stream of i
 
 from __future__ import annotations
 
-import os
 import queue
 import threading
 from collections.abc import Generator, Iterator, Sequence
@@ -18,6 +17,7 @@ from torch import Tensor
 from torch import multiprocessing as processes
 
 from walltopo.core import StageError
+from walltopo.core.parallel import cores
 from walltopo_lab.train.batches import Folders, batches
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
 
@@ -41,7 +41,7 @@ def worker_count(settings: TrainSettings, device: torch.device) -> int:
     """Return the number of processes that make crops; 0 is a thread of this process."""
     if settings.workers or device.type != "cuda":
         return settings.workers
-    return max(1, (os.cpu_count() or 1) - _SPARE_CORES)
+    return max(1, cores() - _SPARE_CORES)
 
 
 def supply(

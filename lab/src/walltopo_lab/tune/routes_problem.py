@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from walltopo.core import InputError, Mesh
+from walltopo.core.parallel import cores
 from walltopo.describe.routes.geodesic import pair_lengths
 from walltopo.describe.routes.grouping import group_holds
 from walltopo.describe.routes.proxy import PROXY_FACES, Proxy, build_proxy
@@ -120,7 +120,7 @@ class RoutesProblem:
         return dict(zip(self._names, figures, strict=True))
 
     def _ari(self, wall: RoutesWall, settings: RoutesSettings) -> float:
-        threads = settings.threads or os.cpu_count() or 1
+        threads = settings.threads or cores()
         grouping = group_holds(
             wall.points,
             wall.colours,

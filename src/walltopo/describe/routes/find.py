@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, Silent
+from walltopo.core.parallel import cores
 from walltopo.describe.routes.geodesic import pair_lengths
 from walltopo.describe.routes.grouping import (
     FLATTEN,
@@ -41,7 +41,7 @@ Ints = NDArray[np.int64]
 def _group(mesh: Mesh, holds: Sequence[Hold], settings: RoutesSettings, unit: float) -> Grouping:
     points = np.array([hold.position for hold in holds], dtype=np.float64).reshape(-1, 3)
     proxy = build_proxy(mesh.vertices, mesh.faces, points, PROXY_FACES)
-    threads = settings.threads or os.cpu_count() or 1
+    threads = settings.threads or cores()
 
     gap = settings.bridge_gap * unit
     if settings.link == "paint":

@@ -3,7 +3,6 @@ database."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core.files import shipped_file
+from walltopo.core.parallel import cores
 from walltopo.images.files import read_grey, read_rgb
 from walltopo.images.networks import Network, open_network
 from walltopo.reconstruct.sparse.database import add_matches, append_keypoints
@@ -47,7 +47,7 @@ def add_learned(
     from walltopo.geometry.colmap import pycolmap
 
     network = XFeat()
-    with ThreadPoolExecutor(job.threads if job.threads > 0 else os.cpu_count()) as pool:
+    with ThreadPoolExecutor(job.threads if job.threads > 0 else cores()) as pool:
 
         def with_progress(step: str, work: Callable[[S], T], items: Sequence[S]) -> Iterator[T]:
             report(step=step, total=len(items))

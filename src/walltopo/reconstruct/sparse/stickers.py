@@ -6,7 +6,6 @@ continues another one finds them there.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from itertools import combinations
@@ -17,6 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from walltopo.core.parallel import cores
 from walltopo.images.files import read_grey
 from walltopo.images.markers import detect_stickers
 from walltopo.reconstruct.sparse.database import add_matches, append_keypoints
@@ -44,7 +44,7 @@ def add_stickers(database: Path, job: ColmapJob) -> list[Pair]:
     def find(name: str) -> dict[int, Floats]:
         return sticker_points(read_grey(Path(job.image_root) / name), name)
 
-    with ThreadPoolExecutor(job.threads if job.threads > 0 else os.cpu_count()) as pool:
+    with ThreadPoolExecutor(job.threads if job.threads > 0 else cores()) as pool:
         found = dict(enumerate(pool.map(find, (entry.name for entry in job.images)), start=1))
     with pycolmap.Database.open(database) as db:
         first = {number: _put(db, number, own) for number, own in found.items() if own}
