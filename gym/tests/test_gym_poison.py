@@ -24,7 +24,7 @@ from walltopo_gym.hall.models import Message, NotificationPreferences, PushAddre
 from walltopo_gym.hall.notification_triggers import DIGEST, MAILS, PUSHES, note_all
 from walltopo_gym.hall.notifications import MessageSender, note_failure
 from walltopo_gym.jobs.queue import Task, enqueue
-from walltopo_gym.mail import Letter
+from walltopo_gym.mail import Mail
 from walltopo_gym.operating.jobs import jobs
 from walltopo_gym.operating.purge import purge
 from walltopo_gym.publishing import plans
@@ -299,7 +299,7 @@ def test_a_mail_that_cannot_be_sent_is_set_aside(
     server = bad.server
     send, poisoned = server.outbox.hand_over, bad.people["member"].email
 
-    def hand_over(letter: Letter) -> None:
+    def hand_over(letter: Mail) -> None:
         if letter.to == poisoned:
             raise ValueError("Header values may not contain linefeed")
         send(letter)
@@ -310,7 +310,7 @@ def test_a_mail_that_cannot_be_sent_is_set_aside(
         wish(world)
         queue_message(world, DIGEST, "mail", **words)
     _tell_all(server)
-    letters = [letter.to for letter in server.outbox.letters if letter.subject == "News"]
+    letters = [letter.to for letter in server.outbox.mails if letter.subject == "News"]
     assert letters == [good.people["member"].email]
     _is_given_up(bad, "linefeed")
 

@@ -38,7 +38,7 @@ from walltopo_gym.gyms.members import add_member
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.gyms.service import open_gym
-from walltopo_gym.mail import Letter
+from walltopo_gym.mail import Mail
 from walltopo_gym.migrations.run import migrate
 from walltopo_gym.scans.artifacts import store_public_files
 from walltopo_gym.scans.incoming import Incoming
@@ -56,19 +56,19 @@ _NUMBERS = itertools.count(1)
 
 
 class Outbox:
-    """Keeps the letters that would have been sent."""
+    """Keeps the mails that would have been sent."""
 
     def __init__(self) -> None:
-        self.letters: list[Letter] = []
+        self.mails: list[Mail] = []
 
-    def send(self, letter: Letter) -> None:
-        self.letters.append(letter)
+    def send(self, mail: Mail) -> None:
+        self.mails.append(mail)
 
     hand_over = send
 
     def secret_for(self, email: str) -> str:
         """The secret of the last link that was mailed there."""
-        texts = [letter.text for letter in self.letters if letter.to == email]
+        texts = [mail.text for mail in self.mails if mail.to == email]
         return next(word for word in texts[-1].split() if "#" in word).partition("#")[2]
 
 

@@ -22,7 +22,7 @@ _SIGNED_IN = 235
 
 
 @dataclass(frozen=True)
-class Letter:
+class Mail:
     """A plain-text mail; `headers` are added to the common ones."""
 
     to: str
@@ -34,10 +34,10 @@ class Letter:
 class Mailer(Protocol):
     """Sends mails."""
 
-    def send(self, letter: Letter) -> None:
+    def send(self, mail: Mail) -> None:
         """Send a mail; a failure is logged, because no caller waits for it."""
 
-    def hand_over(self, letter: Letter) -> None:
+    def hand_over(self, mail: Mail) -> None:
         """Send a mail with the same Message-ID in each try.
 
         Raises
@@ -49,10 +49,10 @@ class Mailer(Protocol):
 class ConsoleMailer:
     """Shows mails to the operator, who can pass them on."""
 
-    def send(self, letter: Letter) -> None:
+    def send(self, mail: Mail) -> None:
         _LOG.warning(
             "mail (set `smtp_host` to have it sent)\n  to: %s\n  %s\n\n%s",
-            letter.to, letter.subject, letter.text,
+            mail.to, mail.subject, mail.text,
         )  # fmt: skip
 
     hand_over = send
@@ -72,23 +72,23 @@ class SmtpMailer:
         self._port = settings.smtp_port or (465 if self._secure else 587)
         self._sender = sender_of(settings)
 
-    def send(self, letter: Letter) -> None:
+    def send(self, mail: Mail) -> None:
         try:
-            self.hand_over(letter)
+            self.hand_over(mail)
         except OSError as error:
-            _LOG.error("mail to %s was not sent: %s", letter.to, error)
+            _LOG.error("mail to %s was not sent: %s", mail.to, error)
 
-    def hand_over(self, letter: Letter) -> None:
+    def hand_over(self, mail: Mail) -> None:
         message = EmailMessage()
-        message["From"], message["To"] = self._sender, with_ascii_domain(letter.to)
-        message["Subject"] = letter.subject
+        message["From"], message["To"] = self._sender, with_ascii_domain(mail.to)
+        message["Subject"] = mail.subject
         # Large providers refuse mails without these two.
         message["Date"] = format_datetime(now())
-        for name, value in letter.headers.items():
+        for name, value in mail.headers.items():
             message[name] = value
         if "Message-ID" not in message:
             message["Message-ID"] = make_msgid(domain=self._sender.rpartition("@")[2])
-        message.set_content(letter.text)
+        message.set_content(mail.text)
         self._deliver(message)  # SMTP's own errors are OSErrors, too
 
     def check(self) -> None:

@@ -88,7 +88,7 @@ def test_nothing_tells_whether_an_address_has_an_account(server: Server) -> None
     ]
     assert wrong[0].status_code == wrong[1].status_code == 401
     assert wrong[0].content == wrong[1].content
-    subjects = {letter.to: letter.subject for letter in server.outbox.letters}
+    subjects = {mail.to: mail.subject for mail in server.outbox.mails}
     assert subjects[known] == "Reset your password"
     assert subjects[unknown] == "No account found"
 
@@ -101,10 +101,10 @@ def test_mails_are_in_the_requesters_language(server: Server) -> None:
             for email in (known, unknown):
                 request = {"email": email, "language": language}
                 assert server.ask("POST", path, json=request).status_code == 202
-                letter = server.outbox.letters[-1]
-                assert letter.to == email
-                seen.add((letter.subject, letter.text.splitlines()[0]))
-                assert f"{ORIGIN}/" in letter.text
+                mail = server.outbox.mails[-1]
+                assert mail.to == email
+                seen.add((mail.subject, mail.text.splitlines()[0]))
+                assert f"{ORIGIN}/" in mail.text
         with server.database.writing() as session:  # three mails an address in an hour
             session.execute(delete(Try))
     assert len(seen) == 4 * len(LANGUAGES)

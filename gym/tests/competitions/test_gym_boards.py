@@ -13,12 +13,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from walltopo_gym.clock import now
-from walltopo_gym.competitions.board import Board
+from walltopo_gym.competitions.board import Leaderboard
 from walltopo_gym.competitions.ledger import Fact, Kind, Ledger
 from walltopo_gym.competitions.ranking import ranked
 from walltopo_gym.competitions.scoring.formulas import score_2018, score_2025
 from walltopo_gym.competitions.scoring.rules import Scoring
-from walltopo_gym.competitions.scoring.score import NOTHING, Mark, Tried
+from walltopo_gym.competitions.scoring.score import NOTHING, AttemptedProblem, Mark
 from walltopo_gym.competitions.sheet import Competitor, Format, RoundSheet, Sheet, Task
 
 RULES = ("points", "shared", "ifsc-2025", "ifsc-2018", "most")
@@ -94,7 +94,7 @@ def seen(sheet: Sheet, chance: Random) -> list[Fact]:
     return facts
 
 
-def ranks(board: Board) -> dict[UUID, int | None]:
+def ranks(board: Leaderboard) -> dict[UUID, int | None]:
     return {line.entry_id: line.rank for lines in board.lines().values() for line in lines}
 
 
@@ -107,7 +107,7 @@ def test_in_whatever_order_events_arrive_the_board_is_the_references(
     facts = seen(sheet, chance)
     arriving = facts + facts[::3]
     chance.shuffle(arriving)
-    board = Board(sheet)
+    board = Leaderboard(sheet)
     for at in range(0, len(arriving), 7):
         board.results.add(arriving[at : at + 7])
         assert ranks(board) == Reference(sheet, arriving[: at + 7]).ranks()
@@ -117,7 +117,7 @@ def test_in_whatever_order_events_arrive_the_board_is_the_references(
     board.results.use(fewer)
     assert ranks(board) == Reference(fewer, facts).ranks()
     board.results.use(sheet)
-    whole = Board(sheet)
+    whole = Leaderboard(sheet)
     whole.results.add(facts)
     assert board.view() == whole.view()
 
@@ -126,7 +126,7 @@ def test_in_whatever_order_events_arrive_the_board_is_the_references(
 @settings(max_examples=60, deadline=None)
 def test_why_one_stands_before_another(sheet: Sheet, seed: int) -> None:
     """The comparisons end in the one that decides, and it says the same as the ranks."""
-    board = Board(sheet)
+    board = Leaderboard(sheet)
     board.results.add(seen(sheet, Random(seed)))
     found = ranks(board)
     for first in sheet.entries:
@@ -161,13 +161,16 @@ def test_equal_ranks_are_shared_and_the_next_is_as_much_later() -> None:
     ],
 )
 def test_points_of_2025(marks: list[Mark], points: str) -> None:
-    tried = [Tried(key(3, n), mark) for n, mark in enumerate(marks)]
+    tried = [AttemptedProblem(key(3, n), mark) for n, mark in enumerate(marks)]
     assert score_2025(tried).points == Fraction(points)
 
 
 def test_before_2025_tops_then_zones_then_tries() -> None:
-    better = [Tried(key(3, 1), Mark(5, 5, 5)), Tried(key(3, 2), Mark(1, 1, 0))]
-    worse = [Tried(key(3, 1), Mark(1, 1, 1)), Tried(key(3, 2), Mark(9, 0, 0))]
+    better = [
+        AttemptedProblem(key(3, 1), Mark(5, 5, 5)),
+        AttemptedProblem(key(3, 2), Mark(1, 1, 0)),
+    ]
+    worse = [AttemptedProblem(key(3, 1), Mark(1, 1, 1)), AttemptedProblem(key(3, 2), Mark(9, 0, 0))]
     assert score_2018(better).key > score_2018(worse).key  # a zone more beats fewer tries
     assert [int(value) for value in score_2018(worse).key] == [1, 1, -1, -1]
 

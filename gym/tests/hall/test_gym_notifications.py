@@ -39,7 +39,7 @@ from walltopo_gym.hall.notifications import MessageSender, note_failure
 from walltopo_gym.hall.preferences import awake_at
 from walltopo_gym.hall.secrets import public_push_key, unsubscribe_token
 from walltopo_gym.jobs.queue import Task
-from walltopo_gym.mail import Letter
+from walltopo_gym.mail import Mail
 from walltopo_gym.scans.models import Scan
 
 pytestmark = pytest.mark.usefixtures("midday")
@@ -162,8 +162,8 @@ def run(world: World) -> None:
     do_now(world.server, *tasks(world.server))
 
 
-def letters_to(world: World, who: Somebody) -> list[Letter]:
-    return [letter for letter in world.server.outbox.letters if letter.to == who.email]
+def letters_to(world: World, who: Somebody) -> list[Mail]:
+    return [letter for letter in world.server.outbox.mails if letter.to == who.email]
 
 
 def backdate(world: World, ago: timedelta) -> None:
@@ -367,9 +367,9 @@ def test_a_mail_that_was_not_taken_is_tried_again(
     wish(gym, gym.people["member"])
     monday = next_monday()
     at(monkeypatch, monday.replace(hour=9, minute=0))
-    tried: list[Letter] = []
+    tried: list[Mail] = []
 
-    def refuse(letter: Letter) -> None:
+    def refuse(letter: Mail) -> None:
         tried.append(letter)
         raise OSError("away")
 

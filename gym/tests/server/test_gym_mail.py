@@ -17,7 +17,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from walltopo.core import SettingsError
-from walltopo_gym.mail import Letter, SmtpMailer, with_ascii_domain
+from walltopo_gym.mail import Mail, SmtpMailer, with_ascii_domain
 from walltopo_gym.operating.doctor import examine
 from walltopo_gym.settings import GymSettings, load_settings
 
@@ -58,7 +58,7 @@ def test_a_line_break_adds_no_header(field: str, before: str, broken: str) -> No
     mailer = Kept()
     words = {"to": "ada@gym.example", "subject": "News"} | {field: before + broken}
     try:
-        mailer.hand_over(Letter(words["to"], words["subject"], "Hello"))
+        mailer.hand_over(Mail(words["to"], words["subject"], "Hello"))
     except (ValueError, IndexError, OSError):  # refused by the email package
         assert mailer.sent == []
         return
@@ -69,7 +69,7 @@ def test_a_line_break_adds_no_header(field: str, before: str, broken: str) -> No
 
 def test_a_text_with_a_dot_alone_is_one_mail() -> None:
     mailer = Kept()
-    mailer.hand_over(Letter("ada@gym.example", "News", "one\n.\nQUIT\ntwo"))
+    mailer.hand_over(Mail("ada@gym.example", "News", "one\n.\nQUIT\ntwo"))
     made = message_from_bytes(mailer.sent[0], policy=policy.SMTP)
     assert made.get_content().splitlines() == ["one", ".", "QUIT", "two"]
 
@@ -139,7 +139,7 @@ def settings_for(server: _SmtpServer, folder: Path, password: str) -> GymSetting
 def test_any_password_signs_in_and_the_mail_is_complete(tmp_path: Path, password: str) -> None:
     with mail_server("walls", password) as server:
         mailer = SmtpMailer(settings_for(server, tmp_path, password))
-        mailer.hand_over(Letter("ada@grün.example", "News", "Hello"))
+        mailer.hand_over(Mail("ada@grün.example", "News", "Hello"))
         made = message_from_bytes(server.mails[0], policy=policy.SMTP)
     assert parsedate_to_datetime(made["Date"]).tzinfo is not None
     assert made["Message-ID"].endswith("@gym.example>")

@@ -498,7 +498,7 @@ TUS = {"tus-resumable": "1.0.0"}
 GRADES = {"name": "Ours", "kind": "own", "grades": [{"label": "easy"}, {"label": "hard"}]}
 
 CASES = {
-    "ask_for_account": Case("anyone", Scope.READ, body=lambda w: {
+    "request_account": Case("anyone", Scope.READ, body=lambda w: {
         "email": f"{w.gym.slug}@example.com"}),
     "make_account": Case("anyone", Scope.READ, body=lambda w: {
         "token": _mailed("sign-up")(w), "name": "New", "password": PASSWORD}),

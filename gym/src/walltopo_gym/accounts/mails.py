@@ -18,7 +18,7 @@ from walltopo_gym.accounts.secrets import hash_of, new_secret
 from walltopo_gym.clock import now
 from walltopo_gym.errors import RequestError
 from walltopo_gym.languages import Language
-from walltopo_gym.mail import Letter
+from walltopo_gym.mail import Mail
 
 Kind = Literal["sign-up", "reset"]
 
@@ -56,7 +56,7 @@ def use_link(session: Session, kind: Kind, secret: str) -> str:
     return link.email
 
 
-def requested_mail(session: Session, kind: Kind, to: str, base: str, language: Language) -> Letter:
+def requested_mail(session: Session, kind: Kind, to: str, base: str, language: Language) -> Mail:
     """Return the mail for a requested link: with the link, or with the reason against it.
 
     Parameters
@@ -74,7 +74,7 @@ def requested_mail(session: Session, kind: Kind, to: str, base: str, language: L
         case _:
             name, place = "reset-unknown", "sign-up"
     text = f"{words[name]['text']}\n\n{base}/{place}\n\n{words['unasked']['text']}\n"
-    return Letter(to, words[name]["subject"], text)
+    return Mail(to, words[name]["subject"], text)
 
 
 @cache

@@ -62,14 +62,14 @@ def _doctor(args: argparse.Namespace) -> int:
 def _mail(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo_gym.cli.place import settings_of
-    from walltopo_gym.mail import Letter, SmtpMailer, sender_of
+    from walltopo_gym.mail import Mail, SmtpMailer, sender_of
 
     settings = settings_of(args)
     if not settings.smtp_host:
         raise SettingsError("no mail server is set", "Set smtp_host in gym.toml.")
     text = f"This mail was sent by {settings.link_base} to try its mail server."
     try:
-        SmtpMailer(settings).hand_over(Letter(args.to, "Mail from your gym's server works", text))
+        SmtpMailer(settings).hand_over(Mail(args.to, "Mail from your gym's server works", text))
     except OSError as error:
         raise EnvironmentLacksError(
             f"{settings.smtp_host} did not take the mail: {error}",

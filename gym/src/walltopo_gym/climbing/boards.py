@@ -55,7 +55,7 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Board:
+class BoardPart:
     """Some lines of a board, their total number, and the viewer's own place. `own` is None without
     points, or if the filters exclude the viewer."""
 
@@ -66,7 +66,7 @@ class Board:
 
 def board(
     session: Session, gym: Gym, query: BoardQuery, viewer: UUID, at: datetime, size: int, skip: int
-) -> Board:
+) -> BoardPart:
     """Return a part of a board. It includes the viewer's own place even if others do not see it.
 
     Parameters
@@ -98,7 +98,7 @@ def board(
             rank = 1 + (skip + place if place else above[0])
         lines.append(Line(rank, *row))
     own = None if mine is None else Line(1 + above[-1], *mine)
-    return Board(lines, of, own)
+    return BoardPart(lines, of, own)
 
 
 def circuits(session: Session, gym: Gym) -> list[dict[str, str]]:

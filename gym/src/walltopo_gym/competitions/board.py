@@ -36,7 +36,7 @@ from walltopo_gym.errors import NotFoundError
 _FEW: Final = 10  # problems whose marks are in each line
 
 
-class Board:
+class Leaderboard:
     """Ranks of a competition over its results."""
 
     def __init__(self, sheet: Sheet) -> None:

@@ -11,7 +11,7 @@ from uuid import UUID
 from sqlalchemy import ColumnElement, select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.competitions.board import Board
+from walltopo_gym.competitions.board import Leaderboard
 from walltopo_gym.competitions.ledger import SCORED, Fact, Ledger
 from walltopo_gym.competitions.models import Competition, ScoreEvent
 from walltopo_gym.competitions.scoring.score import NOTHING, Mark
@@ -24,7 +24,7 @@ _FACT: Final = (
 )  # fmt: skip
 
 
-def board_of(session: Session, row: Competition, until: datetime | None = None) -> Board:
+def board_of(session: Session, row: Competition, until: datetime | None = None) -> Leaderboard:
     """Return the board that follows from the events alone.
 
     Parameters
@@ -32,13 +32,13 @@ def board_of(session: Session, row: Competition, until: datetime | None = None) 
     until : only events that had arrived by then count, on today's sheet; None: all events.
     """
     sheet = load_sheet(session, row)
-    board = Board(sheet if until is None else sheet.as_of(until))
+    board = Leaderboard(sheet if until is None else sheet.as_of(until))
     catch_up(session, row.id, board, until)
     return board
 
 
 def catch_up(
-    session: Session, competition: UUID, board: Board, until: datetime | None = None
+    session: Session, competition: UUID, board: Leaderboard, until: datetime | None = None
 ) -> bool:
     """Add the new events to a board and return whether there were any."""
     before = board.seq

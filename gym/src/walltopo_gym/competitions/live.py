@@ -20,7 +20,7 @@ from anyio import to_thread
 from sqlalchemy.exc import InterfaceError, OperationalError
 from sqlalchemy.orm import Session
 
-from walltopo_gym.competitions.board import Board
+from walltopo_gym.competitions.board import Leaderboard
 from walltopo_gym.competitions.board_view import BoardView, CategoryLines, Line
 from walltopo_gym.competitions.history import board_of, catch_up
 from walltopo_gym.competitions.models import Competition
@@ -41,7 +41,7 @@ class _Kept:
     """A board in memory; `of`: its revision and freeze."""
 
     lock: Lock = field(default_factory=Lock)
-    board: Board | None = None
+    board: Leaderboard | None = None
     of: tuple[Any, ...] = ()
     view: BoardView | None = None
 

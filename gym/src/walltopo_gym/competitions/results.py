@@ -8,7 +8,7 @@ from uuid import UUID
 
 from walltopo_gym.competitions.ledger import Fact, Ledger, Place
 from walltopo_gym.competitions.scoring.rules import Rules
-from walltopo_gym.competitions.scoring.score import NOTHING, Mark, Score, Tried
+from walltopo_gym.competitions.scoring.score import NOTHING, AttemptedProblem, Mark, Score
 from walltopo_gym.competitions.sheet import Competitor, RoundSheet, Sheet
 
 
@@ -72,7 +72,7 @@ class Results:
         if not one.has(who.id) or who.id in self.outs:
             return None
         tried = [
-            Tried(problem, mark, self._task[problem].points)
+            AttemptedProblem(problem, mark, self._task[problem].points)
             for problem, mark in self.marks_in(one, who.id).items()
         ]
         if not tried and (one.starters is None or one.begun_at is None):

@@ -26,7 +26,7 @@ from walltopo.scans.document import parse
 from walltopo_climb.editor import EaseIn, ProposeIn, adjust_grade_on, propose_on
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.services import Services, ServicesOf
-from walltopo_gym.editing.service import EditSessions, Opened
+from walltopo_gym.editing.service import EditSessions, OpenScan
 from walltopo_gym.errors import RequestError
 from walltopo_gym.gyms.access import Access, PublisherMay
 from walltopo_gym.publishing.plans import check_unplanned
@@ -129,7 +129,7 @@ def _check(services: Services, access: Access, scan: UUID) -> None:
         check_in_review(scan_of(session, access.gym.id, scan).state)
 
 
-def _opened(services: Services, access: Access, scan: UUID) -> Opened:
+def _opened(services: Services, access: Access, scan: UUID) -> OpenScan:
     _check(services, access, scan)
     return services.get(EditSessions).of(scan)
 

@@ -26,7 +26,7 @@ from walltopo_gym.scans.pictures import keep_front
 from walltopo_gym.storage.files import FileStore
 
 
-class Opened:
+class OpenScan:
     """A scan's folder, downloaded from the store, and its edit session (`session`).
 
     The database has the log; the folder's `edits.json` is a copy. After a save the results are
@@ -45,7 +45,7 @@ class Opened:
         saved.log.save(self._folder.edits)
         self._turn = threading.Lock()
         self._revisions = {log_version(self._folder): saved.revision}
-        self.session = open_session(self._folder, self._shelve)
+        self.session = open_session(self._folder, self._upload_results)
         if saved.is_pending:
             self.session.rebuild()
 
@@ -84,7 +84,7 @@ class Opened:
         self.session.close()
         shutil.rmtree(self._folder.root, ignore_errors=True)
 
-    def _shelve(self, version: str) -> None:
+    def _upload_results(self, version: str) -> None:
         """Upload the folder's results: files first, then the row that names them."""
         for stage in STAGES_AFTER_LOG:
             upload_stage(self._store, self.scan, self._folder, stage)
@@ -104,16 +104,16 @@ class EditSessions:
     Parameters
     ----------
     folder : for scan folders of this process alone.
-    most : maximum number of open scans.
+    max_open : maximum number of open scans.
     """
 
-    def __init__(self, folder: Path, most: int, database: Database, store: FileStore) -> None:
-        self._folder, self._max = folder, most
+    def __init__(self, folder: Path, max_open: int, database: Database, store: FileStore) -> None:
+        self._folder, self._max = folder, max_open
         self._database, self._store = database, store
         self._opening = threading.Lock()
-        self._opened: OrderedDict[UUID, Opened] = OrderedDict()
+        self._opened: OrderedDict[UUID, OpenScan] = OrderedDict()
 
-    def of(self, scan: UUID) -> Opened:
+    def of(self, scan: UUID) -> OpenScan:
         """Return an opened scan; the first time takes as long as loading it.
 
         Raises
@@ -125,7 +125,7 @@ class EditSessions:
             if found is None:
                 self._make_room()
                 folder = self._folder / str(scan)
-                found = Opened(scan, folder, self._database, self._store)
+                found = OpenScan(scan, folder, self._database, self._store)
                 self._opened[scan] = found
             self._opened.move_to_end(scan)
             return found

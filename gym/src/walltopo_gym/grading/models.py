@@ -33,7 +33,7 @@ class ScanPlaces(Base):
 
 
 class PlacedRoute(Base):
-    """A route of such a scan that an adult can climb; other routes have no row.
+    """The estimate of one route; a route that no adult can climb has no row.
 
     `place` is the model's estimate in steps of the Font scale; `known`: whether its hold types are
     known.

@@ -107,12 +107,12 @@ def _of_gym(session: Session, gym: Gym, features: Collection[Feature]) -> Iterat
     for address in session.scalars(select(PushAddress).where(PushAddress.person_id.in_(people))):
         browsers.setdefault(address.person_id, []).append(address.id)
     recipients = [preferences for preferences in rows if preferences.person_id in browsers]
-    occasions = (
+    notices = (
         *_new_routes(session, gym, recipients), *_soon(session, gym, recipients),
         *_holds_reported(session, gym, recipients), *_holds_done(session, gym, recipients),
         *(_begins(session, gym, recipients) if "competitions" in features else ()),
     )  # fmt: skip
-    for preferences, kind, subject, body in occasions:
+    for preferences, kind, subject, body in notices:
         for browser in browsers[preferences.person_id]:
             yield _row(gym, preferences.person_id, kind, subject, str(browser), body)
 
@@ -136,14 +136,14 @@ def _digests(
         goes = _projects(session, gym, preferences.person_id, monday + timedelta(days=2 * _WEEK))
         body: dict[str, Any] = {}
         if new or goes:
-            lines = _letter(gym, words, new, goes, walls)
+            lines = _digest_lines(gym, words, new, goes, walls)
             body = {"subject": words.say("digest", gym=gym.name), "lines": lines}
         # A week without news is noted too, and nothing is sent.
         row = _row(gym, preferences.person_id, DIGEST, f"{gym.id} {monday}", _MAIL, body)
         yield row if body else row | {"sent_at": now()}
 
 
-def _letter(
+def _digest_lines(
     gym: Gym, words: Words, new: list[Route], goes: list[Route], walls: dict[UUID, Wall]
 ) -> list[str]:
     lines = []

@@ -25,7 +25,7 @@ from walltopo_gym.hall.push import push
 from walltopo_gym.hall.secrets import push_key, unsubscribe_token
 from walltopo_gym.hall.words import words_in
 from walltopo_gym.jobs.queue import Failure, NotYetError
-from walltopo_gym.mail import Letter, Mailer, sender_of
+from walltopo_gym.mail import Mail, Mailer, sender_of
 from walltopo_gym.settings import GymSettings
 
 
@@ -104,7 +104,7 @@ class MessageSender:
             "Message-ID": f"<{row.id}@{host}>",
         }
         text = "\n".join([*row.body["lines"], *end]) + "\n"
-        self.mailer.hand_over(Letter(person.email, row.body["subject"], text, headers))
+        self.mailer.hand_over(Mail(person.email, row.body["subject"], text, headers))
 
     def _push(self, row: Message) -> None:
         with self.database.reading() as session:

@@ -90,7 +90,7 @@ class SuggestedMoves:
 
 
 def note_failure(session: Session, failure: Failure, scan: str) -> None:
-    """After the last try, say that the version has no moves."""
+    """Mark the version as one without moves after the last failed try."""
     if failure.again_at is None:
         _fail(session, UUID(scan), failure.error)
 

@@ -1919,7 +1919,7 @@ export interface paths {
          * Ask For Account
          * @description Mail a link for creating an account. The response is the same for every address.
          */
-        post: operations["ask_for_account"];
+        post: operations["request_account"];
         delete?: never;
         options?: never;
         head?: never;
@@ -4853,10 +4853,10 @@ export interface components {
             name: string;
         };
         /**
-         * FeedWish
+         * FeedIn
          * @description Whether the feed is on.
          */
-        FeedWish: {
+        FeedIn: {
             /** On */
             on: boolean;
         };
@@ -11499,7 +11499,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["FeedWish"];
+                "application/json": components["schemas"]["FeedIn"];
             };
         };
         responses: {
@@ -13874,7 +13874,7 @@ export interface operations {
             };
         };
     };
-    ask_for_account: {
+    request_account: {
         parameters: {
             query?: never;
             header?: never;

@@ -30,7 +30,7 @@ from walltopo_climb.grades.font import FONT, V_OF
 from walltopo_climb.grades.model import Errors, range_of
 from walltopo_lab.train.grades.board import SETUPS
 from walltopo_lab.train.grades.cached import boards
-from walltopo_lab.train.grades.fit import Board, Floats, regressor
+from walltopo_lab.train.grades.fit import Floats, TrainingBoard, regressor
 from walltopo_lab.train.grades.ordinal import fit_ordered
 from walltopo_lab.train.grades.shipped import errors_of, fit_on, write_model
 
@@ -48,7 +48,7 @@ def _columns(names: Iterable[str]) -> list[int]:
     return [list(FEATURES).index(name) for name in names]
 
 
-def _figures(board: Board, name: str, table: npt.NDArray[np.float32], what: str) -> str:
+def _figures(board: TrainingBoard, name: str, table: npt.NDArray[np.float32], what: str) -> str:
     """Return a row: trained on part 0, odds and ranges from part 1, measured on part 2."""
     ok = board.reached
     learnt, calibration, measured = (ok & (board.part == k) for k in range(3))
@@ -95,7 +95,7 @@ def _ranges(place: Floats, true: Ints, errors: Errors) -> str:
     return f"{inside.mean():.3f} | {(ends[:, 1] - ends[:, 0] + 1).mean():.1f} |"
 
 
-def report(found: dict[str, Board]) -> list[str]:
+def report(found: dict[str, TrainingBoard]) -> list[str]:
     lines = list(HEAD)
     for name, board in found.items():
         count = np.nan_to_num(board.plain[:, _columns(["holds", "steepness"])])
@@ -110,7 +110,7 @@ def report(found: dict[str, Board]) -> list[str]:
     return lines
 
 
-def _median(board: Board, name: str) -> str:
+def _median(board: TrainingBoard, name: str) -> str:
     learnt, measured = board.part == 0, board.part == 2
     true = board.grade[measured].astype(np.int64)
     given = board.grade[learnt]
@@ -130,7 +130,7 @@ def _median(board: Board, name: str) -> str:
     )
 
 
-def _stars(board: Board, name: str) -> str:
+def _stars(board: TrainingBoard, name: str) -> str:
     """Return the last row of `report`, measured on problems of three stars."""
     ok = board.reached
     learnt, given = (ok & (board.part == k) for k in range(2))
@@ -144,12 +144,12 @@ def _stars(board: Board, name: str) -> str:
     )
 
 
-def _other(found: dict[str, Board], name: str) -> HistGradientBoostingRegressor:
+def _other(found: dict[str, TrainingBoard], name: str) -> HistGradientBoostingRegressor:
     """Return the model trained on the other set-ups."""
     return fit_on([board for other, board in found.items() if other != name])
 
 
-def carried(found: dict[str, Board]) -> list[str]:
+def carried(found: dict[str, TrainingBoard]) -> list[str]:
     """Return the figures of one set-up's model on the other, with hold positions alone."""
     lines = ["| from | to | what | exact | ±1 | MAE |", "|---|---|---|---|---|---|"]
     for name, board in found.items():
@@ -171,14 +171,14 @@ def carried(found: dict[str, Board]) -> list[str]:
     return lines
 
 
-def _counted(source: Board, board: Board) -> Floats:
+def _counted(source: TrainingBoard, board: TrainingBoard) -> Floats:
     columns = _columns(["holds", "steepness"])
     model = regressor().set_params(monotonic_cst=None)
     model.fit(source.plain[source.reached][:, columns], source.grade[source.reached])
     return np.asarray(model.predict(board.plain[board.reached][:, columns]))
 
 
-def both(found: dict[str, Board]) -> list[str]:
+def both(found: dict[str, TrainingBoard]) -> list[str]:
     """Return the figures of the shipped model trained on one set-up, on the other, and on both.
 
     Each is measured on data outside its training (part 2). Odds and ranges come from part 1 of the
@@ -204,7 +204,7 @@ def both(found: dict[str, Board]) -> list[str]:
     return lines
 
 
-def gym(found: dict[str, Board]) -> list[str]:
+def gym(found: dict[str, TrainingBoard]) -> list[str]:
     """Return the figures of one set-up as a gym: the other's model, and a few own grades."""
     lines = [
         "| gym | grades told | ±1 | MAE | in the range | range, grades |",
@@ -238,7 +238,7 @@ def _with_grades(name: str, count: int, place: Floats, grade: Floats, errors: Er
     return f"| {name} | {count} | {near:.3f} | {mae:.2f} | {inside_mean:.3f} | {wide_mean:.1f} |"
 
 
-def movement(found: dict[str, Board]) -> list[str]:
+def movement(found: dict[str, TrainingBoard]) -> list[str]:
     """Return the share of tops reached, and the CPU-seconds of a sequence."""
     lines = [
         "| set-up | problems | top reached | CPU-s, median | 99 % | worst |",
@@ -253,7 +253,7 @@ def movement(found: dict[str, Board]) -> list[str]:
     return lines
 
 
-REPORTS: dict[str, Callable[[dict[str, Board]], list[str]]] = {
+REPORTS: dict[str, Callable[[dict[str, TrainingBoard]], list[str]]] = {
     "report": report,
     "carried": carried,
     "both": both,

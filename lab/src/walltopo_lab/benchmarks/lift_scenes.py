@@ -75,7 +75,7 @@ def make_scene(
     face_instance = np.where(
         (corner[:, 0] == corner[:, 1]) | (corner[:, 0] == corner[:, 2]), corner[:, 0], corner[:, 1]
     ).astype(np.int32)
-    posed = [_view(rng, k, width, height, photo) for k in range(views)]
+    posed = [_random_view(rng, k, width, height, photo) for k in range(views)]
     return _photograph(mesh, face_instance, labels, posed)
 
 
@@ -108,7 +108,7 @@ def _bumps(
     return relief, owner, labels
 
 
-def _view(
+def _random_view(
     rng: np.random.Generator, number: int, width: float, height: float, photo: tuple[int, int]
 ) -> View:
     target = np.array([rng.uniform(0.1, 0.9) * width, -0.3, rng.uniform(0.2, 0.8) * height])

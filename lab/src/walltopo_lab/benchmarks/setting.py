@@ -34,7 +34,7 @@ from walltopo_climb.problems.search import propose
 from walltopo_climb.problems.spec import ProblemSpec
 from walltopo_lab.benchmarks.routes_gyms import set_gym
 from walltopo_lab.train.grades.cached import boards
-from walltopo_lab.train.grades.fit import Board
+from walltopo_lab.train.grades.fit import TrainingBoard
 from walltopo_lab.train.grades.shipped import fit_on, write_model
 from walltopo_lab.train.grades.split import parts_of
 
@@ -43,7 +43,7 @@ WISHES = ("6C", "7A", "7B", "7C")
 _SEED = 7
 
 
-def half(board: Board, number: int) -> Board:
+def half(board: TrainingBoard, number: int) -> TrainingBoard:
     """Return one half of a board's problems, split by groups; its parts 0 and 1 are unchanged."""
     mine = parts_of(board.groups, (0.5, 0.5), _SEED) == number
     arrays = {
@@ -54,7 +54,7 @@ def half(board: Board, number: int) -> Board:
     return replace(board, problems=problems, **arrays)
 
 
-def model_of(found: Sequence[Board], number: int, folder: Path) -> GradeModel:
+def model_of(found: Sequence[TrainingBoard], number: int, folder: Path) -> GradeModel:
     """Train, write and load the grade model of one half."""
     halves = [half(board, number) for board in found]
     path = folder / f"{number}.onnx"

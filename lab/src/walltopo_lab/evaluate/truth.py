@@ -69,7 +69,7 @@ class Truth:
 
     @cached_property
     def ignored(self) -> NDArray[np.bool_]:
-        """Return (F,) faces that no view saw."""
+        """Return (F,) bool, whether no view saw the face."""
         return self.face_views <= 0
 
 

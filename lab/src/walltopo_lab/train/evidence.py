@@ -167,7 +167,7 @@ def prepare(folder: Path, gym: Path, ways: Sequence[Spoilt] = ROUNDS) -> Prepare
 
 
 def samples_of(prepared: Prepared) -> Samples:
-    """Return the pieces of a scan that have known ground truth."""
+    """Return the samples of a scan: its pieces of surface whose truth is known."""
     parts = []
     for label, known_masks in prepared.rounds:
         pieces = gather_pieces(

@@ -77,7 +77,7 @@ def write_pack(
                     sample = open_cache(item.folder, name)
                     if redraw is not None and not item.exact and k < len(item.train):
                         sample = redraw(sample)
-                    _add(archive, f"{item.name}/{name}", sample, quality)
+                    _write_sample(archive, f"{item.name}/{name}", sample, quality)
                     progress.advance()
             archive.writestr("pack.json", json.dumps(facts))
         size = temporary.stat().st_size
@@ -100,7 +100,7 @@ def _set_facts(item: LabelledSet) -> dict[str, Any]:
     }
 
 
-def _add(archive: zipfile.ZipFile, stem: str, sample: Sample, quality: int) -> None:
+def _write_sample(archive: zipfile.ZipFile, stem: str, sample: Sample, quality: int) -> None:
     _, photo = cv2.imencode(".webp", np.asarray(sample.image), [cv2.IMWRITE_WEBP_QUALITY, quality])
     shifted = (np.asarray(sample.ids, dtype=np.int32) + _ID_SHIFT).astype(np.uint16)
     _, ids = cv2.imencode(".png", shifted, [cv2.IMWRITE_PNG_COMPRESSION, 9])

@@ -48,8 +48,8 @@ def _tiles(wanted: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 @kernel
-def _count_before(surface: Any, face: Any, near: Any, slack: Any, count: Any) -> Any:
-    """Return (2, count) pixels of each face over the surface, and those far in front of it."""
+def _count_occluding(surface: Any, face: Any, near: Any, slack: Any, count: Any) -> Any:
+    """Return (2, count): each face's pixels over the surface, those more than `slack` before."""
     counts = np.zeros((2, count), dtype=np.int32)
     for row in range(face.shape[0]):
         for column in range(face.shape[1]):
@@ -127,7 +127,7 @@ class FaceRenderer:
             face, near = draw_screen(screen, detailed.faces[kept], width, height)
             if number == PASSES - 1:
                 break
-            pixels, before = _count_before(surface, face, near, slack, len(kept))
+            pixels, before = _count_occluding(surface, face, near, slack, len(kept))
             hiding = 2 * before > pixels
             if not hiding.any():
                 break

@@ -35,7 +35,7 @@ _MAX_TRIANGLES = 5
 
 
 def _face_segments(face: tuple[int, ...], inside: int) -> list[tuple[int, int]]:
-    """Return the directed segments of the surface on one face, as pairs of edge numbers.
+    """Return the directed segments of the surface on one face of a cube, as pairs of edge numbers.
 
     Each segment keeps one run of inside corners on its left, seen from outside the cube.
     """

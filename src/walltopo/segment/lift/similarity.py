@@ -32,7 +32,7 @@ class Covisible:
     p_seen : (E,) area of p that q's view saw; q_seen : (E,) area of q that p's view saw.
     """
 
-    rows: Rows
+    rows: EvidenceRows
     area: Floats
     p: Ints
     q: Ints
@@ -164,7 +164,7 @@ def in_chunks(
 
     Parameters
     ----------
-    starts : the `starts` of `Rows`.
+    starts : the `starts` of `EvidenceRows`.
 
     Returns
     -------
@@ -249,8 +249,8 @@ class FaceGroups:
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
-    """The entries of the evidence by projection.
+class EvidenceRows:
+    """For each projection, the entries of the evidence at the requested faces.
 
     Parameters
     ----------
@@ -264,11 +264,11 @@ class Rows:
     entry: NDArray[np.int64]
 
 
-def rows_of(evidence: Evidence, faces: NDArray[np.int32] | None = None) -> Rows:
+def rows_of(evidence: Evidence, faces: NDArray[np.int32] | None = None) -> EvidenceRows:
     """Return the entries of some faces (of all if None) regrouped by projection."""
     if faces is None:
         faces = np.arange(len(evidence.faces), dtype=np.int32)
-    return Rows(*_rows(faces, evidence.starts, evidence.projection, len(evidence.label)))
+    return EvidenceRows(*_rows(faces, evidence.starts, evidence.projection, len(evidence.label)))
 
 
 def group_faces(evidence: Evidence) -> FaceGroups:

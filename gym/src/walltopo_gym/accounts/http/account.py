@@ -75,8 +75,8 @@ class Confirmation(Body):
 def mail_link(services: Services, kind: Kind, email: str, language: Language) -> None:
     """Send the link after the response, so that response times do not reveal accounts."""
     with services.database.writing() as session:
-        letter = requested_mail(session, kind, email, services.settings.link_base, language)
-    services.mailer.send(letter)
+        mail = requested_mail(session, kind, email, services.settings.link_base, language)
+    services.mailer.send(mail)
 
 
 @router.post("/sign-up/confirm", status_code=201)

@@ -208,7 +208,7 @@ class FollowState(BaseModel):
     accepted: bool
 
 
-class FeedWish(Body):
+class FeedIn(Body):
     """Whether the feed is on."""
 
     on: bool
@@ -271,7 +271,7 @@ def drop_follower(person: UUID, session: Db, actor: SignedInMay) -> None:
 
 
 @follows_router.put("/me/feed", status_code=204)
-def set_feed(body: FeedWish, session: Db, actor: SignedInMay) -> None:
+def set_feed(body: FeedIn, session: Db, actor: SignedInMay) -> None:
     """Turn the feed on or off."""
     row = profile_of(session, actor.known)
     row.feed = body.on

@@ -22,7 +22,7 @@ from walltopo_gym.api.fields import Moment
 from walltopo_gym.api.paging import Size
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.api.tables import CsvDialectOf, CsvFile
-from walltopo_gym.competitions.board import Board
+from walltopo_gym.competitions.board import Leaderboard
 from walltopo_gym.competitions.board_view import BoardView
 from walltopo_gym.competitions.bodies import EventBody
 from walltopo_gym.competitions.history import board_of, marks_of, struck
@@ -320,7 +320,7 @@ def read_results_paper(
     return ResultsPaper(content, headers={"content-disposition": 'inline; filename="results.pdf"'})
 
 
-def _replayed(session: Session, row: Competition, at: datetime, *, public: bool) -> Board:
+def _replayed(session: Session, row: Competition, at: datetime, *, public: bool) -> Leaderboard:
     """Return the board of a moment; the public sees no moment after the freeze."""
     frozen = row.frozen_at if public else None
     return board_of(session, row, at if frozen is None else min(at, frozen))

@@ -13,7 +13,14 @@ from fractions import Fraction
 from typing import Final
 from uuid import UUID
 
-from walltopo_gym.competitions.scoring.score import Mark, Score, Tried, best_of, score_of, sums_of
+from walltopo_gym.competitions.scoring.score import (
+    AttemptedProblem,
+    Mark,
+    Score,
+    best_of,
+    score_of,
+    sums_of,
+)
 
 _TOP: Final = Fraction(25)
 
@@ -22,12 +29,12 @@ _ZONE: Final = Fraction(10)
 _TRY: Final = Fraction(1, 10)
 
 
-def score_2025(tried: Collection[Tried]) -> Score:
+def score_2025(tried: Collection[AttemptedProblem]) -> Score:
     """Return the score of 2025: points alone."""
     return score_of(sums_of(tried), sum((_points(one.mark) for one in tried), Fraction(0)))
 
 
-def score_2018(tried: Collection[Tried]) -> Score:
+def score_2018(tried: Collection[AttemptedProblem]) -> Score:
     """Return the score of 2018: tops, zones, tries to tops, tries to zones."""
     sums = sums_of(tried)
     return score_of(sums, None, sums.more("tops"), sums.more("zones"), sums.fewer("tries-to-top"),
@@ -40,13 +47,15 @@ def _points(mark: Mark) -> Fraction:
     return max(Fraction(0), worth - _TRY * (first - 1)) if first else Fraction(0)
 
 
-def score_most(tried: Collection[Tried]) -> Score:
+def score_most(tried: Collection[AttemptedProblem]) -> Score:
     """Return the score of most tops; ties by more flashes, then fewer tries to the tops."""
     sums = sums_of(tried)
     return score_of(sums, Fraction(sums.tops), sums.more("flashes"), sums.fewer("tries-to-top"))
 
 
-def score_points(tried: Collection[Tried], worth: dict[str, int], best: int | None) -> Score:
+def score_points(
+    tried: Collection[AttemptedProblem], worth: dict[str, int], best: int | None
+) -> Score:
     """Return the score by points; ties by more tops, then more flashes.
 
     Parameters
@@ -58,7 +67,7 @@ def score_points(tried: Collection[Tried], worth: dict[str, int], best: int | No
     return score_of(sums, best_of(each, best), sums.more("tops"), sums.more("flashes"))
 
 
-def _worth(one: Tried, worth: dict[str, int]) -> Fraction:
+def _worth(one: AttemptedProblem, worth: dict[str, int]) -> Fraction:
     of = one.points or worth
     if one.mark.top == 1:
         return Fraction(of["flash"])
@@ -68,7 +77,7 @@ def _worth(one: Tried, worth: dict[str, int]) -> Fraction:
 
 
 def score_shared(
-    tried: Collection[Tried], worth: dict[str, int], best: int | None,
+    tried: Collection[AttemptedProblem], worth: dict[str, int], best: int | None,
     tops: Mapping[UUID, int], zones: Mapping[UUID, int],
 ) -> Score:  # fmt: skip
     """Return the score by shared points; ties by more tops, then more flashes.

@@ -15,7 +15,7 @@ from walltopo_gym.competitions.scoring.formulas import (
     score_points,
     score_shared,
 )
-from walltopo_gym.competitions.scoring.score import Score, Tried
+from walltopo_gym.competitions.scoring.score import AttemptedProblem, Score
 
 
 class Rules(StrEnum):
@@ -61,7 +61,10 @@ class Scoring:
         return self.rules != Rules.IFSC_2018
 
     def score(
-        self, tried: Collection[Tried], tops: Mapping[UUID, int], zones: Mapping[UUID, int]
+        self,
+        tried: Collection[AttemptedProblem],
+        tops: Mapping[UUID, int],
+        zones: Mapping[UUID, int],
     ) -> Score:
         """Return a score from marks; `tops`, `zones`: number of the category who have each
         problem."""

@@ -29,8 +29,8 @@ class Criterion(NamedTuple):
     shown: str
 
 
-class Tried(NamedTuple):
-    """A problem with at least one try; `points`: its own {flash, top, zone}."""
+class AttemptedProblem(NamedTuple):
+    """An attempted problem and its result; `points` by {flash, top, zone} if it has its own."""
 
     problem: UUID
     mark: Mark
@@ -82,7 +82,7 @@ class Sums:
         return Criterion(code, Fraction(-value), str(value))
 
 
-def sums_of(tried: Iterable[Tried]) -> Sums:
+def sums_of(tried: Iterable[AttemptedProblem]) -> Sums:
     """Return the sums over tried problems."""
     marks = [one.mark for one in tried]
     return Sums(

@@ -219,7 +219,7 @@ class SignUp(Body):
 
 
 @sign_up_router.post("/sign-up", status_code=202)
-def ask_for_account(
+def request_account(
     body: SignUp, request: Request, services: ServicesOf, later: BackgroundTasks, actor: AnyoneMay
 ) -> None:
     """Mail a link for creating an account. The response is the same for every address."""

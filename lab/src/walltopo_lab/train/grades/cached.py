@@ -9,7 +9,7 @@ import numpy as np
 
 from walltopo.core.files import atomic_path
 from walltopo_lab.train.grades.board import SETUPS, read_problems
-from walltopo_lab.train.grades.fit import Board, board_of
+from walltopo_lab.train.grades.fit import TrainingBoard, board_of
 from walltopo_lab.train.grades.split import groups_of, parts_of
 
 SHARES = (0.60, 0.15, 0.25)  # shares of the problems for training, for error ranges, for evaluation
@@ -19,7 +19,7 @@ _ARRAYS = ("grade", "stars", "groups", "part", "plain", "known", "quality", "sec
 
 def boards(
     data: Path, cache: Path, workers: int, setups: Sequence[str] = SETUPS
-) -> dict[str, Board]:
+) -> dict[str, TrainingBoard]:
     """Return the setups of `board-grades`; read from `cache` or compute and store there."""
     found = {}
     for setup in setups:
@@ -27,7 +27,7 @@ def boards(
         path = cache / f"{setup}.npz"
         if path.is_file():
             with np.load(path) as arrays:
-                found[setup] = Board(problems, *(arrays[name] for name in _ARRAYS))
+                found[setup] = TrainingBoard(problems, *(arrays[name] for name in _ARRAYS))
             continue
         groups = groups_of(problems)
         board = board_of(problems, groups, parts_of(groups, SHARES, _SEED), workers)

@@ -47,8 +47,8 @@ def regressor(seed: int = 0) -> HistGradientBoostingRegressor:
 
 
 @dataclass(frozen=True)
-class Board:
-    """A setup with movement features.
+class TrainingBoard:
+    """The problems of one setup of a training board, with their features.
 
     Parameters
     ----------
@@ -75,7 +75,9 @@ class Board:
         return ~np.isnan(self.plain[:, 0])
 
 
-def board_of(problems: tuple[Problem, ...], groups: Ints, part: Ints, workers: int) -> Board:
+def board_of(
+    problems: tuple[Problem, ...], groups: Ints, part: Ints, workers: int
+) -> TrainingBoard:
     """Return a setup with its features; runs the movement model twice on every problem."""
     grade = np.array([p.grade for p in problems], float)
     plain, seconds = features_of(problems, [None] * len(problems), workers)
@@ -91,7 +93,7 @@ def board_of(problems: tuple[Problem, ...], groups: Ints, part: Ints, workers: i
             qualities[k] = crossed
     known, _ = features_of(problems, list(qualities), workers)
     stars = np.array([p.stars for p in problems])
-    return Board(problems, grade, stars, groups, part, plain, known, whole, seconds)
+    return TrainingBoard(problems, grade, stars, groups, part, plain, known, whole, seconds)
 
 
 def _folds(groups: Ints) -> list[tuple[Ints, Ints]]:

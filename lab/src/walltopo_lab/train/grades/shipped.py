@@ -16,7 +16,7 @@ from walltopo.core.files import atomic_path
 from walltopo_climb.grades.features import FEATURES
 from walltopo_climb.grades.font import FONT
 from walltopo_climb.grades.model import Errors
-from walltopo_lab.train.grades.fit import Board, Features, Floats, regressor
+from walltopo_lab.train.grades.fit import Features, Floats, TrainingBoard, regressor
 from walltopo_lab.train.grades.trees import as_onnx
 
 COVERAGE = 0.8
@@ -26,7 +26,7 @@ _CREDIT = (
 )
 
 
-def fit_on(boards: Sequence[Board]) -> HistGradientBoostingRegressor:
+def fit_on(boards: Sequence[TrainingBoard]) -> HistGradientBoostingRegressor:
     """Return the regression on part 0 of the boards, with each problem twice.
 
     One copy has its holds' quality, the other only positions, as on a wall without hold types.
@@ -46,11 +46,13 @@ def errors_of(place: Floats, grade: Floats) -> Errors:
     return Errors(float(np.std(place - grade)), float(off[min(rank, len(off)) - 1]), COVERAGE)
 
 
-def write_model(model: HistGradientBoostingRegressor, boards: Sequence[Board], path: Path) -> None:
+def write_model(
+    model: HistGradientBoostingRegressor, boards: Sequence[TrainingBoard], path: Path
+) -> None:
     """Write the model with its errors on part 1 of the boards."""
 
     def errors(which: str) -> Errors:
-        rows: list[tuple[Features, npt.NDArray[np.bool_], Board]] = [
+        rows: list[tuple[Features, npt.NDArray[np.bool_], TrainingBoard]] = [
             (getattr(board, which), (board.part == 1) & board.reached, board) for board in boards
         ]
         place = np.concatenate([model.predict(table[mine]) for table, mine, _ in rows])
