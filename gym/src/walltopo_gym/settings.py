@@ -5,7 +5,6 @@ Unknown names are refused everywhere, so that a misspelt setting is never ignore
 
 from __future__ import annotations
 
-import difflib
 import os
 import tomllib
 from collections.abc import Mapping
@@ -17,6 +16,7 @@ from pydantic import Field, ValidationError, field_validator
 from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict
 
 from walltopo.core import InputError, SettingsError
+from walltopo.core.settings import unknown_setting
 
 FILE = "gym.toml"
 PREFIX = "WALLTOPO_GYM_"
@@ -205,9 +205,8 @@ def _read(file: Path) -> dict[str, Any]:
 def _refuse_unknown(name: str, origin: str) -> None:
     if name in GymSettings.model_fields:
         return
-    near = difflib.get_close_matches(name, GymSettings.model_fields, n=1)
-    hint = f"Did you mean {near[0]}?" if near else "`walltopo gym settings` lists all."
-    raise SettingsError(f"{origin}: unknown setting {name!r}", hint)
+    listing = "`walltopo gym settings` lists all."
+    raise unknown_setting(name, GymSettings.model_fields, origin, listing)
 
 
 def settings_markdown() -> str:

@@ -18,7 +18,7 @@ import functools
 import math
 import tomllib
 import typing
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -162,12 +162,21 @@ def known_setting(known: Mapping[str, SettingField], key: str, origin: str) -> S
     SettingsError : unknown setting; the message suggests the nearest one and begins with `origin`.
     """
     if key not in known:
-        near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
-        meant = f"Did you mean {near[0]}?" if near else ""
-        raise SettingsError(
-            f"{origin}: unknown setting {key!r}", f"{meant} `walltopo settings` lists all.".strip()
-        )
+        raise unknown_setting(key, known, origin, "`walltopo settings` lists all.")
     return known[key]
+
+
+def unknown_setting(key: str, known: Iterable[str], origin: str, listing: str) -> SettingsError:
+    """Return the error for an unknown setting, whose hint suggests the nearest known one.
+
+    Parameters
+    ----------
+    origin : where the setting was given, the beginning of the message.
+    listing : sentence that names the list of all settings.
+    """
+    near = difflib.get_close_matches(key, list(known), n=1, cutoff=0.5)
+    meant = f"Did you mean {near[0]}? " if near else ""
+    return SettingsError(f"{origin}: unknown setting {key!r}", meant + listing)
 
 
 def out_of_bounds(value: int | float, low: float | None, high: float | None) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 
 from walltopo.cli.options import MAX_SEED, Number, add_needs, add_overwrite, option_help, target
 from walltopo.core import InputError, SettingsError, settings_of
+from walltopo.core.settings import unknown_setting
 from walltopo_lab.extras import SHAPES
 from walltopo_lab.synth.params import PRESETS, GymSettings, PhotoSettings, gym_preset
 
@@ -160,17 +161,15 @@ def _size(text: str) -> tuple[int, int]:
 
 def _apply(change: str, gym: dict[str, Any], photo: dict[str, Any]) -> None:
     """Put `key=value` or `photo.key=value` into its settings, converted to the field's type."""
-    import difflib
-
     key, equals, value = change.partition("=")
     key = key.strip()
     target, kind = (photo, PhotoSettings) if key.startswith("photo.") else (gym, GymSettings)
     name = key.removeprefix("photo.")
     fields = settings_of(kind)
-    if not equals or name not in fields:
-        near = difflib.get_close_matches(name, fields, 1)
-        hint = f"Did you mean {near[0]}?" if near else "`walltopo synth x --list` names them."
-        raise SettingsError(f"--set {change!r}: expected KEY=VALUE with a known key", hint)
+    if not equals:
+        raise SettingsError(f"--set {change}: expected KEY=VALUE")
+    if name not in fields:
+        raise unknown_setting(name, fields, "--set", "`walltopo synth x --list` names them.")
     default: Any = fields[name].default
     try:
         if isinstance(default, bool):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Annotated, Any, Literal
 
 from walltopo.core import InputError, SettingsError, about, check_settings
 from walltopo.core.files import read_toml
+from walltopo.core.settings import unknown_setting
 
 
 @dataclass(frozen=True)
@@ -117,9 +117,7 @@ def read_values(path: Path, kind: type[Any]) -> dict[str, Any]:
     known: dict[str, Any] = {field.name: type(field.default) for field in fields(kind)}
     for key, value in values.items():
         if key not in known:
-            near = difflib.get_close_matches(key, known, 1)
-            hint = f"Did you mean {near[0]}?" if near else f"Known: {', '.join(known)}"
-            raise SettingsError(f"{path}: unknown setting {key!r}", hint)
+            raise unknown_setting(key, known, str(path), f"Known: {', '.join(known)}.")
         wanted = (int, float) if known[key] is float else known[key]
         if isinstance(value, bool) or not isinstance(value, wanted):
             expected = "a number" if known[key] is float else f"of type {known[key].__name__}"
