@@ -23,13 +23,27 @@ class Child:
 
     Parameters
     ----------
-    output : standard output of the process.
+    output : standard output of the process; pid : its number.
     """
 
     def __init__(self, process: subprocess.Popen[bytes]) -> None:
         assert process.stdout is not None
         self._process = process
         self.output: IO[bytes] = process.stdout
+        self.pid = process.pid
+
+    def kill(self) -> None:
+        """Kill the process if it is running, and with it what it started in its session.
+
+        Windows has no sessions; there what it started goes on.
+        """
+        if self._process.poll() is None:
+            if sys.platform == "win32":
+                self._process.kill()
+            else:
+                with suppress(ProcessLookupError):
+                    os.killpg(self.pid, signal.SIGKILL)
+            self._process.wait()
 
     def wait(self) -> int:
         """Wait for the process to exit; return its exit code, negative for a signal."""
@@ -42,7 +56,7 @@ def child_process(
     message: bytes = b"",
     *,
     environment: Mapping[str, str] | None = None,
-    errors: int | IO[bytes] = subprocess.DEVNULL,
+    errors: int | IO[bytes] | None = subprocess.DEVNULL,
     folder: Path | None = None,
 ) -> Iterator[Child]:
     """Run a command during the block; kill it if it is still running at the end.
@@ -55,7 +69,7 @@ def child_process(
     command : program and arguments; see `python_module`.
     message : bytes written to stdin.
     environment : variables added to those of this process.
-    errors : destination of stderr, as in `subprocess.Popen`.
+    errors : destination of stderr, as in `subprocess.Popen`; None: that of this process.
     folder : working folder.
     """
     process = subprocess.Popen(
@@ -69,18 +83,16 @@ def child_process(
         cwd=folder,
     )
     assert process.stdin is not None
-    assert process.stdout is not None
+    child = Child(process)
     try:
         # A child that exits at once breaks the pipe; its output and exit code tell why.
         with suppress(BrokenPipeError):
             process.stdin.write(message)
             process.stdin.flush()
-        yield Child(process)
+        yield child
     finally:
-        if process.poll() is None:
-            process.kill()
-            process.wait()
-        process.stdout.close()
+        child.kill()
+        child.output.close()
         with suppress(BrokenPipeError):
             process.stdin.close()
 

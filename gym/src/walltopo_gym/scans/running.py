@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import os
-import signal
-import subprocess
-import sys
 import threading
 from collections import deque
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 
 import msgspec
 import psutil
 
+from walltopo.core.children import child_process, python_module
 from walltopo_gym.scans.job import Advanced, Ended, Failed, Job, Noted, ProcessMessage, Step
 
 _MAX_NOTES = 50
@@ -42,16 +39,11 @@ class RunningScan:
         self.ended: list[str] = []
         self.failure: Failed | None = None
         self.exit: int | None = None
-        self._child = subprocess.Popen(
-            [sys.executable, "-m", "walltopo_gym.scans.child"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            start_new_session=True,  # with its own children it can be ended as one
+        self._ending = ExitStack()
+        command, message = python_module("walltopo_gym.scans.child"), msgspec.json.encode(job)
+        self._child = self._ending.enter_context(
+            child_process(command, message + b"\n", errors=None)
         )
-        assert self._child.stdin is not None
-        with suppress(BrokenPipeError):
-            self._child.stdin.write(msgspec.json.encode(job) + b"\n")
-            self._child.stdin.flush()
         self._listener = threading.Thread(target=self._listen, daemon=True)
         self._listener.start()
 
@@ -67,22 +59,16 @@ class RunningScan:
 
     def stop(self) -> None:
         """Kill the process and its children, if it has not ended."""
-        with suppress(ProcessLookupError):
-            os.killpg(self._child.pid, signal.SIGKILL)
-        self._child.wait()
+        self._child.kill()
         self._listener.join()
-        assert self._child.stdin is not None
-        with suppress(BrokenPipeError):
-            self._child.stdin.close()
+        self._ending.close()
 
     def _listen(self) -> None:
-        assert self._child.stdout is not None
-        with self._child.stdout as lines:
-            for line in lines:
-                message = msgspec.json.decode(line, type=ProcessMessage)
-                with self.news:
-                    self._take(message)
-                    self.news.notify_all()
+        for line in self._child.output:
+            message = msgspec.json.decode(line, type=ProcessMessage)
+            with self.news:
+                self._take(message)
+                self.news.notify_all()
         code = self._child.wait()
         with self.news:
             self.exit = code
