@@ -13,10 +13,10 @@ import numpy as np
 from msgspec.structs import replace
 
 from walltopo.core import EnvironmentLacksError, Mesh, Progress, SettingsError, View
+from walltopo.describe.classify.achromatic import found_colours
 from walltopo.describe.classify.colour import (
     HoldColour,
     assign_colours,
-    find_palette,
     paint_over_views,
     with_white,
 )
@@ -37,7 +37,7 @@ from walltopo.scans.instances import InstanceRecords, InstanceTable
 from walltopo.scans.manifest import Metrics
 from walltopo.scans.photos import PhotoSet
 from walltopo.scans.pictures import Cutouts, SceneLight
-from walltopo.scans.scale import Scale, unit_of
+from walltopo.scans.scale import Scale, unit_of, unit_of_sizes
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,9 +109,14 @@ def _colours(
     paints = paint_over_views(observed.views, observed.light)
     scale = {"spread": settings.colour_spread, "lightness_weight": settings.lightness_weight}
     volumes = {number for number, kind in measured.lifted.kinds.items() if kind == "volume"}
-    confident = {k: paints[k] for k in observed.views if k not in measured.low_confidence}
-    entries = palette or find_palette(confident, volumes, **scale)
-    return entries, assign_colours(paints, entries, **scale)
+    if palette:
+        return palette, assign_colours(paints, palette, **scale)
+    sizes = [shape.size for shape in measured.shapes.values()]
+    unit = unit_of_sizes(sizes, measured.metric, settings.typical_hold)
+    places = {number: shape.position / unit for number, shape in measured.shapes.items()}
+    return found_colours(
+        paints, places, volumes, measured.low_confidence, upright=measured.metric, **scale
+    )
 
 
 def _with_downclimbs(
