@@ -28,7 +28,7 @@ export class Ahead {
 
 let waiting: Ahead | null = null;
 
-/** Begins; what no element takes in a minute is dropped. */
+/** Begin to read a file; the read is dropped if no element takes it within a minute. */
 export function readAhead(source: string): void {
   waiting?.drop();
   const begun = (waiting = new Ahead(source));
@@ -37,7 +37,7 @@ export function readAhead(source: string): void {
   }, PATIENCE_MS);
 }
 
-/** What was begun of this file; another one is not wanted any more. */
+/** The read that was begun ahead for this file; a read for another file is dropped. */
 export function taken(source: string): Ahead | null {
   const found = waiting;
   waiting = null;

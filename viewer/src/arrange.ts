@@ -47,7 +47,7 @@ export class Arrangement {
     shell.style.setProperty("--wall", `${Math.min(0.6, Math.max(0.36, wall / height)) * 100}cqh`);
   }
 
-  /** What of the canvas is covered by buttons, `above` and the card, with some room around. */
+  /** The margins of the canvas that buttons, `above` and the card cover, with some room around. */
   insets(flagged: boolean, above: number): Insets {
     const { view, bar, card } = this.on;
     const flags = flagged ? FLAG : 0;

@@ -25,7 +25,7 @@ export class Background {
     });
   }
 
-  /** What is `handed` over is gone here. Rejects with an Error for people; a RangeError: too large. */
+  /** Run a job; `handed` buffers move to the worker. Rejects with an Error for people; a RangeError: too large. */
   ask<J extends keyof Jobs>(job: J, given: Jobs[J][0], handed: Transferable[] = []): Promise<Jobs[J][1]> {
     const number = this.count++;
     const request: JobRequest<J> = { number, job, given };

@@ -1,5 +1,5 @@
 /**
- * Where holds end, finer than triangles: for each vertex near a border how far inside the hold's smooth
+ * Borders of holds, finer than triangles: for each vertex near a border, how far inside the hold's smooth
  * border curve it lies. Between vertices the GPU interpolates, so that colour and outline end on the
  * curve and not on the triangles' edges. Scraps of a hold apart from it count as wall, pinholes in it
  * as hold. Picking and the tables keep the triangles.
@@ -16,8 +16,9 @@ const PINHOLE = 0.3; // of the hold's outer border by length: less is no hole
 const RINGS = 3; // triangles on each side of a border that its curve may cross
 
 export interface Borders {
-  /** Of each vertex: the hold whose border is near, and how far inside it; negative outside. */
+  /** The hold whose border is near each vertex. */
   near: Float32Array;
+  /** How far inside that hold each vertex lies; negative outside. */
   inside: Float32Array;
 }
 
@@ -113,7 +114,7 @@ function piecesOf(net: Welded, triangles: number[]): { triangles: number[]; area
 class Shaper {
   private readonly found: Borders;
   private readonly curves = new Map<number, Curve[]>();
-  /** Of each place on or near a border: whose; -1 elsewhere. */
+  /** The hold that owns each place on or near a border; -1 elsewhere. */
   private readonly owner: Ids;
   /** Places that count as inside their owner whatever its curve says. */
   private readonly filled = new Set<number>();
@@ -145,7 +146,7 @@ class Shaper {
     return this.found;
   }
 
-  /** Which triangles lie around the places where two ids meet. */
+  /** Collect the triangles around the places where two ids meet. */
   private meet(): void {
     const { index, feature, weld } = this.net;
     const first = new Int32Array(this.owner.length).fill(-1);

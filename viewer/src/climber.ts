@@ -1,9 +1,9 @@
-/** Where a climber stands and looks, so that all of a route is in the free part of the picture. */
+/** A climber's position and direction of view that bring a whole route into the free part of the picture. */
 
 import type { Box2 } from "three";
 
 /** A place as seen from the start: metres towards the climber, to the right, over the eyes. */
-export interface Sight {
+export interface RelativePlace {
   out: number;
   side: number;
   up: number;
@@ -21,35 +21,35 @@ export interface Lens {
   /** Tangents of half the angle of view, across and up. */
   wide: number;
   tall: number;
-  /** What nothing covers, in -1..1 from the left bottom. */
+  /** The free part of the picture, in -1..1 from the left bottom. */
   free: Box2;
 }
 
-/** The nearest stand between `near` and `far` that sees all of it; the farthest where none does. */
-export function standFor(sights: Sight[], lens: Lens, near: number, far: number): Stand {
+/** The nearest stand between `near` and `far` that sees all places; the farthest if none does. */
+export function standFor(places: RelativePlace[], lens: Lens, near: number, far: number): Stand {
   for (let away = near; ; away = Math.min(far, away * 1.04)) {
-    const stand = look(sights, lens, away);
-    if (away >= far || sees(stand, sights, lens)) return stand;
+    const stand = look(places, lens, away);
+    if (away >= far || sees(stand, places, lens)) return stand;
   }
 }
 
-/** The look from `away` that has as much room left as right of what is seen, and as much above as below. */
-function look(sights: Sight[], lens: Lens, away: number): Stand {
-  const ahead = ({ out }: Sight): number => Math.max(away - out, 0.1);
+/** The view from `away` that has the places in its centre. */
+function look(places: RelativePlace[], lens: Lens, away: number): Stand {
+  const ahead = ({ out }: RelativePlace): number => Math.max(away - out, 0.1);
   const centred = (angles: number[], low: number, high: number, tan: number): number =>
     (Math.max(...angles) + Math.min(...angles) - Math.atan(tan * low) - Math.atan(tan * high)) / 2;
   const { min, max } = lens.free;
-  const sides = sights.map((sight) => Math.atan2(sight.side, ahead(sight)));
+  const sides = places.map((place) => Math.atan2(place.side, ahead(place)));
   const heading = centred(sides, min.x, max.x, lens.wide);
-  const turned = (sight: Sight): number =>
-    ahead(sight) * Math.cos(heading) + sight.side * Math.sin(heading);
-  const heights = sights.map((sight) => Math.atan2(sight.up, Math.max(turned(sight), 0.1)));
+  const turned = (place: RelativePlace): number =>
+    ahead(place) * Math.cos(heading) + place.side * Math.sin(heading);
+  const heights = places.map((place) => Math.atan2(place.up, Math.max(turned(place), 0.1)));
   return { away, heading, pitch: centred(heights, min.y, max.y, lens.tall) };
 }
 
-function sees({ away, heading, pitch }: Stand, sights: Sight[], lens: Lens): boolean {
+function sees({ away, heading, pitch }: Stand, places: RelativePlace[], lens: Lens): boolean {
   const { min, max } = lens.free;
-  return sights.every(({ out, side, up }) => {
+  return places.every(({ out, side, up }) => {
     const ahead = (away - out) * Math.cos(heading) + side * Math.sin(heading);
     const across = side * Math.cos(heading) - (away - out) * Math.sin(heading);
     const depth = ahead * Math.cos(pitch) + up * Math.sin(pitch);

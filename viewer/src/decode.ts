@@ -115,7 +115,7 @@ export async function read({ source, title, labels: raw }: Source): Promise<Tier
   return { surfaces, tables, labels: file?.surface ?? null, most, framing: framingOf({ surfaces, tables, box }) };
 }
 
-/** What of a tier can be handed over instead of copied. */
+/** The buffers of a tier that can be transferred instead of copied. */
 export function buffersOf({ surfaces }: Tier): Transferable[] {
   const buffers = surfaces.flatMap(({ position, index, feature, depth, uv, color, patches }) =>
     [position, index, feature, depth, uv?.array, color?.array, patches.position, patches.index, patches.patch].flatMap((array) =>

@@ -287,12 +287,12 @@ export class WallTopo extends HTMLElement {
     this.views?.swing(share);
   }
 
-  /** What is drawn as a PNG blob, without words. */
+  /** The drawn wall as a PNG blob, without text. */
   screenshot(): Promise<Blob | null> {
     return this.stage ? this.stage.screenshot() : Promise.resolve(null);
   }
 
-  /** A PNG blob to pass on: what is drawn, with start, top, and what it shows. */
+  /** A PNG blob to share: the drawn wall with flags at start and top, and a caption. */
   async picture(): Promise<Blob | null> {
     const drawn = await this.screenshot();
     if (!drawn || !this.overlay) return null;
@@ -321,7 +321,7 @@ export class WallTopo extends HTMLElement {
     return [...eye.toArray(), ...target.toArray()];
   }
 
-  /** Where a hold or point is drawn, in CSS pixels of the element's canvas. */
+  /** The position of a hold or point on the element's canvas, in CSS pixels. */
   project(place: number | [number, number, number]): { x: number; y: number; ahead: boolean } | null {
     const point = typeof place === "number" ? this.tables.holds.get(place)?.position : place;
     return point && this.stage ? this.stage.project(point) : null;
@@ -731,7 +731,7 @@ export class WallTopo extends HTMLElement {
     this.stage?.backdrop(dark ? "#15171b" : "#eef0f3");
   }
 
-  /** What is seen, without the camera where the page finds it by itself: on another screen it is another. */
+  /** The shown place; without the camera if the page chose it, because it depends on the screen. */
   private get place(): Place {
     const subject = this.views?.subject ?? null;
     const itself = subject === "wall" || (subject === "route" && this.hold === null);

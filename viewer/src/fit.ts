@@ -1,4 +1,4 @@
-/** Where a camera goes so that places fill the part of the canvas that nothing covers. */
+/** The camera position from which places fill the free part of the canvas. */
 
 import { Box2, Box3, Vector2, Vector3 } from "three";
 
@@ -20,7 +20,7 @@ export interface Lens {
   least: number;
 }
 
-/** What of a canvas nothing covers, in -1..1 from its left bottom. */
+/** The free part of a canvas, in -1..1 from its left bottom. */
 export function freeBox(insets: Insets, width: number, height: number): Box2 {
   return new Box2(
     new Vector2((2 * insets.left) / width - 1, (2 * insets.bottom) / height - 1),

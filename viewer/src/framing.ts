@@ -1,11 +1,11 @@
-/** Which way a wall faces, so that the camera stays in front of it and above the mat. */
+/** The direction that a wall faces, so that the camera stays in front of it and above the mat. */
 
 import { Box3, Vector3 } from "three";
 import type { Surface } from "./surface";
 import type { Tables } from "./types";
 
-/** What of a wall says which way it faces. */
-export interface Seen {
+/** The parts of a wall that determine its framing. */
+export interface FramingInput {
   surfaces: Surface[];
   tables: Tables;
   box: Box3;
@@ -54,7 +54,7 @@ function matUnder(
 }
 
 /** Area-weighted mean of the steep triangles' horizontal normals, from every n-th triangle. */
-export function framingOf(wall: Seen): Framing {
+export function framingOf(wall: FramingInput): Framing {
   const sum = new Vector3();
   const [a, b, c] = [new Vector3(), new Vector3(), new Vector3()];
   let total = 0;
@@ -124,10 +124,10 @@ function aspectOf(places: Vector3[], direction: Vector3): number {
 }
 
 /**
- * What a picture of the whole wall must show: the holds with room around, the wall that they are on
- * up to its upper edge, and down to the mat.
+ * The places that a picture of the whole wall must show: the holds with room around, their wall up to
+ * its upper edge, and down to the mat.
  */
-function placesOf(wall: Seen, box: Box3, seen: Vector3[], direction: Vector3): Vector3[] {
+function placesOf(wall: FramingInput, box: Box3, seen: Vector3[], direction: Vector3): Vector3[] {
   const holds = [...wall.tables.holds.values()];
   if (holds.length <= 3) return seen;
   const size = box.getSize(new Vector3());

@@ -1,4 +1,4 @@
-/** Whose are the wheel and the fingers: an embedded wall must not trap who scrolls past it. */
+/** Share the wheel and the fingers with the page: an embedded wall must not stop people from scrolling past it. */
 
 import CameraControls from "camera-controls";
 import { say } from "./languages";

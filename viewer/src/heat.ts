@@ -7,7 +7,7 @@ import type { Tables } from "./types";
 /** From 0 to 1, lightness falling all the way. */
 const RAMP = ["#fff0a8", "#f5832a", "#7d0f3f"] as const;
 
-/** What the ends of the scale stand for, and the whole. */
+/** Texts of the legend: its title, and the ends of the scale. */
 export interface HeatWords {
   title: string;
   low: string;

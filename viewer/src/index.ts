@@ -12,7 +12,7 @@ export type { HoldSet } from "./element";
 export type { GrabMode } from "./grab";
 export type { Hold, Route, Vec3 } from "./types";
 
-/** What the element tells its page. */
+/** The events of the element. */
 export interface WallTopoEventMap {
   "wall-load": CustomEvent<{ routes: number; holds: number }>;
   "wall-error": CustomEvent<{ message: string }>;

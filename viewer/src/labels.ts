@@ -1,6 +1,6 @@
 /**
- * Which hold each place of the surface belongs to: a tier's patches, and what edits changed since the tier was made
- * (`walltopo.scans.page_labels`). Where a triangle of the tier is larger than those that edits are about, it is cut.
+ * The hold at each place of the surface: a tier's patches, and the edits since the tier was made
+ * (`walltopo.scans.page_labels`). A triangle of the tier that is larger than those of the edits is cut.
  */
 
 import { welded } from "./weld";
@@ -30,7 +30,7 @@ export class Labels {
   private readonly labels: Int32Array;
   private readonly size: number;
   private readonly mask: number;
-  /** Where each cell's triangles begin in `order`. */
+  /** The index in `order` at which each cell's triangles begin. */
   private readonly begin: Int32Array;
   private readonly order: Int32Array;
   readonly edge: number;
@@ -174,7 +174,7 @@ class Cutter {
   private readonly count: number;
   /** Number of each vertex's place. */
   private readonly weld: Int32Array;
-  // Of the vertices in the middle of an edge: coordinates, number of the place, patch.
+  // Vertices in the middle of an edge: coordinates, number of the place, patch.
   private readonly places: number[] = [];
   private readonly placed: number[] = [];
   private readonly patches: number[] = [];

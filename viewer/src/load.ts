@@ -16,7 +16,7 @@ import { mapOf } from "./upload";
 export interface Part {
   geometry: BufferGeometry;
   map: Texture | null;
-  /** What fills the map. */
+  /** The picture that fills the map. */
   picture: Picture | null;
   coloured: boolean;
   /** The part as its file has it. */
@@ -91,7 +91,7 @@ async function fetchBytes(
   return bytes.buffer;
 }
 
-/** The file beside a tier that has its labels; null where it names none. What is no tier the worker refuses. */
+/** The file beside a tier that has its labels; null if it names none. The worker refuses other files. */
 function labelsNamed(bytes: ArrayBuffer | string): string | null {
   const HEAD = 20; // bytes before the document
   const part = (count: number): Uint8Array =>
@@ -158,17 +158,17 @@ export function reasonOf(error: unknown): string {
   return (error as Error).message;
 }
 
-export interface Reading {
+export interface ReadOptions {
   /** Gets a share from 0 to 1 while the file comes, where its size is known. */
   progress?: (share: number) => void;
-  /** Of a wall whose file says none. */
+  /** The title of a wall whose file has none. */
   title?: string;
   signal: AbortSignal;
 }
 
 /** Fetch a GLB and turn it into what is drawn and its tables; rejects with an Error whose message people can read. */
-export async function readWall(reader: Background, source: string, reading: Reading): Promise<Wall> {
-  const { progress = () => {}, title = "", signal } = reading;
+export async function readWall(reader: Background, source: string, options: ReadOptions): Promise<Wall> {
+  const { progress = () => {}, title = "", signal } = options;
   const bytes = await fetchBytes(source, progress, signal);
   progress(1);
   const named = labelsNamed(bytes);

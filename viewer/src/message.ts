@@ -1,4 +1,4 @@
-/** What stands in the wall's place until it is drawn: a picture, the progress, or why there is none. */
+/** The picture, progress or error that stands in the wall's place until it is drawn. */
 
 import { h } from "./dom";
 import { say } from "./languages";

@@ -1,4 +1,4 @@
-/** What lies over the picture and moves with it: start and top flags, the measuring line. */
+/** Marks over the picture that move with it: start and top flags, the measuring line. */
 
 import { Vector3 } from "three";
 import { h } from "./dom";
@@ -22,7 +22,7 @@ export interface Flag {
   y: number;
 }
 
-/** What has flags: a route, or holds that are none. */
+/** A route, or other holds with flags. */
 type Flagged = Pick<Route, "holds" | "start" | "top" | "zone">;
 
 export class Overlay {

@@ -1,4 +1,4 @@
-/** What lies under a ray: by search trees once they are built beside the page, before that by looking at each triangle. */
+/** The wall's place under a ray: found by search trees, or triangle by triangle until the worker has built them. */
 
 import { BufferAttribute, BufferGeometry, DoubleSide, Mesh, MeshBasicMaterial } from "three";
 import type { Intersection, Raycaster, Vector3 } from "three";

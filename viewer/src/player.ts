@@ -66,7 +66,7 @@ export class Player {
     return this.climber;
   }
 
-  /** Where the figure is on its way, head to foot. */
+  /** The places of the figure's head, hip and limbs in all poses. */
   get places(): Vector3[] {
     const head = new Vector3(0, 0, OVER_HIP * this.climber.height_m * this.unit);
     return this.poses.flatMap(({ hip, ends }) => [hip.clone().add(head), ...ends]);
@@ -171,7 +171,7 @@ export class Player {
     const off = Math.sin(Math.PI * eased) * 0.08 * this.climber.height_m * this.unit;
     const ends = from.ends.map((end, limb) => {
       const way = end.clone().lerp(to.ends[limb]!, eased);
-      // What moves leaves the wall on its way; what holds stays where it is.
+      // A moving limb leaves the wall on its way; a holding limb stays where it is.
       return end.distanceTo(to.ends[limb]!) > 1e-6 ? way.addScaledVector(out, off) : way;
     }) as Pose["ends"];
     this.at = k - (share < 1 ? 1 : 0);
@@ -203,7 +203,7 @@ export class Player {
     return this.stage.framing?.floor ?? -Infinity;
   }
 
-  /** Where a limb hangs that is on no hold; from a low start the feet stand on the floor. */
+  /** The place of a limb that hangs without a hold; from a low start the feet stand on the floor. */
   private hanging(hip: Vector3, out: Vector3, limb: number): Vector3 {
     const height = this.climber.height_m * this.unit;
     const side = new Vector3(0, 0, 1).cross(out).normalize();
@@ -216,7 +216,7 @@ export class Player {
     return end.setZ(Math.max(end.z, this.floor));
   }
 
-  /** What is done now, and whether it is in reach. */
+  /** Show the present move, and whether it is in reach. */
   private label(now = this.at): void {
     const { words, limbs, leap, unreached } = say();
     this.go.replaceChildren(icon(this.frame ? "pause" : "play"), this.frame ? words.pause : words.play);

@@ -323,7 +323,7 @@ export class Stage {
     this.added.add(new HemisphereLight("#ffffff", "#8a8f98", 1.6), sun);
   }
 
-  /** What lies under a point of the canvas, in CSS pixels from its top left. */
+  /** The place and hold under a point of the canvas, in CSS pixels from its top left; null beside the wall. */
   pick(x: number, y: number): Hit | null {
     const { clientWidth, clientHeight } = this.canvas;
     const at = new Vector2((x / clientWidth) * 2 - 1, 1 - (y / clientHeight) * 2);
@@ -374,7 +374,7 @@ export class Stage {
     return new Promise((resolve) => this.canvas.toBlob(resolve, "image/png"));
   }
 
-  /** What the GPU holds, counted. */
+  /** Numbers of geometries and textures on the GPU. */
   get memory(): { geometries: number; textures: number } {
     const { geometries, textures } = this.renderer.info.memory;
     return { geometries, textures };

@@ -1,5 +1,5 @@
 /**
- * What each hold looks like now: one texel a feature id. Lighting up a route is one small
+ * The present look of each hold: one texel a feature id. Lighting up a route is one small
  * texture write; the geometry never changes.
  */
 

@@ -9,9 +9,9 @@ import type { Picture } from "./surface";
 const STRIP = 2 ** 22; // bytes
 
 export interface Strip {
-  /** Of the picture. */
+  /** Number of the picture. */
   number: number;
-  /** Of the whole picture as it is wanted, in pixels. */
+  /** The size to which the whole picture is drawn, in pixels. */
   width: number;
   height: number;
   /** The strip's first row. */

@@ -1,4 +1,4 @@
-/** What a wall is between the worker that reads it and the page that draws it: plain arrays. */
+/** A wall as plain arrays, which the worker that reads it sends to the page that draws it. */
 
 import type { Framing } from "./framing";
 import type { Patches } from "./labels";
@@ -51,9 +51,9 @@ export interface Surface extends Net {
 export interface Tier {
   surfaces: Surface[];
   tables: Tables;
-  /** What its labels file says of the surface; null where the file itself has labels. */
+  /** The surface's part of the labels file; null if the tier's own file has labels. */
   labels: SurfaceLabels | null;
-  /** Which way it faces; its vectors are plain objects once they came from the worker. */
+  /** The direction that the wall faces; vectors from the worker are plain objects. */
   framing: Framing;
   /** The highest feature id in the geometry; 0 when the file carries no ids. */
   most: number;

@@ -13,7 +13,7 @@ function rowsOf<T extends { id: number }>(value: unknown): T[] {
   return rows.filter((row): row is T => Number.isInteger(row?.id) && row!.id >= 0);
 }
 
-/** What of `labels.json` is used. */
+/** The part of `labels.json` that the viewer uses. */
 export interface LabelsFile extends Record<string, unknown> {
   surface: SurfaceLabels;
 }
@@ -39,7 +39,7 @@ export function labelsFileOf(raw: unknown): LabelsFile {
   return file;
 }
 
-/** Of the `walltopo` object in a scene's extras, or of `labels.json`. */
+/** The tables in the `walltopo` object of a scene's extras, or in `labels.json`. */
 export function tablesOf(raw: Record<string, unknown>, title: string): Tables {
   const holds = new Map<number, Hold>();
   for (const hold of rowsOf<Hold>(raw["holds"])) {

@@ -5,7 +5,7 @@ const SMALL_MEMORY_GB = 4;
 const PHONE_PX = 500; // CSS pixels of a phone's shorter side, at most
 
 export interface Device {
-  /** Of main memory, in GB; only Chromium says it, and at most 8. */
+  /** Main memory in GB; only Chromium reports it, and at most 8. */
   memory: number | undefined;
   /** The screen's shorter side in CSS pixels. */
   side: number;

@@ -1,4 +1,4 @@
-/** Where the camera goes by itself: the whole wall, a route, a climber's eyes. */
+/** Views to which the camera moves by itself: the whole wall, a route, a climber's eyes. */
 
 import { Box3, Vector3 } from "three";
 import { standFor } from "./climber";
@@ -25,7 +25,7 @@ export class Views {
     stage.controls.addEventListener("control", () => this.let());
   }
 
-  /** What the camera shows by itself; null where somebody moved it. */
+  /** The subject to which the camera moved by itself; null after somebody moved it. */
   get subject(): "wall" | "route" | null {
     return this.shown;
   }
@@ -36,7 +36,7 @@ export class Views {
     this.shown = null;
   }
 
-  /** What is free of the canvas has changed. */
+  /** Repeat the view, because the free part of the canvas has changed. */
   refit(animate: boolean): void {
     this.again?.(animate);
   }
@@ -85,14 +85,14 @@ export class Views {
     const at = (box.isEmpty() ? framing.box : box).getCenter(new Vector3());
     const eye = framing.floor + EYES * unit;
     const right = new Vector3(0, 0, 1).cross(framing.direction);
-    const sights = this.sights(route, tables, at).map((place) => {
+    const places = this.placesToSee(route, tables, at).map((place) => {
       const way = place.clone().sub(at);
       return { out: way.dot(framing.direction), side: way.dot(right), up: place.z - eye };
     });
     const tall = Math.tan((camera.fov * Math.PI) / 360);
     const free = freeBox(this.insets(), canvas.clientWidth, canvas.clientHeight);
     const lens = { tall, wide: tall * camera.aspect, free };
-    const { away, heading, pitch } = standFor(sights, lens, NEAR * unit, FAR * unit);
+    const { away, heading, pitch } = standFor(places, lens, NEAR * unit, FAR * unit);
     const place = at.clone().addScaledVector(framing.direction, away).setZ(eye);
     const target = place
       .clone()
@@ -104,8 +104,8 @@ export class Views {
     this.again = (smooth) => this.climber(route, tables, smooth);
   }
 
-  /** What a climber wants to see: the route's holds with room for their size and flags, or the wall. */
-  private sights(route: Route | undefined, tables: Tables, at: Vector3): Vector3[] {
+  /** The places that a climber wants to see: the route's holds with room for their size and flags, or the wall. */
+  private placesToSee(route: Route | undefined, tables: Tables, at: Vector3): Vector3[] {
     const { framing } = this.stage;
     const holds = (route?.holds ?? []).flatMap((id) => tables.holds.get(id) ?? []);
     if (holds.length === 0) return [at.clone().setZ(framing!.box.max.z), at.clone().setZ(framing!.floor)];

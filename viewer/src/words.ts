@@ -6,7 +6,7 @@ import type { Hold, Route, Tables } from "./types";
 
 type Rgb = [number, number, number];
 
-/** What is drawn for a colour that no hold of the wall has: `REFERENCE` of walltopo.describe.classify.palette. */
+/** Swatches of colours that no hold of the wall has: `REFERENCE` of walltopo.describe.classify.palette. */
 const PAINTS: Record<string, Rgb> = {
   black: [38, 38, 40], grey: [125, 127, 130], white: [232, 232, 226], red: [195, 32, 38],
   orange: [238, 118, 30], yellow: [245, 200, 25], lime: [150, 200, 50], green: [40, 145, 65],

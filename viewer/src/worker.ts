@@ -21,7 +21,7 @@ function treeOf({ position, index }: Triangles): SerializedBVH {
   return MeshBVH.serialize(new MeshBVH(geometry, { targetLeafSize: 8, indirect: true }), { cloneBuffers: false });
 }
 
-/** What the page can ask for: each job with what it is given and what comes back. */
+/** The jobs of the worker, each with its input and its result. */
 export interface Jobs {
   read: [source: Source, done: Tier];
   strip: [strip: Strip, done: Uint8ClampedArray];
@@ -39,7 +39,7 @@ export type Answer = { number: number; done: Jobs[keyof Jobs][1] } | { number: n
 
 type Done<J extends keyof Jobs> = [done: Jobs[J][1], handed: Transferable[]];
 
-/** Each job gives what is done and what of it is handed over instead of copied. */
+/** Each job returns its result, and the buffers of it to transfer instead of copy. */
 const JOBS: { [J in keyof Jobs]: (given: Jobs[J][0]) => Done<J> | Promise<Done<J>> } = {
   async read(source) {
     const tier = await read(source);

@@ -1,4 +1,4 @@
-/** Which page is at which address. The first part of each is also known to `server/pages.py`. */
+/** The page at each address. `server/pages.py` also knows the first part of each address. */
 
 import { createRouter } from "sv-router";
 import Home from "./gyms/Home.svelte";

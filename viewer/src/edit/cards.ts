@@ -1,4 +1,4 @@
-/** What the cards of holds and routes have in edit mode, and the editor's own cards. */
+/** Controls on the cards of holds and routes in edit mode, and the editor's own cards. */
 
 import { h } from "../dom";
 import { say } from "../languages";
@@ -12,7 +12,7 @@ import type { Way } from "./server";
 const TYPES = ["jug", "crimp", "sloper", "pinch", "pocket", "foothold"];
 const ROLES: Role[] = ["start", "top", "zone", "foot", "hand"];
 
-/** What the cards can do. */
+/** The actions of the cards. */
 export interface Acts {
   readonly tables: Tables;
   /** Colours of the wall's holds and routes. */
@@ -21,8 +21,8 @@ export interface Acts {
   change(...step: Edit[]): void;
   doubted(hold: Hold | Route): boolean;
   cut(): void;
-  /** Ask what makes a route one grade easier, or harder. */
-  ease(route: Route, way: Way): void;
+  /** Request changes that make a route one grade easier, or harder. */
+  adjustGrade(route: Route, way: Way): void;
   photos(hold: Hold): HTMLElement;
   choose(route: number | null, hold: number | null): void;
 }
@@ -119,8 +119,8 @@ export function routeControls(route: Route, on: Acts): HTMLElement[] {
     h(
       "div",
       { class: "fields" },
-      button(setting.easier, () => on.ease(route, "easier")),
-      button(setting.harder, () => on.ease(route, "harder")),
+      button(setting.easier, () => on.adjustGrade(route, "easier")),
+      button(setting.harder, () => on.adjustGrade(route, "harder")),
       route.proposed && button(setting.climbed, () => set({ proposed: false })),
       route.proposed && button(setting.takeOff, () => on.change(...gone(route, tables))),
     ),
@@ -158,7 +158,7 @@ export function leftOutCard(hold: Hold, on: Acts, close: HTMLElement): HTMLEleme
 }
 
 /** Holds that were marked together. */
-export function severalCard(holds: Hold[], on: Acts & { done(): void; fresh(): number }, close: HTMLElement): HTMLElement[] {
+export function severalCard(holds: Hold[], on: Acts & { done(): void; nextRouteId(): number }, close: HTMLElement): HTMLElement[] {
   const { edit } = say();
   const refs = holds.map(refOf);
   const routes = [...on.tables.routes.values()];
@@ -171,7 +171,7 @@ export function severalCard(holds: Hold[], on: Acts & { done(): void; fresh(): n
   const parts = [h("div", { class: "top" }, title, close)];
   if (holds.length === 0) return parts;
   const make = button(edit.makeRoute, () => {
-    act({ do: "split", route: from ? routeRef(from, on.tables) : NONE, holds: refs, new: on.fresh() });
+    act({ do: "split", route: from ? routeRef(from, on.tables) : NONE, holds: refs, new: on.nextRouteId() });
   });
   make.classList.add("main");
   const targets = routes.map((one): [string, string] => [String(one.id), routeName(one)]);

@@ -1,4 +1,4 @@
-/** What the scan was not sure of and nobody has corrected yet. */
+/** Low-confidence holds and routes that nobody has corrected yet. */
 
 import type { Hold, Route, Tables } from "../types";
 import type { Edit } from "./log";

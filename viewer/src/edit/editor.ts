@@ -30,7 +30,7 @@ export class Editor {
   private absent: number | null = null;
   /** The first of a cut's two places. */
   private from: Vec3 | null = null;
-  /** What to choose once the server has answered. */
+  /** The selection to make once the server has answered. */
   private then: (() => void) | null = null;
   private readonly session: Session;
   private readonly bar: Bar;
@@ -56,7 +56,7 @@ export class Editor {
       get entries() {
         return session.entries;
       },
-      fresh: () => session.freshRoute,
+      nextRouteId: () => session.nextRouteId,
       change: (then, ...step) => {
         this.then = then;
         session.change(...step);
@@ -97,7 +97,7 @@ export class Editor {
     this.bar.root.remove();
   }
 
-  // What the page asks ----------------------------------------------------------------------
+  // Requests of the page ----------------------------------------------------------------------
 
   /** True when the tap was the editor's. */
   tapped(hit: Hit | null): boolean {
@@ -121,13 +121,13 @@ export class Editor {
     return absent !== null;
   }
 
-  /** The editor's own card, in place of that of a hold or route; null where there is none. */
+  /** The editor's own card, which replaces that of a hold or route; null without one. */
   card(): HTMLElement[] | null {
     const label = say().words.close;
     const close = h("button", { class: "tool", "aria-label": label, title: label, onClick: () => this.setMode("choose") }, icon("close"));
     if (this.mode === "several") {
       const holds = [...this.marked].flatMap((id) => this.session.result.tables.holds.get(id) ?? []);
-      return severalCard(holds, { ...this.acts(), done: () => this.setMode("choose"), fresh: () => this.session.freshRoute }, close);
+      return severalCard(holds, { ...this.acts(), done: () => this.setMode("choose"), nextRouteId: () => this.session.nextRouteId }, close);
     }
     if (this.mode === "propose") return this.setting.card(close);
     const absent = this.session.result.leftOut.get(this.absent ?? -1);
@@ -151,9 +151,9 @@ export class Editor {
       change: (...step) => this.session.change(...step),
       doubted: (row) => this.doubts.includes(row),
       cut: () => this.setMode("cut"),
-      ease: (route, way) => {
+      adjustGrade: (route, way) => {
         this.setMode("propose");
-        this.setting.ease(route, way);
+        this.setting.adjustGrade(route, way);
       },
       photos: (hold) => this.photos.strip(hold, Boolean(hold.left_out) || this.isNew(hold)),
       choose: (route, hold) => this.host.select(route, hold),
@@ -190,7 +190,7 @@ export class Editor {
   // Adding, cutting, bringing back ----------------------------------------------------------
 
   private addAt(point: Vector3): void {
-    const id = this.session.freshHold;
+    const id = this.session.nextHoldId;
     this.setMode("choose");
     this.then = () => {
       const hold = this.session.result.tables.holds.get(id);
@@ -212,7 +212,7 @@ export class Editor {
     }
     const points: [Vec3, Vec3] = [this.from, place];
     this.setMode("choose");
-    this.session.change({ do: "cut", hold: refOf(hold), points, new: this.session.freshHold });
+    this.session.change({ do: "cut", hold: refOf(hold), points, new: this.session.nextHoldId });
     return true;
   }
 
@@ -242,7 +242,7 @@ export class Editor {
     return this.session.entries.some((entry) => entry.do === "add" && entry.hold.id === hold.id);
   }
 
-  // What is doubtful ------------------------------------------------------------------------
+  // Low confidence ------------------------------------------------------------------------
 
   private get doubts(): (Hold | Route)[] {
     return doubts(this.session.result.tables, this.session.entries);

@@ -1,4 +1,4 @@
-/** What the editor needs of the element that it edits. */
+/** The methods of the edited element that the editor needs. */
 
 import type { Stage } from "../stage";
 import type { Hold, Route, Tables, Vec3 } from "../types";

@@ -5,7 +5,7 @@ import type { EditLog, Ref, SetRole, SetRoute } from "../wire";
 
 export type Edit = NonNullable<EditLog["edits"]>[number];
 export type Role = SetRole["role"];
-/** What a setter says of a route. */
+/** The facts of a route that a setter enters. */
 export type RouteFacts = Omit<SetRoute, "do" | "route">;
 
 export const NONE: Ref = { id: 0 };

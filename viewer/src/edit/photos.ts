@@ -1,4 +1,4 @@
-/** What the photos show at a place: a strip of crops, fetched when it is opened. */
+/** A strip of crops of the photos at a place, fetched when it is opened. */
 
 import { h } from "../dom";
 import { say } from "../languages";

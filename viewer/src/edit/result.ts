@@ -1,4 +1,4 @@
-/** What a log of edits makes of the scan: the server's message (`walltopo.editing.messages`), for the page. */
+/** The scan after a log of edits: the server's message (`walltopo.editing.messages`), for the page. */
 
 import { Labels } from "../labels";
 import { tablesOf } from "../tables";

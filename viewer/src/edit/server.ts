@@ -1,4 +1,4 @@
-/** The server that shows the scan: it keeps the log, and tells what a log makes of the scan. */
+/** The server that shows the scan: it keeps the log, and computes the scan after a log. */
 
 import type { Vec3 } from "../types";
 import type { Crop, CropsOut, EaseIn, EditLog, EditResult, LogOut, PreviewIn, PreviewOut } from "../wire";
@@ -10,7 +10,7 @@ const logOf = (edits: readonly Edit[]): EditLog => ({ version: 2, edits: [...edi
 
 export type Way = EaseIn["way"];
 
-/** What a server that refuses says: ours, or one of `application/problem+json`. */
+/** The body of a refusal, by our server or as `application/problem+json`. */
 interface Refusal {
   error?: string;
   key?: string;
@@ -24,7 +24,7 @@ export function problemWords(key = "", text = ""): string {
 
 /** Each call throws an Error with a sentence for people. */
 export class Server {
-  /** Which log was read or saved last: the server refuses to replace another. */
+  /** Version of the log that was read or saved last: the server refuses to replace another. */
   private version = "";
 
   constructor(
@@ -38,7 +38,7 @@ export class Server {
     return edits.edits ?? [];
   }
 
-  /** What the log makes of the scan; writes nothing. */
+  /** The scan after the log; writes nothing. */
   async try(edits: readonly Edit[]): Promise<EditResult> {
     return (await this.post<PreviewIn, PreviewOut>("/try", { edits: logOf(edits) })).result;
   }
@@ -52,7 +52,8 @@ export class Server {
     return this.post<ProposeIn, Proposals>("/problems", { edits: logOf(edits), spec });
   }
 
-  ease(edits: readonly Edit[], route: number, way: Way): Promise<Tweaks> {
+  /** Changes that make a route one grade easier, or harder. */
+  adjustGrade(edits: readonly Edit[], route: number, way: Way): Promise<Tweaks> {
     return this.post<EaseIn, Tweaks>("/ease", { edits: logOf(edits), route, way });
   }
 
@@ -60,7 +61,7 @@ export class Server {
     return this.json<RebuildStatus>("/state");
   }
 
-  /** What the photos show at a place, best first. */
+  /** Crops of the photos at a place, best first. */
   async photos(at: Vec3): Promise<Crop[]> {
     return (await this.json<CropsOut>(`/../photos?at=${at.map((v) => v.toFixed(3)).join(",")}`)).photos;
   }

@@ -23,7 +23,7 @@ function noteWords({ entry, reason, numbers, text }: Note): string {
 export interface Listener {
   /** The server has answered what the log makes of the scan. */
   shown(): void;
-  /** What is saved or under way has changed. */
+  /** The state of saving has changed. */
   stirred(): void;
   say(text: string): void;
 }
@@ -121,16 +121,17 @@ export class Session {
     }
   }
 
-  /** Ids that nothing has yet. */
-  get freshHold(): number {
+  /** The id for the next new hold. */
+  get nextHoldId(): number {
     return Math.max(0, ...this.result.tables.holds.keys(), ...this.result.leftOut.keys()) + 1;
   }
 
-  get freshRoute(): number {
+  /** The id for the next new route. */
+  get nextRouteId(): number {
     return Math.max(0, ...this.result.tables.routes.keys()) + 1;
   }
 
-  /** What the log does to the scan. While one answer is on its way the next question waits for it. */
+  /** Ask the server for the result of the log. A request waits for the answer to the one before. */
   private async ask(): Promise<void> {
     this.wanted = true;
     this.on.stirred();

@@ -68,7 +68,7 @@ export function tweakRow(one: Tweak, hold: Hold, pressed: boolean, act: () => vo
   return row(setting.change[one.do](holdName(hold)), [by, ...(percent ? [setting.crux(percent)] : [])], pressed, act);
 }
 
-/** Who does not get up, or has to leap. */
+/** Warnings for climbers who do not get up, or have to leap. */
 export function peopleWords(climbers: readonly ClimberRow[]): HTMLElement[] {
   const { people, unreached, leap, setting } = say();
   return climbers.flatMap(({ climber, moves, reached }) => {

@@ -1,8 +1,8 @@
-/** The panel that proposes problems, and what makes a route one grade easier: asks, shows, plays. */
+/** The panel that proposes problems, and changes that make a route one grade easier or harder. */
 
 import { h } from "../dom";
 import { say } from "../languages";
-import type { Miss } from "../languages/setting";
+import type { Violation } from "../languages/setting";
 import { Player } from "../player";
 import type { Hold, Route, Tables } from "../types";
 import type { Proposal, Tweak } from "../wire";
@@ -15,11 +15,11 @@ import type { Server, Way } from "./server";
 import { peopleWords, proposalRow, tweakRow, specFields } from "./setting-cards";
 import type { ProblemSpec } from "./setting-cards";
 
-/** What the panel needs of the editor. */
+/** The parts of the editor that the panel needs. */
 export interface EditorContext {
   readonly tables: Tables;
   readonly entries: readonly Edit[];
-  fresh(): number;
+  nextRouteId(): number;
   /** One step in the log, then this. */
   change(then: () => void, ...step: Edit[]): void;
   leave(): void;
@@ -32,12 +32,12 @@ interface Choice {
 }
 
 export class Setting {
-  /** What is shown in the stead of a chosen route. */
+  /** The route that is shown instead of the selected one. */
   preview: Route | null = null;
   private spec: ProblemSpec = { grade: "6C-7A", moves: 6, steepness: "any", reach: "any", holds: "any", height_m: 1.75, count: 3, seed: 0 };
   private proposals: Proposal[] | null = null;
   private tweaks: Tweak[] | null = null;
-  private eased: { route: number; way: Way } | null = null;
+  private adjusted: { route: number; way: Way } | null = null;
   private unit = 1;
   private status = "";
   private asking = false;
@@ -56,14 +56,14 @@ export class Setting {
   /** The card; null without a search. `close` ends it. */
   card(close: HTMLElement): HTMLElement[] {
     const { setting } = say();
-    const route = this.session.tables.routes.get(this.eased?.route ?? -1);
-    const heading = route ? `${this.eased!.way === "easier" ? setting.easier : setting.harder}: ${routeName(route)}` : setting.propose;
+    const route = this.session.tables.routes.get(this.adjusted?.route ?? -1);
+    const heading = route ? `${this.adjusted!.way === "easier" ? setting.easier : setting.harder}: ${routeName(route)}` : setting.propose;
     const title = h("div", { class: "title" }, h("h3", {}, heading), h("p", { class: "sub" }, route ? "" : setting.hint));
     const top = h("div", { class: "top" }, title, close);
     const status = h("p", { class: "note", role: "status" }, this.status);
-    const rows = (this.eased ? this.tweakRows() : this.proposalRows()) ?? [];
+    const rows = (this.adjusted ? this.tweakRows() : this.proposalRows()) ?? [];
     const list = rows.length > 0 ? h("div", { class: "left-out" }, ...rows) : null;
-    const fields = this.eased ? [] : [this.specDetails(), this.askButton()];
+    const fields = this.adjusted ? [] : [this.specDetails(), this.askButton()];
     return [top, ...fields, status, ...(list ? [list] : []), ...(this.chosen?.parts ?? [])];
   }
 
@@ -72,16 +72,16 @@ export class Setting {
     this.turn++;
     this.asking = false;
     this.choose(null);
-    this.proposals = this.tweaks = this.eased = null;
+    this.proposals = this.tweaks = this.adjusted = null;
     this.status = "";
   }
 
-  /** What makes a route one grade easier, or harder. */
-  ease(route: Route, way: Way): void {
+  /** Request changes that make a route one grade easier, or harder. */
+  adjustGrade(route: Route, way: Way): void {
     this.end();
-    this.eased = { route: route.id, way };
+    this.adjusted = { route: route.id, way };
     void this.ask(async () => {
-      const { tweaks, unit, grade } = await this.server.ease(this.session.entries, route.id, way);
+      const { tweaks, unit, grade } = await this.server.adjustGrade(this.session.entries, route.id, way);
       const { setting, gradeRange } = say();
       return () => {
         [this.tweaks, this.unit] = [tweaks, unit];
@@ -120,7 +120,7 @@ export class Setting {
     });
   }
 
-  /** Ask the server; what comes too late is dropped. */
+  /** Ask the server; a late answer is dropped. */
   private async ask(question: () => Promise<() => void>): Promise<void> {
     const turn = ++this.turn;
     this.asking = true;
@@ -148,8 +148,8 @@ export class Setting {
   }
 
   private pick(k: number): void {
-    const proposal = this.eased ? undefined : this.proposals?.[k];
-    const tweak = this.eased ? this.tweaks?.[k] : undefined;
+    const proposal = this.adjusted ? undefined : this.proposals?.[k];
+    const tweak = this.adjusted ? this.tweaks?.[k] : undefined;
     this.choose(proposal ? this.proposed(proposal) : tweak ? this.tweaked(tweak) : null);
     this.at = this.chosen ? k : -1;
     this.host.refresh();
@@ -173,7 +173,7 @@ export class Setting {
       id: 0, colour: null, length_m: null, steepness_deg: null,
       holds: [...one.hands, ...one.feet], start: one.start, top: one.top, footholds: one.feet,
     };
-    const misses = one.misses.map((miss) => h("p", { class: "doubt" }, setting.misses[miss as Miss]));
+    const misses = one.misses.map((miss) => h("p", { class: "doubt" }, setting.misses[miss as Violation]));
     const make = button(setting.make, () => this.make(one));
     make.classList.add("main");
     this.host.dots([]);
@@ -183,7 +183,7 @@ export class Setting {
   private tweaked(one: Tweak): Choice {
     const { setting } = say();
     const { tables } = this.session;
-    const before = tables.routes.get(this.eased!.route)!;
+    const before = tables.routes.get(this.adjusted!.route)!;
     const away = one.do === "take away";
     const holds = away ? before.holds.filter((id) => id !== one.hold) : [...before.holds, one.hold];
     const other = tables.routes.get(one.on);
@@ -206,7 +206,7 @@ export class Setting {
 
   private make(one: Proposal): void {
     const refs = (ids: number[]) => ids.map((id) => refOf(this.hold(id)));
-    const id = this.session.fresh();
+    const id = this.session.nextRouteId();
     this.session.change(
       () => this.host.select(id, null),
       { do: "problem", hands: refs(one.hands), start: refs(one.start), top: refs(one.top), feet: refs(one.feet), new: id, proposed: true },

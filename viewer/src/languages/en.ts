@@ -20,7 +20,7 @@ export interface Language {
   doubts: Record<string, string>;
   /** Why an entry of the log does nothing, by the server's key; numbers go into the braces. */
   notes: Record<string, string>;
-  /** What the server refuses, by its key. */
+  /** Reasons of the server's refusals, by its key. */
   problems: Record<string, string>;
   counted: Record<"route" | "hold" | "volume", Forms>;
   words: typeof words;
@@ -129,7 +129,7 @@ const words = {
   noLabels: "the wall's labels cannot be read",
 };
 
-/** Of the editor. */
+/** Texts of the editor. */
 const edit = {
   edit: "Edit",
   undo: "Undo",

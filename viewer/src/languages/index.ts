@@ -1,4 +1,4 @@
-/** Which language the viewer speaks: one in a page, the same for all of its walls. */
+/** The language of the viewer: all walls of a page have the same. */
 
 import { cs } from "./cs";
 import { de } from "./de";

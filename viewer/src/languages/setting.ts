@@ -1,6 +1,7 @@
 /** Words of the panel that proposes problems, in each language. */
 
-export type Miss = "grade" | "easy" | "moves" | "steepness" | "holds" | "reach" | "body";
+/** A request of the spec that a proposed problem does not meet. */
+export type Violation = "grade" | "easy" | "moves" | "steepness" | "holds" | "reach" | "body";
 
 export interface SettingWords {
   propose: string;
@@ -26,7 +27,7 @@ export interface SettingWords {
   takeOff: string;
   nothing: string;
   fewer: string;
-  misses: Record<Miss, string>;
+  misses: Record<Violation, string>;
   noStart: string;
   moveCount: (count: number) => string;
   easier: string;

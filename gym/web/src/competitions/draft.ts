@@ -45,7 +45,7 @@ const SCORING: Record<Format, Scoring> = {
   night: { rules: "most" },
 };
 
-/** Which rules a round may have: a league adds up points. */
+/** The rules that a round may have: a league adds up points. */
 export function rulesOf(format: Format): RuleName[] {
   if (format === "night") return ["most"];
   if (format === "rounds") return ["ifsc-2025", "ifsc-2018", "points"];

@@ -1,4 +1,4 @@
-/** What this browser can do, measured in it. Nothing here names a person, a gym or a wall. */
+/** Measure the abilities of this browser. The results name no person, gym or wall. */
 
 import { createStore, get, set } from "idb-keyval";
 

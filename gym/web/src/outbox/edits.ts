@@ -27,7 +27,7 @@ export async function nextEdit(): Promise<Edit> {
   return next!;
 }
 
-/** As the server reads it. */
+/** The edit as the API takes it: with its age instead of a moment. */
 export function result({ device, number, at }: Edit): { device: string; number: number; age_s: number } {
   return { device, number, age_s: Math.max(0, (Date.now() - at) / 1000) };
 }

@@ -1,7 +1,7 @@
 /** Sends waiting items from any tab or the service worker, one at a time (Web Locks). */
 
 import { isPortal } from "../offline/portal";
-import { result as toldEdit } from "./edits";
+import { result as sentEdit } from "./edits";
 import { all, keyOf, revise, type Item } from "./store";
 
 const API = "/api/v1";
@@ -40,7 +40,7 @@ async function put(item: Item): Promise<Response> {
   }
   // The server keeps one open report of a person, hold and kind, whatever is sent again.
   if (item.what === "hold") return ask("PUT", `/gyms/${item.gym}/hold-reports/${item.id}`, item.person, item.body);
-  const body = item.edit ? { ...item.body, edit: toldEdit(item.edit) } : item.body;
+  const body = item.edit ? { ...item.body, edit: sentEdit(item.edit) } : item.body;
   if (item.what === "opinion") return ask("PUT", `/gyms/${item.gym}/routes/${item.route}/opinion`, item.person, body);
   if (item.what === "climbed") return ask("PUT", `/gyms/${item.gym}/problems/${item.problem}/climbed`, item.person, body);
   return item.what === "problem" ? putOwn("problems", item, body) : putOwn("ascents", item, body);

@@ -17,7 +17,7 @@ export function setOf(holds: Used): HoldSet {
 
 export class ProblemDraft {
   readonly uses = new SvelteMap<number, Use>();
-  /** What the next tap marks a hold as. */
+  /** The use with which the next tap marks a hold. */
   use = $state<Use>("start");
   name = $state("");
   /** System and label, with a line break between; empty: no grade. */

@@ -24,7 +24,7 @@ export class Figure {
     this.wanted = null;
   }
 
-  /** What the viewer shows now; null also after it was closed there, or another route was selected. */
+  /** Take over the climber that the viewer shows; null also after it was closed there, or another route was selected. */
   changed(climber: Climber | null): void {
     this.shown = climber;
     if (!climber) this.wanted = null;

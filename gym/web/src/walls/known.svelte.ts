@@ -1,4 +1,4 @@
-/** What lists of routes need of a gym besides them; one filter for all of its walls. */
+/** The facts of a gym that lists of routes need, and one filter for all of its walls. */
 
 import { answer, api, type Schemas } from "../api/client";
 import { colourName } from "../lib/colours";

@@ -5,7 +5,7 @@ const KEPT = "walltopo-last-wall";
 export interface LastWall {
   /** Path of its page; those of its routes begin with it. */
   page: string;
-  /** Where its files lie. */
+  /** Address of its folder of files. */
   base: string;
   title: string;
   /** Address of its picture. */

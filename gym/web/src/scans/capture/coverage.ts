@@ -1,4 +1,4 @@
-/** What the server's overlap of photos says about the next photo. It says nothing about what it does not know. */
+/** Hints for the next photo, from the server's overlap of photos; no hint for unknown overlaps. */
 
 import type { Schemas } from "../../api/client";
 

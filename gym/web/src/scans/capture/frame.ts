@@ -9,7 +9,7 @@ export interface Grey {
   values: Uint8ClampedArray;
 }
 
-/** What is known of the present moment; null if the phone does not tell. */
+/** Measures of the present moment; null if the phone does not report them. */
 export interface Moment {
   sharpness: number;
   luminance: number;
