@@ -1,4 +1,4 @@
-"""What a reset changed: routes that stayed, changed, went and came, and the holds of each.
+"""Print the changes of a reset: routes kept, changed, removed and new, and the holds of each.
 
 python examples/compare_resets.py OLD NEW
 

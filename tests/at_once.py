@@ -13,7 +13,7 @@ _Result = TypeVar("_Result")
 def at_once(*calls: Callable[[], _Result]) -> list[_Result]:
     """Return the results of calls that begin at the same moment.
 
-    What a call raises is raised here: an error in a bare thread fails no test.
+    An error of a call is raised here, because an error in a bare thread fails no test.
     """
     start = Barrier(len(calls))
 

@@ -3,8 +3,8 @@
     python -m gym.benchmarks.attack http://localhost:8000 --owner MAIL:PASSWORD --climber MAIL:PASSWORD
 
 The owner's account makes a gym of its own on the server and closes it at the end; the climber's is
-an ordinary account. What needs the server's disk or clock (permissions of files, `gym backup`, late
-results) is in `gym/tests` alone.
+an ordinary account. Attacks that need the server's disk or clock (permissions of files,
+`gym backup`, late results) are in `gym/tests` alone.
 """
 
 from __future__ import annotations

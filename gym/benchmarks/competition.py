@@ -79,7 +79,7 @@ class Screen:
 
 @dataclass
 class Seen:
-    """What came of the load; moments by the phones' one clock."""
+    """The results of the load; moments by the phones' one clock."""
 
     answered: dict[int, float] = field(default_factory=dict)  # by the event's number
     accepted: set[str] = field(default_factory=set)
@@ -263,7 +263,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def report(seen: Seen, lost: int, wrong: int, args: Any) -> None:
-    """What came out."""
+    """Print the results."""
     kind = "PostgreSQL" if args.database else "SQLite"
     print(f"{kind}, {args.rate:.0f} events a second for {args.seconds:.0f} s, {COMPETITORS} "
           f"competitors, {JUDGES} judges, {args.listeners} listeners, {cores()} cores, "

@@ -155,7 +155,7 @@ class Setter(threading.Thread):
         return answer
 
     def kept(self, data: Path) -> str:
-        """What of it is there at the end."""
+        """Return a sentence on the acknowledged walls and photos that are there at the end."""
         rows = self._client.get(f"{self._path}/walls").json()
         names = [row["name"] for row in rows]
         there = sum(names.count(name) == 1 for name in self.walls)

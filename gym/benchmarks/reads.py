@@ -29,7 +29,7 @@ from walltopo_gym.walls.models import Wall
 
 WALLS, ROUTES, CLIMBERS, ASCENTS, OPINIONS = 10, 30, 4_000, 50_000, 20_000
 _SIGNED_IN = 100
-# What a phone asks: the wall anew, the wall that it has already, what others climbed, what it did.
+# A phone's requests: a new wall, a wall that it has already, ascents of others, its own ascents.
 SHARES = {"wall": 0.4, "wall, unchanged": 0.3, "tallies": 0.2, "own ascents": 0.1}
 
 

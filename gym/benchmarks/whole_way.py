@@ -3,8 +3,8 @@
     python -m gym.benchmarks.whole_way [--photos DIR] [--quick]
 
 A server on an empty folder, and headless Chromium of a phone's size on the same machine
-(`gym/web/tests/whole_way.mjs`). What the server adds to the scan itself is the time from pressing
-the button to the review's table, less the seconds of the stages as the scan wrote them down.
+(`gym/web/tests/whole_way.mjs`). The server's own share is the time from pressing the button to the
+review's table, less the seconds of the stages as the scan recorded them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What tests of the platform share: a server on each kind of database."""
+"""Fixtures that tests of the platform share: a server on each kind of database."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What tests of the lab share."""
+"""Fixtures that several tests of the lab use."""
 
 from __future__ import annotations
 

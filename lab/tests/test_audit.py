@@ -1,4 +1,4 @@
-"""What could not be asked about is no pass."""
+"""The audit passes only if it could check every package."""
 
 from __future__ import annotations
 

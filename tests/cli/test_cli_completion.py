@@ -1,4 +1,4 @@
-"""What the Tab key offers; asked of bash itself."""
+"""The Tab key offers commands, options and values, as bash itself lists them."""
 
 from __future__ import annotations
 

@@ -139,6 +139,6 @@ def test_a_stopped_command_writes_nothing(
     hold: Hold,
 ) -> None:
     _stop(make(gym_a, tmp_path), number, hold, "rename")
-    # What native code kept from being swept lies under a name of its own, never under a result's.
+    # Native code may keep a file from being removed: it has a partial name, never a result's.
     left = [path for path in tmp_path.rglob("*") if ".partial-" not in str(path)]
     assert not [path for path in left if path.is_file()]

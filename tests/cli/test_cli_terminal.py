@@ -1,4 +1,4 @@
-"""What others wrote (names, messages) is only text on the terminal."""
+"""The terminal shows foreign names and messages as text and never obeys them."""
 
 from __future__ import annotations
 

@@ -179,7 +179,7 @@ def test_a_recoloured_hold_goes_where_its_colour_is() -> None:
     assert row.colour_rgb == (200, 30, 40)
     pink = after([SetHold(hold=ref(12), colour="pink")])
     assert pink.routes.unrouted == (12,), "no route is pink"
-    # Where a setter put it, it stays.
+    # The hold stays in the route to which a setter assigned it.
     put = [Assign(hold=ref(12), route=route(2, 13)), SetHold(hold=ref(12), colour="red")]
     assert 12 in members(after(put))[2]
 
@@ -238,7 +238,7 @@ def test_cut_and_join_undo_each_other() -> None:
 
 
 def test_sequences_act_in_their_order() -> None:
-    """What once ran in a fixed order of kinds: rename, merge, split, name the new one."""
+    """Edits act in the order of the log, not in an order of their kinds."""
     found = after(
         [
             SetRoute(route=route(3, 21), name="Heron"),

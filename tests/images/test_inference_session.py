@@ -1,4 +1,4 @@
-"""What a network's metadata say, and what they must."""
+"""A network's metadata are read; missing and unreadable ones are refused."""
 
 from __future__ import annotations
 

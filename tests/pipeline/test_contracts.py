@@ -1,4 +1,4 @@
-"""What stages declare: complete, in order, of the right types; and that they get nothing else."""
+"""Stages declare all artifacts with the right types, in order, and get no others."""
 
 from __future__ import annotations
 

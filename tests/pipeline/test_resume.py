@@ -1,4 +1,4 @@
-"""What runs again and what is kept, with three small stages in place of the real ones."""
+"""A run repeats or keeps results, tested with three small stages instead of the real ones."""
 
 from __future__ import annotations
 

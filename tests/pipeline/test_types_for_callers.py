@@ -1,4 +1,4 @@
-"""What `import walltopo` offers lazily has its types for those who call it."""
+"""Callers see the types of the functions that `import walltopo` loads lazily."""
 
 from __future__ import annotations
 

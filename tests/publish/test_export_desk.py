@@ -140,7 +140,7 @@ def test_an_edit_is_tried_saved_and_written(running: Server) -> None:
     assert 7 not in {r.id for r in Holds.load(scan.holds).holds}
     assert b"Heron" in scan.glb.read_bytes()
     assert "Heron" in scan.report.read_text(encoding="utf-8")
-    # What was tried is what was written.
+    # The written holds equal those of the trial.
     shown = {r["id"]: r for r in tried["holds"] if not r["left_out"]}
     written = json.loads(scan.holds.read_text(encoding="utf-8"))["holds"]
     of_page = {"cutout"}

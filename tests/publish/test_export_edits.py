@@ -1,4 +1,4 @@
-"""What relabelled triangles and removed holds do to the export."""
+"""Relabelled triangles and removed holds appear in the export."""
 
 from __future__ import annotations
 

@@ -95,7 +95,7 @@ def test_a_save_as_the_page_sends_it(server: Server, scan: ScanFolder) -> None:
     assert [row["colour"] for row in answer["result"]["holds"] if row["id"] == 3] == ["red"]
 
 
-# What may be wrong with a write, and the answer.
+# Faulty headers of a write, and the status of the answer.
 WRONG: dict[str, tuple[dict[str, str | None], int]] = {
     "a form of another page": (
         {"Origin": "http://evil.example", "Content_Type": "text/plain"},

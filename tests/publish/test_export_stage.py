@@ -53,7 +53,7 @@ def test_writes_everything(make_scan: MakeScan) -> None:
 
 
 class Opened(HTMLParser):
-    """What a browser would make of a page: its tags, attributes and text."""
+    """The tags, attributes and text that a browser would find in a page."""
 
     def __init__(self, path: Path) -> None:
         super().__init__()

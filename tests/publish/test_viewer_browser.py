@@ -33,11 +33,11 @@ from walltopo.scans.holds import FLAT, Hold, count_words, steepness_words
 
 VIEWER = Path(__file__).resolve().parents[2] / "viewer"
 SMALL = ExportSettings(first_triangles=6000, title="Test wall")
-# What a flow's screenshots are compared with: a folder for each flow that has any.
+# Reference screenshots: a folder for each flow that has any.
 REFERENCES = Path(__file__).parent / "references"
 # The longest come first.
 FLOWS = ("checks", "editing", "page", "frames", "hands", "foreign", "tasks", "reset", "borders")
-# Where the screenshots of the last run lie for looking at, in a folder for each flow.
+# Screenshots of the last run, for people to look at: a folder for each flow.
 SHOTS = Path(os.environ.get("WALLTOPO_SHOTS", VIEWER.parent / "build" / "viewer-shots"))
 # Ways to break every page, and checks that must notice (see SABOTAGE in viewer/tests/browser.mjs).
 SABOTAGE = {

@@ -1,4 +1,4 @@
-"""Which ascents are one session, and what climbing is worth: pure."""
+"""Ascents are grouped into sessions and worth points, without a database."""
 
 from __future__ import annotations
 

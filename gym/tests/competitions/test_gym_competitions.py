@@ -221,7 +221,7 @@ def test_an_order_is_drawn_ahead_moved_and_drawn_anew(public: World) -> None:
     category = contest.sheet["categories"][0]["id"]
     moved = {"category_id": category, "entry_ids": [ids["Uma"], ids["Ivo"]]}
     assert contest.ask("PUT", f"/rounds/{final}/starters", moved).is_success
-    # What was drawn and moved before it begins stays; unless the round before goes on.
+    # An order that was drawn and moved before the round stays, unless the round before goes on.
     assert contest.move_round(1, "running").is_success
     assert order_of(contest, 1) == ["Uma", "Ivo"]
     assert order_of(contest, 1, "POST", "/draw") == ["Ivo", "Jana"]

@@ -1,4 +1,4 @@
-"""What the files of gym/deploy set are settings, and commands are commands."""
+"""The files of gym/deploy set only settings and run only commands that exist."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a gym tells of its scale is a plain recount, and ranges follow it."""
+"""A gym's figures about its scale equal a plain recount, and ranges follow them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What setters learn is what a plain count of every row comes to."""
+"""The setters' figures equal a plain count of every row."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What goes in a purge and what stays; what the doctor finds; jobs; figures and logs."""
+"""Commands of an operator: purge, doctor, jobs, metrics and logs."""
 
 from __future__ import annotations
 

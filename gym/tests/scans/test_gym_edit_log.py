@@ -38,7 +38,7 @@ def test_nothing_is_published_that_does_not_show_what_was_saved(world: World) ->
     assert world.publish(scan, {"number": 1}).status_code == 200
     with pytest.raises(ConflictError, match="published"), database.writing() as session:
         save_log(session, scan, EditLog(), 1)
-    # What comes late changes nothing of what is published.
+    # A late result does not change a published scan.
     with database.writing() as session:
         mark_shown(session, scan, 1, {"page/evil.js": {}})
     with database.reading() as session:

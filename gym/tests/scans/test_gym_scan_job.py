@@ -157,7 +157,7 @@ def test_a_scan_outlives_its_server(tmp_path: Path, tiny_photos: Path) -> None:
         assert ended["scale"]["method"] == "measure"
         assert ended["scale"]["metric"]
         after = _manifest(tmp_path, begun["id"])
-        # What was done before the kill was not done again.
+        # Stages that ended before the kill did not run again.
         assert {name: after[name] for name in before} == before
         assert tuple(after) == stage_names()
         wait_for(lambda: not list((tmp_path / "work").rglob(begun["id"])))

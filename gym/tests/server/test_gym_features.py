@@ -105,7 +105,7 @@ def test_of_what_a_gym_has_off_no_endpoint_is_there(
     turn_off(world, feature)
     is_link = path.endswith("/screen/open")  # reveals nothing of the gym
     assert code("owner") == ("screen-link-unknown" if is_link else "not-there-feature")
-    # Of a private gym strangers do not learn what it has.
+    # Strangers do not learn which features a private gym has.
     assert code("stranger") == ("screen-link-unknown" if is_link else "not-there-gym")
     turn_off(world)
     assert code("owner") == before

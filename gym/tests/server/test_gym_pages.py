@@ -203,7 +203,7 @@ def test_every_stage_has_words() -> None:
 
 
 def test_the_shell_is_small() -> None:
-    """What any one page loads of the app's JavaScript, without the viewer: 120 kB gzip."""
+    """No page loads more than 120 kB (gzip) of JavaScript, not counting the viewer."""
     folder = BUILT / "assets"
     sizes = {path.name: len(gzip.compress(path.read_bytes(), 9)) for path in folder.glob("*.js")}
 

@@ -1,4 +1,4 @@
-"""What a gym keeps is its own user's: no other local user can read it."""
+"""No other local user can read the files of the platform's user."""
 
 from __future__ import annotations
 

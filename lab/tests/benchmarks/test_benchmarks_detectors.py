@@ -1,4 +1,4 @@
-"""What the benchmark of detectors prints is what the pages show."""
+"""The pages show the figures that the benchmark of detectors prints."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What becomes of a classifier's verdicts in the classify stage."""
+"""The classify stage applies a classifier's verdicts to holds."""
 
 from __future__ import annotations
 

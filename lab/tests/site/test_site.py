@@ -28,7 +28,7 @@ from walltopo_lab.site.commands import leaves
 from walltopo_lab.site.staging import stage
 
 ROOT = Path(__file__).parents[3]
-# What a visitor of the first page loads, and the pictures of any page that leads somebody.
+# Limits: a visit of the first page, and each picture and film of the leading pages.
 MAX_FIRST_BYTES = 500_000
 MAX_PICTURE_BYTES = 500_000
 MAX_FILM_BYTES = 3_000_000
@@ -38,7 +38,7 @@ TUTORIALS = ("setter", "setter.de", "setter.cs", "setter.fr", "developer", "rese
 
 
 class Page(HTMLParser):
-    """What a page links to, what it loads, and the places in it that can be linked to."""
+    """The links of a page, the files that it loads, and the anchors in it."""
 
     def __init__(self, text: str) -> None:
         super().__init__()

@@ -1,7 +1,7 @@
 """A newcomer in an empty environment: the commands of the tutorials, word for word, and the rest.
 
-What the pages' blocks say (```sh) is typed as it stands, in one folder and in the pages' order. The
-photos are those of the small gym, in the place of the reader's own.
+The test types the pages' shell blocks (```sh) word for word, in one folder and in the pages' order.
+The photos of the small gym replace the reader's own.
 """
 
 from __future__ import annotations
@@ -212,7 +212,7 @@ def test_a_wheel_that_carries_its_kernels(checkout: Path, venv: Path, tmp_path: 
     (pure,) = tmp_path.glob("*.whl")
     carrying = compiled_wheel(pure)
     assert carrying.name.startswith(pure.name.removesuffix("-py3-none-any.whl"))
-    # What the tests before left there compiled goes, too.
+    # Also remove the kernels that earlier tests compiled there.
     package = type_in(tmp_path, "python -c 'import walltopo; print(*walltopo.__path__)'", venv)
     shutil.rmtree(package.strip())
     type_in(tmp_path, f"pip install -q --no-deps --force-reinstall '{carrying}'", venv)

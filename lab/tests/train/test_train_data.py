@@ -134,7 +134,7 @@ def test_no_augmentation_of_colour_changes_little(disc_wall: DiscWall) -> None:
 @settings(max_examples=20, deadline=None)
 @given(st.integers(0, 10_000))
 def test_targets_decode_to_the_labels(seed: int) -> None:
-    """What training asks for, answered perfectly, gives the labels back."""
+    """Decoding perfect training targets gives the labels back."""
     rng = np.random.default_rng(seed)
     side, step = 256, 64
     ids = np.zeros((side, side), np.int16)

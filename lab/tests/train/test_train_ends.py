@@ -1,4 +1,4 @@
-"""What the regressions of a route's ends learn from, and how they are fitted."""
+"""Training data and fit of the regressions for start and top holds."""
 
 from __future__ import annotations
 

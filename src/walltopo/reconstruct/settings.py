@@ -10,7 +10,7 @@ from walltopo.core import SettingsError, about, check_settings
 
 @dataclass(frozen=True)
 class IngestSettings:
-    """What counts as a usable photo, and how frames are picked from a video."""
+    """Limits for usable photos, and the choice of frames from a video."""
 
     # fmt: off
     max_side: Annotated[int, about("Larger photos are reduced to this longer side", unit="px", low=640, high=20000)] = 3200

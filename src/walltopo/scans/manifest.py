@@ -54,7 +54,7 @@ class StageRecord(msgspec.Struct):
 
 
 class Joined(msgspec.Struct, frozen=True):
-    """What a partial rescan replaced of its reference (`sparse.part`).
+    """The parts of its reference that a partial rescan replaced (`sparse.part`).
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What lies flat on the wall and what stands out of it."""
+"""Flat marks on the wall are distinguished from holds that stand out of it."""
 
 from __future__ import annotations
 

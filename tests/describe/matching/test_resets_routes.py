@@ -1,4 +1,4 @@
-"""Which route is which, over walls of random holds."""
+"""Routes of two scans are matched, on walls of random holds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which holds are linked where light is too uneven to name colours."""
+"""Holds are linked by paint in light that is too uneven to name colours."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which triangles a partial rescan replaces."""
+"""A partial rescan replaces the triangles that it photographed."""
 
 from __future__ import annotations
 

@@ -143,7 +143,7 @@ def test_a_bay_of_the_border_is_spanned_and_the_outline_elsewhere_stays() -> Non
     # Up to the straight way across its mouth.
     assert found.mesh.areas.sum() == pytest.approx(whole.areas.sum(), rel=0.01)
     assert (found.mesh.normals[:, 2] > 0.999).all()
-    # What juts out is no bay, nor is what is wider than deep.
+    # A part that juts out is no bay, nor is a notch that is wider than deep.
     assert guessed(without(whole, ~bay & (whole.centroids[:, 1] > -0.2))).spanned == 0
     shallow = (np.abs(whole.centroids[:, 0]) < 0.3) & (whole.centroids[:, 1] > 0.4)
     assert guessed(without(whole, shallow)).spanned == 0

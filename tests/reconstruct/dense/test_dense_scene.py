@@ -343,7 +343,7 @@ def test_depths_need_agreement() -> None:
     assert depth[:60, :60] == pytest.approx(2.0)
     assert depth[:60, 60:] == pytest.approx(2.005, abs=1e-3)
     assert depth[60:, 60:] == pytest.approx(2.0)
-    # Where both partners see the spot nothing says whose depth is right.
+    # Both partners see the spot, and nothing decides whose depth is right.
     assert (depth[60:90, 40:60] == 0).all()
     assert ((weight > 0) == (depth > 0)).all()
     assert (support[70, 70], support[10, 70], support[10, 10], support[70, 50]) == (2, 2, 1, 0)

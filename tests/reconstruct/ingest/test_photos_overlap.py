@@ -1,4 +1,4 @@
-"""Which photos overlap: pieces of two pictures, and one that shows nothing."""
+"""Overlapping photos are found among pieces of two pictures and a blank photo."""
 
 from __future__ import annotations
 

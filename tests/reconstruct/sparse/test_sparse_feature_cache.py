@@ -19,7 +19,7 @@ SETTINGS = load_settings(None, ["sparse.threads=1"])
 
 
 class Steps(Silent):
-    """What was begun, and what was said."""
+    """A listener that records the totals of steps, and the notes."""
 
     def __init__(self) -> None:
         self.totals: dict[str, int | None] = {}

@@ -78,7 +78,7 @@ def test_same_as_the_reference_on_random_scenes(
     )  # fmt: skip
     slow = lift_reference(mesh, views, params, louvain_networkx)
     assert_equal(lift_literal(mesh, views, params, partition=louvain_networkx), slow)
-    # What the publication returns, where instances of two classes may share a triangle.
+    # The publication's own result, in which instances of two classes may share a triangle.
     evidence, _, kept = literal_kept(mesh, views, params, partition=louvain_networkx)
     number, shares = np.unique(kept.cluster, return_inverse=True)[1], kept.share
     fast = [

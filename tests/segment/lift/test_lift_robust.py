@@ -241,8 +241,8 @@ def test_small_masks_lie_on_top_and_duplicates_go() -> None:
     assert tidy_order(view, "small", drop_duplicates=True) == [2, 0]
     assert tidy_order(view, "small", drop_duplicates=False) == [1, 2, 0]
     assert tidy_order(view, "surest", drop_duplicates=False) == [1, 2, 0]
-    surest = view.with_masks((box(10, 14, 0.3), box(0, 30, 0.4)))
-    assert tidy_order(surest, "surest", drop_duplicates=True) == [0, 1]
+    nested = view.with_masks((box(10, 14, 0.3), box(0, 30, 0.4)))
+    assert tidy_order(nested, "surest", drop_duplicates=True) == [0, 1]
 
 
 def test_distances_to_a_border() -> None:

@@ -91,7 +91,12 @@ class Learnt(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True, eq=False)
 class GradeModel:
-    """A loaded grade model."""
+    """A loaded grade model.
+
+    Parameters
+    ----------
+    learnt : statistics of the training: the errors to expect, and the range of grades.
+    """
 
     network: Network
     learnt: Learnt

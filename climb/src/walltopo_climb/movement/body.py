@@ -18,7 +18,7 @@ _HOOKED = 0.025
 
 @dataclass(frozen=True)
 class Body:
-    """A climber.
+    """The height and arm span of a climber.
 
     Parameters
     ----------

@@ -121,7 +121,6 @@ def hold_on(
     of weight times height.
     """
     # The centre of the feet's push.
-    # Where the feet push.
     bear = 0.0
     fx = fy = fz = 0.0
     feet = 0

@@ -28,12 +28,12 @@ class Limit:
     seconds: int
 
 
-# Of one account: in a browser that its owner signed in with before, from one network elsewhere,
-# and from everywhere else together. The last one shuts out no browser that is known.
+# Attempts on one account: in a browser that its owner signed in with before, in other browsers of
+# one network, and in all other browsers. The last limit does not lock known browsers out.
 _KNOWN: Final = Limit("sign-in-known", 10, 900)
 _NETWORK: Final = Limit("sign-in-account-network", 10, 900)
 _ELSEWHERE: Final = Limit("sign-in-account", 100, 900)
-# Of all accounts together; a whole gym may sit behind one address.
+# Attempts on all accounts together; a whole gym may sit behind one address.
 _CLIENT: Final = Limit("sign-in-client", 100, 900)
 _OLD_PASSWORD: Final = Limit("old-password", 10, 900)
 _REPORTS: Final = Limit("report", 30, 86400)
@@ -42,7 +42,7 @@ _PROBLEMS: Final = Limit("problem", 60, 86400)
 _ESTIMATES: Final = Limit("problem-estimate", 300, 3600)
 _DOCUMENTS: Final = Limit("document", 120, 3600)
 _CODE: Final = Limit("second-factor", 10, 900)
-# Of mails, each kind by itself: mails of one kind that others ask for block no mail of another.
+# Each kind of mail has its own limit: requests for one kind do not block another.
 # A whole hall may sign up behind one address; resets are few.
 _MAILS_FROM: Final = {
     "sign-up": Limit("mail-sign-up-client", 60, 3600),

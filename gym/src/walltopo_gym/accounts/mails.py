@@ -35,7 +35,7 @@ def new_link(session: Session, kind: Kind, email: str) -> str:
 
 
 def use_link(session: Session, kind: Kind, secret: str) -> str:
-    """Return the address that the link was mailed to, and void its links of this kind.
+    """Return the mail address of a link, and void all links of this kind to that address.
 
     Raises
     ------
@@ -57,7 +57,7 @@ def use_link(session: Session, kind: Kind, secret: str) -> str:
 
 
 def requested_mail(session: Session, kind: Kind, to: str, base: str, language: Language) -> Mail:
-    """Return the mail for a requested link: with the link, or with the reason against it.
+    """Return the mail that answers a request for a link: with the link, or why there is none.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ _LOOKED_AT = 72  # zxcvbn's time grows with the square of the length
 
 
 class Passwords:
-    """Makes and checks hashes.
+    """Hashes passwords and checks passwords against hashes.
 
     Parameters
     ----------

@@ -101,7 +101,7 @@ def check(session: Session, person: UUID, code: str | None) -> None:
     log_change(session, "second-factor.recovery", person=person)
 
 
-def end(session: Session, person: UUID) -> None:
+def turn_off(session: Session, person: UUID) -> None:
     """Turn the second factor off and void its recovery codes."""
     for kind in (SecondFactor, RecoveryCode):
         session.execute(delete(kind).where(kind.person_id == person))

@@ -95,7 +95,7 @@ _ALWAYS: Final = {
     "referrer-policy": "same-origin",
     "cross-origin-opener-policy": "same-origin",
     "cross-origin-resource-policy": "same-origin",
-    # What one person may see is in no shared cache; files that all may see say so by themselves.
+    # No shared cache may keep answers for one person; public files set their own header.
     "cache-control": "private, no-cache",
 }
 

@@ -22,7 +22,7 @@ _LOG = logging.getLogger("walltopo_gym.api")
 # Status codes of the product's errors, which have no keys.
 _STATUS: Final[Mapping[type[WalltopoError], int]] = {InputError: 422, EnvironmentLacksError: 507}
 
-# What every endpoint may answer, for the OpenAPI document.
+# The error answers of every endpoint, for the OpenAPI document.
 PROBLEMS: Final[dict[int | str, dict[str, Any]]] = {
     "4XX": {
         "description": "Why not, in words",

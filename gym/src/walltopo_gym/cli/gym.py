@@ -139,7 +139,7 @@ def _user(args: argparse.Namespace) -> int:
             if args.what == "delete":
                 forget(session, person.id)
             elif args.what == "no-second-factor":
-                second_factor.end(session, person.id)
+                second_factor.turn_off(session, person.id)
             else:
                 set_password(session, person, read_password(), passwords)
     console.print(f"{email}: done", soft_wrap=True)

@@ -114,7 +114,7 @@ def circuits(session: Session, gym: Gym) -> list[dict[str, str]]:
 
 
 def month_of(gym: Gym, at: datetime) -> str:
-    """Return the period of a moment's month, by the gym's days."""
+    """Return the month of a moment as YYYY-MM, by the gym's time zone and start of the day."""
     return f"{gym_day(at, zone_of(gym)):%Y-%m}"
 
 

@@ -1,4 +1,4 @@
-"""Which edit of a row is newer, though copies arrive late and clocks are wrong.
+"""Order the edits of a row, although copies arrive late and clocks are wrong.
 
 A copy of an edit may wait in the network for days and arrive after the next edit. Each device
 numbers its edits, so copies are recognised by number, whatever the clocks say. Edits of two devices

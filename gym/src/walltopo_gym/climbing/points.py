@@ -91,7 +91,7 @@ def _on_scale(kind: str, label: str) -> float | None:
     return None
 
 
-# Of fewer votes one person's word would be read as everybody's.
+# With fewer votes, one person's opinion would pass for everybody's.
 ENOUGH: Final = 3
 
 

@@ -220,7 +220,7 @@ def move_round(session: Session, row: Competition, one: Round, state: str) -> No
         forget_drawn(session, row, one)
         return
     one.state = state
-    # What was climbed until now and is still on its way is judged by this moment.
+    # Attempts that are still on their way count if they were climbed before this moment.
     if state == "ended" and (one.closes_at is None or one.closes_at > now()):
         one.closes_at = now()
     session.flush()

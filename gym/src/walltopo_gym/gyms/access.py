@@ -29,14 +29,14 @@ class Access:
     actor: Actor
 
 
-def gym_rule(least: Role, scope: Scope | None) -> Any:
+def gym_rule(min_role: Role, scope: Scope | None) -> Any:
     """Return the dependency of an endpoint below `/gyms/{gym}`; it gives an `Access`.
 
     Parameters
     ----------
-    least : minimum role; `Role.GUEST`: everybody who may see the gym.
+    min_role : `Role.GUEST`: everybody who may see the gym.
     """
-    rule = Rule(least.value, scope)
+    rule = Rule(min_role.value, scope)
 
     def check(
         gym: Annotated[str, Path(max_length=60)], request: Request, services: ServicesOf
@@ -44,11 +44,11 @@ def gym_rule(least: Role, scope: Scope | None) -> Any:
         with rule_session(request, services) as session:
             actor = actor_in(session, request)
             found, role = visible_gym(session, gym, actor, request)
-            if not role.covers(least):
+            if not role.covers(min_role):
                 if actor.person is None:
                     raise SignInNeededError("sign-in-needed", "sign-in-first")
                 check_not_banned(session, found.id, actor.person)
-                raise ForbiddenError("not-allowed-role", role=least)
+                raise ForbiddenError("not-allowed-role", role=min_role)
         check_scope(actor, rule)
         return Access(found, role, actor)
 

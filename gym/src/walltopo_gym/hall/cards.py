@@ -98,7 +98,7 @@ class _Card:
         edge, band = 6 * unit, 12 * unit
         self._draw_band(canvas, band, edge)
         left, room = band + edge + 4 * unit, self.width - band - 2 * edge - 4 * unit
-        # Where it is wide the code is at the right, else below: the words have the rest.
+        # On a wide card the code is at the right, else below; the text gets the rest.
         wide = self.width > self.height
         code = 40 * unit if wide else 46 * unit
         draw_code(canvas, f"{self.of.base}/r/{code_of(self.route.id)}",

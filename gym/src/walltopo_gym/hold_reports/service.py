@@ -232,7 +232,7 @@ def report_of(session: Session, gym: UUID, report: UUID) -> HoldReport:
     row = session.scalar(mine.where(HoldReport.id == report, Wall.gym_id == gym))
     if row is None:
         raise NotFoundError("not-there-report")
-    # Of two setters the second sees what the first has decided.
+    # The lock lets the second of two setters see the decision of the first.
     session.execute(select(Wall.id).where(Wall.id == row.wall_id).with_for_update())
     session.refresh(row)
     return row

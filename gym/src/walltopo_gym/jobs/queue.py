@@ -69,7 +69,7 @@ class Failure:
 
 
 class NotYetError(Exception):
-    """The job cannot run before a moment; this does not count as a try.
+    """The job cannot run before the time `at`; the present try does not count.
 
     Parameters
     ----------

@@ -130,7 +130,7 @@ class Metrics:
 
     def __init__(self, services: Services) -> None:
         self.registry = CollectorRegistry()
-        self.registry.register(_Table(services))
+        self.registry.register(_DatabaseMetrics(services))
         self._requests = Counter(
             "walltopo_requests", "Requests", ("endpoint", "status"), registry=self.registry
         )
@@ -145,8 +145,8 @@ class Metrics:
         self._seconds.labels(endpoint).observe(seconds)
 
 
-class _Table(Collector):
-    """Metrics of tables and disk, read at each request."""
+class _DatabaseMetrics(Collector):
+    """Metrics read from database and disk at each request."""
 
     def __init__(self, services: Services) -> None:
         self._services = services

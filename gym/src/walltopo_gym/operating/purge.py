@@ -39,7 +39,7 @@ from walltopo_gym.webhooks.service import DELIVERY
 
 # A file is written before its row names it: younger ones may be waiting for theirs.
 _YOUNG: Final = timedelta(days=1)
-# What was given up: so long its reason can be read.
+# Deliveries that failed for good are kept this long, so that the reason can be read.
 _GIVEN_UP: Final = timedelta(days=30)
 _EXPIRING: Final = (SignIn, ApiToken, Challenge, KnownBrowser, MailedLink, OidcAttempt,
                     DeviceSignIn, Invitation)  # fmt: skip
@@ -47,7 +47,10 @@ _EXPIRING: Final = (SignIn, ApiToken, Challenge, KnownBrowser, MailedLink, OidcA
 
 @dataclass
 class Purged:
-    """What was or would be deleted; `failed`: files that could not be deleted, and why."""
+    """The rows and files that a purge deleted or would delete.
+
+    `failed`: files that could not be deleted, and why.
+    """
 
     rows: int = 0
     files: list[str] = field(default_factory=list)

@@ -24,7 +24,7 @@ _MM: Final = 72 / 25.4
 SIZES: Final[dict[Paper, tuple[int, int]]] = {
     "a3": (297, 420), "a4": (210, 297), "a5": (148, 210), "a6": (105, 148), "a7": (74, 105),
 }  # fmt: skip
-# Of A4, as all lengths below: another size is the same page, larger or smaller.
+# All lengths below are those of A4; other sizes scale the same page.
 _MARGIN: Final = 15 * _MM
 _PICTURE: Final = 0.68  # of the page's width
 _INK: Final = "#14181f"

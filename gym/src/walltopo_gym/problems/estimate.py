@@ -1,4 +1,4 @@
-"""What the movement model says of a problem: a range of grades, and who reaches its holds."""
+"""Estimate a problem by the movement model: a range of grades, and the heights that reach it."""
 
 from __future__ import annotations
 

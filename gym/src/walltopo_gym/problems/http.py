@@ -198,7 +198,7 @@ class ReachFacts(BaseModel):
 
 
 class ProblemEstimate(BaseModel):
-    """What the movement model says of a problem. `grades` is null if it finds no moves for an
+    """The movement model's estimate for a problem. `grades` is null if it finds no moves for an
     adult; its error is that of the ranges of routes."""
 
     grades: GradeBounds | None
@@ -243,7 +243,7 @@ class ProblemComplaint(Body):
 
 
 class ProblemReportFacts(BaseModel):
-    """A reported problem as it read then. The reporter's name is not disclosed."""
+    """A report on a problem; `text`: its name and note at that time. The reporter is unnamed."""
 
     id: UUID
     problem_id: UUID

@@ -32,7 +32,7 @@ MAX_HOLDS: Final = 60
 
 
 class Use(StrEnum):
-    """What a hold of a problem is for."""
+    """The use of a hold in a problem."""
 
     START = "start"
     HAND = "hand"

@@ -95,7 +95,7 @@ def publish_due(database: Database, gym: UUID) -> None:
 
 
 def note_failure(session: Session, failure: Failure, gym: str) -> None:
-    """Write a final failure into the plans."""
+    """Write the reason of a final failure into the gym's plans that are due."""
     if failure.again_at is None:
         for scans in _due(session, UUID(gym)):
             _note(session, scans, f"the scan could not be published ({failure.shown})")
@@ -107,7 +107,7 @@ def _note(session: Session, scans: Sequence[UUID], why: str) -> None:
 
 
 def _due(session: Session, gym: UUID) -> list[list[UUID]]:
-    """Return the scans that are published together, by group."""
+    """Return the scans that are due, in groups that are published together."""
     waiting = session.execute(
         select(Plan.scan_id, Plan.at, Scan.wall_id, Wall.zone)
         .join(Scan, Scan.id == Plan.scan_id)

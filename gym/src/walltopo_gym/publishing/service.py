@@ -1,6 +1,6 @@
 """Publication in one transaction.
 
-The wall's `revision` is the state that a setter decided on. Of two setters the second is refused;
+The wall's `revision` is the state that a setter decided on. The second of two setters is refused;
 the update of the row decides which one that is.
 """
 

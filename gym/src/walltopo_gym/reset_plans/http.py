@@ -123,7 +123,7 @@ class NewProposal(Body):
 
 
 class OwnProposal(BaseModel):
-    """One's own proposal as it is stored."""
+    """The stored proposal of the person who asks: a grade for a planned route."""
 
     grade_system_id: UUID | None
     grade: str
@@ -135,7 +135,7 @@ class OwnProposal(BaseModel):
 
 
 class ProposalFacts(OwnProposal):
-    """A forerunner's proposal."""
+    """A forerunner's proposal of a grade for a planned route, with the forerunner's name."""
 
     person_name: str
 

@@ -46,7 +46,7 @@ class ResetState(StrEnum):
 
 
 class Part(StrEnum):
-    """What a plan names a person for."""
+    """The task of a person in a plan."""
 
     SETTER = "setter"
     FORERUNNER = "forerunner"
@@ -108,7 +108,7 @@ def keep_plan(
     ConflictError : the id belongs to a plan of another wall, or the wall has another open plan.
     RequestError : a grade is not the gym's or comes twice, or a person lacks the role.
     """
-    # Of two setters the second sees the first one's plan.
+    # The lock lets the second of two setters see the plan of the first.
     session.refresh(wall, with_for_update=True)
     row = session.get(ResetPlan, plan)
     if row is not None and row.wall_id != wall.id:

@@ -114,7 +114,7 @@ class Photo(Keyed, Base):
 
 
 class PhotoOverlap(Base):
-    """Which photos of a scan show the same part of the wall.
+    """The photos of a scan that show the same part of the wall.
 
     `requested` counts the changes of the photos; `groups` belong to change number `answered`. A
     group is a list of photo ids. Groups are sorted by size; with too many photos there are none.

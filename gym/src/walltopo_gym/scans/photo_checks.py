@@ -1,7 +1,7 @@
 """Check each uploaded photo: readable, sharp, not a duplicate.
 
 The product's `ingest` does it, in a child process that may crash on a photo. Public pictures are
-made from pixels alone: place, time and serial numbers stay in the private original. Of a video,
+made from pixels alone: place, time and serial numbers stay in the private original. From a video,
 `ingest` takes the sharpest frame of each stretch of camera motion; here the frames are counted.
 
 New photos of a scan are checked together, because the child costs more than a photo. Photos that
@@ -177,7 +177,7 @@ def _keep(database: Database, store: FileStore, photo: Photo, done: Done, made: 
         if sharpest.sharpness < MIN_SHARPNESS:
             reason = "blurred"
         elif is_video(photo.name):
-            # What was seen before the damage is as good as a shorter film.
+            # The frames before the damage are as good as a shorter film.
             note, reason = reason, ""
     with database.writing() as session:
         first = session.scalars(

@@ -1699,8 +1699,8 @@ export interface paths {
         get?: never;
         /**
          * Change Grade System
-         * @description Change a grade system. What has a renamed grade gets the new name; a grade in use that is
-         *     neither kept nor renamed is refused.
+         * @description Change a grade system. Renames apply wherever a grade is used; removing a grade in use is
+         *     refused.
          */
         put: operations["change_grade_system"];
         post?: never;
@@ -1916,7 +1916,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Ask For Account
+         * Request Account
          * @description Mail a link for creating an account. The response is the same for every address.
          */
         post: operations["request_account"];
@@ -3634,7 +3634,7 @@ export interface paths {
         };
         /**
          * Read New Routes
-         * @description Return the feed of new routes.
+         * @description Return the Atom feed of the gym's new routes.
          */
         get: operations["read_new_routes"];
         put?: never;
@@ -4806,6 +4806,14 @@ export interface components {
             items: components["schemas"]["FeedItem"][];
         };
         /**
+         * FeedIn
+         * @description Whether the feed is on.
+         */
+        FeedIn: {
+            /** On */
+            on: boolean;
+        };
+        /**
          * FeedItem
          * @description A session of a followed person.
          */
@@ -4851,14 +4859,6 @@ export interface components {
             hardest: string;
             /** Name */
             name: string;
-        };
-        /**
-         * FeedIn
-         * @description Whether the feed is on.
-         */
-        FeedIn: {
-            /** On */
-            on: boolean;
         };
         /**
          * FloorPlanFacts
@@ -5428,9 +5428,9 @@ export interface components {
         };
         /**
          * Joined
-         * @description What a partial rescan replaced: the share of the wall's surface, by how many millimetres old
-         *     and new surface differ along the seam (null if they nowhere meet), and counts of holds: not
-         *     photographed, photographed and unchanged, gone, and new.
+         * @description The parts of a wall that a partial rescan replaced: the share of the surface, the distance of
+         *     old and new surface along the seam in millimetres (null if they nowhere meet), and counts of
+         *     holds: not photographed, photographed and unchanged, gone, and new.
          */
         Joined: {
             /** Replaced Share */
@@ -6589,7 +6589,7 @@ export interface components {
         };
         /**
          * OwnProposal
-         * @description One's own proposal as it is stored.
+         * @description The stored proposal of the person who asks: a grade for a planned route.
          */
         OwnProposal: {
             /** Grade System Id */
@@ -6921,7 +6921,7 @@ export interface components {
         };
         /**
          * ProblemEstimate
-         * @description What the movement model says of a problem. `grades` is null if it finds no moves for an
+         * @description The movement model's estimate for a problem. `grades` is null if it finds no moves for an
          *     adult; its error is that of the ranges of routes.
          */
         ProblemEstimate: {
@@ -7016,7 +7016,7 @@ export interface components {
         };
         /**
          * ProblemReportFacts
-         * @description A reported problem as it read then. The reporter's name is not disclosed.
+         * @description A report on a problem; `text`: its name and note at that time. The reporter is unnamed.
          */
         ProblemReportFacts: {
             /**
@@ -7140,7 +7140,7 @@ export interface components {
         };
         /**
          * ProposalFacts
-         * @description A forerunner's proposal.
+         * @description A forerunner's proposal of a grade for a planned route, with the forerunner's name.
          */
         ProposalFacts: {
             /** Grade System Id */
@@ -7757,7 +7757,7 @@ export interface components {
         Rules: "points" | "shared" | "ifsc-2025" | "ifsc-2018" | "most";
         /**
          * ScaleFacts
-         * @description Where a scan's metres come from: the labels of its scale plates, or the method.
+         * @description The source of a scan's metres: the method, and the labels of its scale plates.
          */
         ScaleFacts: {
             /**
@@ -7773,8 +7773,8 @@ export interface components {
         /**
          * ScanFacts
          * @description A version of a wall; `error` and `hint`: why it failed, and what to do. `part`: its photos
-         *     show a part of the wall, and the rest is from `reference_id`. `network`: how good the gym's own
-         *     network is that found its holds; null: the shipped one did.
+         *     show a part of the wall, and the rest is from `reference_id`. `network`: scores of the gym's own
+         *     network that found its holds; null: the shipped network found them.
          */
         ScanFacts: {
             /**
@@ -8613,7 +8613,7 @@ export interface components {
         };
         /**
          * Use
-         * @description What a hold of a problem is for.
+         * @description The use of a hold in a problem.
          * @enum {string}
          */
         Use: "start" | "hand" | "foot" | "top";

@@ -1,4 +1,4 @@
-"""What the platform answers to input that is well-formed and means something else.
+"""The platform's answers to well-formed input with a wrong meaning.
 
 The platform's own tests run the cases, because the lab does not import the platform; each case
 names its test. The sentences come from the platform's language file.

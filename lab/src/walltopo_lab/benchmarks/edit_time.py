@@ -45,10 +45,11 @@ def edits_of(scan: ScanFolder) -> dict[str, Edit]:
 
 def _written(root: Path, since: dict[Path, tuple[int, int]]) -> list[Path]:
     """Return the files that differ from those of `since`; a link to a kept file does not count."""
-    return [path for path, mark in _marks(root).items() if since.get(path) != mark]
+    return [path for path, stamp in _file_stamps(root).items() if since.get(path) != stamp]
 
 
-def _marks(root: Path) -> dict[Path, tuple[int, int]]:
+def _file_stamps(root: Path) -> dict[Path, tuple[int, int]]:
+    """Return inode and modification time (ns) of each file below a folder."""
     found = {path: path.stat() for path in files_below(root)}
     return {path: (stat.st_ino, stat.st_mtime_ns) for path, stat in found.items()}
 
@@ -69,7 +70,7 @@ def measure(root: Path) -> None:
     session.preview(EditLog(edits=entries))
     for name, edit in edits_of(scan).items():
         entries = (*entries, edit)
-        log, before = EditLog(edits=entries), _marks(root)
+        log, before = EditLog(edits=entries), _file_stamps(root)
         began = time.monotonic()
         result = session.preview(log)
         seen = time.monotonic() - began

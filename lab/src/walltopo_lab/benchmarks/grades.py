@@ -29,7 +29,7 @@ from walltopo_climb.grades.features import FEATURES
 from walltopo_climb.grades.font import FONT, V_OF
 from walltopo_climb.grades.model import Errors, range_of
 from walltopo_lab.train.grades.board import SETUPS
-from walltopo_lab.train.grades.cached import boards
+from walltopo_lab.train.grades.cached import training_boards
 from walltopo_lab.train.grades.fit import Floats, TrainingBoard, regressor
 from walltopo_lab.train.grades.ordinal import fit_ordered
 from walltopo_lab.train.grades.shipped import errors_of, fit_on, write_model
@@ -273,7 +273,7 @@ def main(arguments: list[str]) -> int:
         print(__doc__)
         return 2
     what, data, cache = before[:3]
-    found = boards(Path(data), Path(cache), cores(), setups)
+    found = training_boards(Path(data), Path(cache), cores(), setups)
     if fits:
         write_model(fit_on(list(found.values())), list(found.values()), Path(before[3]))
         return 0

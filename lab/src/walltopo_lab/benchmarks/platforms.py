@@ -27,7 +27,7 @@ from walltopo.core import InputError
 
 ROOT = Path(__file__).parents[4]
 PYTHONS = ("3.11", "3.12", "3.13")
-# What pip says if an index has no wheel, or none of the pinned version.
+# pip's messages if an index has no wheel, or none of the pinned version.
 _NO_WHEEL = ("No matching distribution found", "ResolutionImpossible")
 
 

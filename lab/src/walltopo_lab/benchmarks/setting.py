@@ -33,7 +33,7 @@ from walltopo_climb.problems.rows import Proposal
 from walltopo_climb.problems.search import propose
 from walltopo_climb.problems.spec import ProblemSpec
 from walltopo_lab.benchmarks.routes_gyms import set_gym
-from walltopo_lab.train.grades.cached import boards
+from walltopo_lab.train.grades.cached import training_boards
 from walltopo_lab.train.grades.fit import TrainingBoard
 from walltopo_lab.train.grades.shipped import fit_on, write_model
 from walltopo_lab.train.grades.split import parts_of
@@ -105,7 +105,8 @@ def main(arguments: list[str]) -> int:
     if len(arguments) != 2:
         print(__doc__)
         return 2
-    found = list(boards(Path(arguments[0]), Path(arguments[1]), 1, ("2016",)).values())
+    folders = Path(arguments[0]), Path(arguments[1])
+    found = list(training_boards(*folders, 1, ("2016",)).values())
     with tempfile.TemporaryDirectory() as name:
         searches, judges = (Scale(model_of(found, k, Path(name)), ()) for k in (0, 1))
     print("| spec | proposed | as requested | top reached | requested in the other's range | "

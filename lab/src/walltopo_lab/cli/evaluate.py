@@ -90,7 +90,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     )
     scan.add_argument("-o", "--output", type=Path, metavar="DIR", help="default: SCAN/evaluation")
     add_overwrite(scan)
-    scan.set_defaults(run=_scan)
+    scan.set_defaults(run=_evaluate_scan)
     add_needs(scan, LEARN)
     instances = kinds.add_parser(
         "instances",
@@ -103,7 +103,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     instances.add_argument("--truth", type=Path, required=True, metavar="DIR", help="ground truth")
     instances.add_argument("-o", "--output", type=Path, metavar="JSON", help="write the figures")
     add_overwrite(instances)
-    instances.set_defaults(run=_instances)
+    instances.set_defaults(run=_evaluate_instances)
     detector = kinds.add_parser(
         "detector",
         help="2D detections against labelled photos",
@@ -119,11 +119,11 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         "-o", "--output", type=Path, metavar="DIR", help="write figures.json and curves (PNG)"
     )
     add_overwrite(detector)
-    detector.set_defaults(run=_detector)
+    detector.set_defaults(run=_evaluate_detector)
     add_needs(detector, lambda args: PLOTS if args.output else {})
 
 
-def _scan(args: argparse.Namespace) -> int:
+def _evaluate_scan(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.core.files import write_json
     from walltopo.core.outputs import written_folder
@@ -198,7 +198,7 @@ def _real(value: Any) -> bool:
     return isinstance(value, float)
 
 
-def _instances(args: argparse.Namespace) -> int:
+def _evaluate_instances(args: argparse.Namespace) -> int:
     from rich.table import Table
 
     from walltopo.cli.console import console
@@ -229,7 +229,7 @@ def _instances(args: argparse.Namespace) -> int:
     return 0
 
 
-def _detector(args: argparse.Namespace) -> int:
+def _evaluate_detector(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.core.files import write_json
     from walltopo.core.outputs import written_folder

@@ -152,7 +152,7 @@ def refine_dataset(
     """Replace the mask of every object by the refiner's where the two agree.
 
     A box agrees with a mask at IoU >= .35 (a hold fills about two thirds of its box), a shape at
-    IoU >= .6. Where they disagree a shape is kept, and a box becomes its inscribed ellipse.
+    IoU >= .6. If they disagree, a shape is kept, and a box becomes its inscribed ellipse.
 
     Returns
     -------

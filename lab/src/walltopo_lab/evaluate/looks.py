@@ -1,4 +1,4 @@
-"""What a detector finds in labelled photos, as a data set that can be evaluated."""
+"""Run a detector on labelled photos; turn its detections into a data set for evaluation."""
 
 from __future__ import annotations
 

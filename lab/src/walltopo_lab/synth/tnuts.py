@@ -34,7 +34,7 @@ class Sockets:
 
 
 def facet_tnuts(facet: Facet) -> Floats:
-    """Return (N, 2) metres in the facet's chart; empty for facets that take no holds."""
+    """Return the T-nuts of a facet, (N, 2) metres in its chart; none if it takes no holds."""
     if facet.kind not in SPACING:
         return np.zeros((0, 2))
     du, dv = SPACING[facet.kind]

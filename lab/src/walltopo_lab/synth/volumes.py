@@ -65,7 +65,10 @@ def _shape(rng: np.random.Generator) -> tuple[Floats, Floats]:
 
 
 def _faces(outline: Floats, top: Floats) -> list[Floats]:
-    """Return polygons (3 or 4, 3) of the volume in its frame, its back 2 cm in the wall."""
+    """Return polygons (3 or 4, 3) of the volume in its frame, its back 2 cm in the wall.
+
+    `outline` and `top` as `_shape` returns them.
+    """
     count = len(outline)
     base = np.column_stack([outline, np.full(count, -0.02)])
     polygons = []

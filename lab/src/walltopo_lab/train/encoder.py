@@ -19,7 +19,7 @@ from torch.nn import functional
 from walltopo.core import EnvironmentLacksError, InputError
 
 STEM_WIDTH = 32
-# Of each stage: blocks, kernel size, stride, expansion, channels.
+# Each stage: blocks, kernel size, stride, expansion, channels.
 _STAGES = (
     (1, 3, 1, 1, 16),
     (2, 3, 2, 6, 24),

@@ -87,7 +87,7 @@ class Parts:
 def corrected_labels(scan: ScanFolder, progress: Progress) -> Dataset:
     """Return the photos of a scan, in order along the wall, with its corrected holds as masks.
 
-    What the scan left out or a setter removed is background.
+    Holds that the scan left out or a setter removed are background.
 
     Raises
     ------
@@ -112,7 +112,7 @@ def corrected_labels(scan: ScanFolder, progress: Progress) -> Dataset:
 def parted(dataset: Dataset) -> tuple[list[Photo], list[Photo]]:
     """Return the photos of one scan to train on, and those held out: one end of the wall.
 
-    What the latter show is ignored in the former.
+    Holds that the latter show are ignored in the former.
     """
     photos = dataset.photos
     count = max(MIN_PHOTOS, round(HELD_OUT * len(photos)))

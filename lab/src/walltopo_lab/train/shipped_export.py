@@ -59,7 +59,7 @@ class Comparison:
 
 
 def _by_part(found: Sequence[PhotoDetections], parts: Sequence[Part]) -> dict[str, Figures]:
-    """Return the metrics of each part and of all; `found` has the photos in part order."""
+    """Return the metrics of each part, and of all; `found`: detections by photo, in part order."""
     figures, start = {}, 0
     for part in [*parts, _all(parts)]:
         if part.name == "all":
@@ -79,7 +79,7 @@ def _all(parts: Sequence[Part]) -> Part:
 def compare(
     run: Run, parts: Sequence[Part], shipped: Path, out: Path, progress: Progress
 ) -> Comparison:
-    """Export the averaged weights of a run to `out`, calibrate and compare them.
+    """Export a run's averaged weights to `out`, calibrate them, compare them with the shipped ones.
 
     The thresholds are chosen on the same photos; AP, which has no threshold, decides.
     """

@@ -30,7 +30,7 @@ _SAME_PAINT: Final = 40.0
 
 
 class RouteStatus(StrEnum):
-    """What happened to a route between two scans."""
+    """The change of a route between two scans."""
 
     KEPT = "kept"
     CHANGED = "changed"

@@ -256,7 +256,7 @@ def _expected_mistakes(holds: Sequence[Hold], wall: WallStats) -> float:
 
 
 def _share(length: float, unit: float) -> float:
-    """Return a length in units, clipped to 0..`MAX_CUE`; 0 without a unit."""
+    """Return a length as a multiple of `unit`, clipped to 0..`MAX_CUE`; 0 if `unit` is 0."""
     return float(np.clip(length / unit, 0.0, MAX_CUE)) if unit > 0 else 0.0
 
 

@@ -39,7 +39,7 @@ _SIDE: Final = 1200  # pixels, longer side of the rendered photos
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """What stays of the old wall and what comes from the new one.
+    """The triangles that a partial rescan keeps from the old wall and adds from the new one.
 
     Parameters
     ----------
@@ -144,8 +144,7 @@ def _within(points: Floats, chosen: Flags, distance: float) -> Flags:
 
 
 def _without_margin(points: Floats, grown: Flags, unit: float) -> Flags:
-    """Return the region that was grown by `CLOSING`, so far inside of it that `MARGIN` is left
-    out."""
+    """Return the grown region without a border as wide as `CLOSING` and `MARGIN` together."""
     return grown & ~_within(points, ~grown, (CLOSING + MARGIN) * unit)
 
 

@@ -206,7 +206,7 @@ def _fit_plane(uvd: Floats) -> tuple[Floats, float, float] | None:
 
 
 def _common_box(left: Floats, right: Floats, view: View, partner: View, uvd: Floats) -> Floats:
-    """Return x0, y0, x1, y1 of the rectified pixels that may have a match."""
+    """Return the box x0, y0, x1, y1 of rectified pixels that may have a match in the partner."""
     low, high = _bounds(left, view.camera)
     low_other, high_other = _bounds(right, partner.camera)
     near, far = uvd[:, :2].min(axis=0), uvd[:, :2].max(axis=0)

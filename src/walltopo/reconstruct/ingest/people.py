@@ -18,8 +18,8 @@ from walltopo.scans.people import PEOPLE, HiddenPeople, PeopleList
 def hide_in_photos(folder: Path, names: Sequence[str], progress: Progress) -> int:
     """Hide the people in the photos of a folder; return the number of photos that showed any.
 
-    Photos without people stay as they are. Where people stood is written to `people.json` beside
-    the photos; nothing is written if no photo shows anyone.
+    Photos without people stay as they are. The places of people are written to `people.json`
+    beside the photos; nothing is written if no photo shows anyone.
     """
     progress.step("hide people", len(names))
     found: list[HiddenPeople] = []

@@ -1,4 +1,4 @@
-"""What a reader of poses returns, and the scan's photos that it may look at."""
+"""The result of a reader of poses, and the lookup of the user's photos by name."""
 
 from __future__ import annotations
 

@@ -111,12 +111,12 @@ def _choose_frame(
     if settings.method == "distance" and not settings.distance:
         raise InputError("scale.method=distance needs scale.distance (A-B=METRES)")
     if settings.method == "distance" or (settings.method == "auto" and settings.distance):
-        return _checked(_frame_from_distance(views, points, up, settings), poses)
+        return _compared_with_poses(_frame_from_distance(views, points, up, settings), poses)
     if settings.method in ("auto", "measure"):
         measure, plates, new_notes = _detect_plate_frame(photos, views, up, settings, progress)
         notes += new_notes
         if measure is not None:
-            return _checked(_frame_of_plates(measure, views, points, up), poses)
+            return _compared_with_poses(_frame_of_plates(measure, views, points, up), poses)
         if settings.method == "measure":
             raise StageError(
                 "\n".join(["no plate can be used for the scale", *(notes or ["no plate is seen"])]),
@@ -160,9 +160,11 @@ def _unscaled(
 _MAX_PHONE_ERROR = 0.03  # of the scale: ARKit's and ours, together
 
 
-def _checked(found: tuple[Similarity, Scale], poses: PosesFit | None) -> tuple[Similarity, Scale]:
-    """Return the frame with a gravity-measured up, and a note if the poses have another metre."""
-    world, scale = found
+def _compared_with_poses(
+    frame: tuple[Similarity, Scale], poses: PosesFit | None
+) -> tuple[Similarity, Scale]:
+    """Return the frame; its scale notes a measured up, and poses whose metre differs."""
+    world, scale = frame
     if poses is None:
         return world, scale
     off = scale.scale - 1

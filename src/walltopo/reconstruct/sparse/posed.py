@@ -23,8 +23,8 @@ _MIN_PX = 4.0  # COLMAP's own limit
 
 _MIN_PHOTO_POINTS = 15  # a photo that sees fewer points is not placed by its pose alone
 
-# Of right poses with noise of a phone, 99 % of the tiny gym's matches become points; of poses that
-# belong to other photos 16 %.
+# Smallest share of matches that must become points. On the tiny gym, correct poses with a phone's
+# noise reach 99 %, and poses of other photos 16 %.
 _MIN_EXPLAINED = 0.5
 
 # Standard deviation of a given position, as a share of the diagonal of all positions: 10 cm on a

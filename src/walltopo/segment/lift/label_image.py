@@ -174,7 +174,7 @@ STEPS = 16
 
 
 def reach_of(band: float) -> int:
-    """Return the radius in pixels within which a border pixel matters."""
+    """Return how far from a border pixel `stamp_borders` writes distances; both in pixels."""
     return int(np.ceil(band + 0.5)) if band > 0 else 0
 
 

@@ -140,8 +140,8 @@ def claims_of(evidence: Evidence, pairs: Covisible, winner: Ints, count: int) ->
     met = np.full(places[-1], -1, dtype=np.int32)
     shared = np.zeros(places[-1])
     in_ranges(
-        _meet, len(max_met), rows.starts, rows.number, rows.entry, evidence.share, evidence.areas,
-        winner, count, places, met, shared,
+        _write_overlaps, len(max_met), rows.starts, rows.number, rows.entry, evidence.share,
+        evidence.areas, winner, count, places, met, shared,
     )  # fmt: skip
     used = met >= 0
     projection = np.repeat(np.arange(len(max_met), dtype=np.int32), max_met)[used]
@@ -162,12 +162,16 @@ def _visible(
 
 
 @kernel
-def _meet(
+def _write_overlaps(
     begin: Any, stop: Any, starts: Any, number: Any, entry: Any, share: Any, areas: Any,
-    winner: Any, count: Any, places: Any, met: Any, shared: Any,
+    winner: Any, clusters: Any, places: Any, met: Any, shared: Any,
 ) -> None:  # fmt: skip
-    """Write the clusters that each projection overlaps, with the shared areas."""
-    slot = np.full(count, -1, dtype=np.int64)
+    """Write the clusters that each projection overlaps to `met`, and the shared areas to `shared`.
+
+    `winner`: cluster of each triangle; `clusters`: their number; `places`: each projection's part
+    of the outputs.
+    """
+    slot = np.full(clusters, -1, dtype=np.int64)
     for p in range(begin, stop):
         end = places[p]
         for r in range(starts[p], starts[p + 1]):

@@ -230,7 +230,7 @@ def end_second_factor(body: OwnPassword, services: ServicesOf, actor: SignedInMa
     """Turn the second factor off."""
     check_own_password(services, actor.known, body.password)
     with services.database.writing() as session:
-        second_factor.end(session, actor.known)
+        second_factor.turn_off(session, actor.known)
 
 
 class NewToken(Body):

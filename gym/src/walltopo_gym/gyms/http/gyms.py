@@ -247,8 +247,8 @@ def make_grade_system(body: NewGradeSystem, session: Db, access: OwnerMay) -> Gr
 def change_grade_system(
     system: UUID, body: ChangedGradeSystem, session: Db, access: OwnerMay
 ) -> GradeSystemFacts:
-    """Change a grade system. What has a renamed grade gets the new name; a grade in use that is
-    neither kept nor renamed is refused."""
+    """Change a grade system. Renames apply wherever a grade is used; removing a grade in use is
+    refused."""
     row = _system_of(session, access.gym.id, system)
     if row.name != body.name:
         _refuse_taken(session, access.gym.id, body.name)

@@ -126,7 +126,7 @@ def read_new_routes(
     request: Request, session: Db, services: ServicesOf, access: GuestMay,
     language: Language = "en",
 ) -> Response:  # fmt: skip
-    """Return the feed of new routes."""
+    """Return the Atom feed of the gym's new routes."""
     gym = session.get_one(Gym, access.gym.id)
     base = services.settings.link_base
     routes: list[Route] = new_routes(session, gym, settings_of(session, gym.id).days)[:200]

@@ -25,7 +25,7 @@ from walltopo_gym.walls.models import Wall
 
 router = APIRouter(tags=["hall"])
 
-# Of a screen in the hall: it is a guest of one private gym.
+# Cookie of a screen in the hall: the screen is a guest of one private gym.
 KIOSK: Final = "__Host-walltopo-kiosk"
 _LINES: Final = 10
 _ROUTES: Final = 60

@@ -79,9 +79,9 @@ class DraftLine(BaseModel):
 
 
 class Joined(BaseModel):
-    """What a partial rescan replaced: the share of the wall's surface, by how many millimetres old
-    and new surface differ along the seam (null if they nowhere meet), and counts of holds: not
-    photographed, photographed and unchanged, gone, and new."""
+    """The parts of a wall that a partial rescan replaced: the share of the surface, the distance of
+    old and new surface along the seam in millimetres (null if they nowhere meet), and counts of
+    holds: not photographed, photographed and unchanged, gone, and new."""
 
     replaced_share: float
     seam_mm: float | None

@@ -49,7 +49,7 @@ class Progress(BaseModel):
 
 
 class ScaleFacts(BaseModel):
-    """Where a scan's metres come from: the labels of its scale plates, or the method."""
+    """The source of a scan's metres: the method, and the labels of its scale plates."""
 
     method: Literal["measure", "stickers", "distance", "poses", "reference", "none"]
     metric: bool
@@ -64,8 +64,8 @@ class ScanStart(Body):
 
 class ScanFacts(BaseModel):
     """A version of a wall; `error` and `hint`: why it failed, and what to do. `part`: its photos
-    show a part of the wall, and the rest is from `reference_id`. `network`: how good the gym's own
-    network is that found its holds; null: the shipped one did."""
+    show a part of the wall, and the rest is from `reference_id`. `network`: scores of the gym's own
+    network that found its holds; null: the shipped network found them."""
 
     id: UUID
     wall_id: UUID
@@ -144,7 +144,7 @@ def read_scan(scan: UUID, session: Db, access: UploaderMay) -> ScanFacts:
 
 @dataclass(frozen=True)
 class _Watched:
-    """A scan, and its state when the stream began."""
+    """A scan whose progress a client streams, and its state when the stream began."""
 
     gym: UUID
     facts: ScanFacts

@@ -173,7 +173,7 @@ async def send_photo(
     """Append bytes to a photo from `Upload-Offset` on; a complete photo is stored."""
     if content_type != "application/offset+octet-stream":
         raise HTTPException(415, "Content-Type: expected application/offset+octet-stream")
-    row = await to_thread.run_sync(_to_send, services, access, photo)
+    row = await to_thread.run_sync(_announced_photo, services, access, photo)
     if row.state == "receiving":
         with ExitStack() as stack:
             stream = stack.enter_context(services.get(Incoming).appending(photo, upload_offset))
@@ -229,7 +229,8 @@ def _check_open(scan: Scan) -> None:
         raise ConflictError("scan-photos-stay", state=scan.state)
 
 
-def _to_send(services: Services, access: Access, photo: UUID) -> Photo:
+def _announced_photo(services: Services, access: Access, photo: UUID) -> Photo:
+    """Return the photo that an upload sends; its scan must still accept photos."""
     with services.database.reading() as session:
         row = _photo_of(session, access, photo)
         _check_open(session.get_one(Scan, row.scan_id))

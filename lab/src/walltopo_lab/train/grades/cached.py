@@ -17,10 +17,10 @@ _SEED = 21
 _ARRAYS = ("grade", "stars", "groups", "part", "plain", "known", "quality", "seconds")
 
 
-def boards(
+def training_boards(
     data: Path, cache: Path, workers: int, setups: Sequence[str] = SETUPS
 ) -> dict[str, TrainingBoard]:
-    """Return the setups of `board-grades`; read from `cache` or compute and store there."""
+    """Return the setups of `board-grades` by name; read from `cache`, or computed and stored."""
     found = {}
     for setup in setups:
         problems = read_problems(data / "board-grades" / f"moonboard-{setup}.json")
