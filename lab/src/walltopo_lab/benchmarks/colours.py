@@ -103,7 +103,7 @@ class Painted:
     def found(self, settings: ClassifySettings) -> tuple[list[Entry], dict[int, HoldColour]]:
         """Return palette and colours without anything given, as a scan finds them."""
         return found_colours(
-            self.paints, self.places, self.volumes, upright=True, **scale(settings)
+            self.paints, self.places, self.volumes, (), upright=True, **scale(settings)
         )
 
     def holds(self, settings: ClassifySettings) -> dict[int, HoldColour]:
