@@ -80,6 +80,8 @@ export class WallTopo extends HTMLElement {
   private hold: number | null = null;
   /** Holds that the page shows in the stead of a route. */
   private set: HoldSet | null = null;
+  /** Dashed lines that the page shows on the wall. */
+  private lines: Vec3[][] = [];
   private touched: Vector3 | null = null;
   private isMeasuring = false;
   private editor: Editor | null = null;
@@ -243,6 +245,12 @@ export class WallTopo extends HTMLElement {
     this.set = set;
     this.repaint();
     if (options.move && set?.holds.length) this.views?.route(set, this.tables);
+  }
+
+  /** Draw dashed lines on the wall, each through places in the scan's frame; an empty list: none. */
+  showLines(lines: Vec3[][]): void {
+    this.lines = lines;
+    this.repaint();
   }
 
   /** Choose a hold and light up its route. */
@@ -555,6 +563,7 @@ export class WallTopo extends HTMLElement {
     const lit = isEmpty ? null : this.heat.shown ? new Set(alone) : route ? new Set([...route.holds, ...alone]) : this.panel.lit;
     this.stage?.paint(lit, outlines, this.heat.holds(this.tables));
     this.overlay?.flags(route ?? null, this.tables, this.set?.feet);
+    this.overlay?.draw(this.lines);
   }
 
   private showCard(): void {

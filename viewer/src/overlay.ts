@@ -1,4 +1,4 @@
-/** Marks over the picture that move with it: start and top flags, the measuring line. */
+/** Marks over the picture that move with it: start and top flags, the measuring line, lines of the page. */
 
 import { Vector3 } from "three";
 import { h } from "./dom";
@@ -25,22 +25,28 @@ export interface Flag {
 /** A route, or other holds with flags. */
 type Flagged = Pick<Route, "holds" | "start" | "top" | "zone">;
 
+const SVG = "http://www.w3.org/2000/svg";
+
 export class Overlay {
   readonly root = h("div", { class: "overlay", "aria-hidden": "true" });
-  private readonly line: SVGLineElement;
-  private readonly svg: SVGSVGElement;
+  private readonly line = document.createElementNS(SVG, "line");
+  /** Drawn twice, a dark stroke below a dashed light one, so that they are seen on every colour. */
+  private readonly strokes = ["below", "above"].map((layer) => {
+    const path = document.createElementNS(SVG, "path");
+    path.classList.add(layer);
+    return path;
+  });
   private readonly label = h("div", { class: "length" });
   private pins: Pin[] = [];
   private dots: Pin[] = [];
   private ends: Vector3[] = [];
   private marks: Pin[] = [];
+  private lines: Vec3[][] = [];
 
   constructor(private readonly stage: Stage) {
-    const space = "http://www.w3.org/2000/svg";
-    this.svg = document.createElementNS(space, "svg");
-    this.line = document.createElementNS(space, "line");
-    this.svg.append(this.line);
-    this.root.append(this.svg, this.label);
+    const svg = document.createElementNS(SVG, "svg");
+    svg.append(...this.strokes, this.line);
+    this.root.append(svg, this.label);
     this.clearMeasure();
   }
 
@@ -83,6 +89,11 @@ export class Overlay {
     this.root.append(...this.marks.map(({ element }) => element));
   }
 
+  /** Dashed lines through places, in the stead of those before. */
+  draw(lines: Vec3[][]): void {
+    this.lines = lines;
+  }
+
   /** One more end of the measuring line; the third begins a new one. Gives the length. */
   measure(point: Vector3, metric: boolean): string | null {
     if (this.ends.length === 2) this.clearMeasure();
@@ -95,7 +106,7 @@ export class Overlay {
     const text = metric ? `${length.toFixed(length < 1 ? 3 : 2)} m` : metres(length, false);
     this.label.textContent = text;
     this.label.hidden = false;
-    this.svg.style.display = "";
+    this.line.style.display = "";
     return text;
   }
 
@@ -109,7 +120,7 @@ export class Overlay {
     this.dots = [];
     this.ends = [];
     this.label.hidden = true;
-    this.svg.style.display = "none";
+    this.line.style.display = "none";
   }
 
   update(): void {
@@ -118,6 +129,8 @@ export class Overlay {
       element.style.transform = `translate(${at.x.toFixed(1)}px, ${at.y.toFixed(1)}px)`;
       element.style.visibility = at.ahead ? "visible" : "hidden";
     }
+    const path = pathOf(this.lines, (place) => this.stage.project(place));
+    for (const stroke of this.strokes) stroke.setAttribute("d", path);
     if (this.ends.length < 2) return;
     const [a, b] = this.ends.map((end) => this.stage.project(end));
     this.line.setAttribute("x1", String(a!.x));
@@ -127,4 +140,19 @@ export class Overlay {
     const [x, y] = [(a!.x + b!.x) / 2, (a!.y + b!.y) / 2];
     this.label.style.transform = `translate(${x}px, ${y}px) translate(-50%, -50%)`;
   }
+}
+
+/** An SVG path of lines through places; each is interrupted where it is behind the camera. */
+export function pathOf(lines: Vec3[][], project: (place: Vec3) => { x: number; y: number; ahead: boolean }): string {
+  return lines
+    .flatMap((line) => {
+      let pen = "M";
+      return line.map((place) => {
+        const { x, y, ahead } = project(place);
+        const step = ahead ? `${pen}${x.toFixed(1)} ${y.toFixed(1)}` : "";
+        pen = ahead ? "L" : "M";
+        return step;
+      });
+    })
+    .join("");
 }

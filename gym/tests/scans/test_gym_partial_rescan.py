@@ -56,13 +56,15 @@ def test_the_review_says_what_was_not_photographed(server: Server) -> None:
     joined = Joined(
         replaced_share=0.3, seam_mm=1.5, photos_kept=3, photos_new=4,
         stays=(5, 6, 7, 8), same=(1,), gone=(3,), added=(2, 4),
+        seam=(((1.2, 0.0, 0.0), (1.3, 0.1, 2.5)),),
     )  # fmt: skip
     _edit_manifest(server, part, joined)
     path = f"{world.path}/scans/{part}/draft"
     draft = server.ask("GET", path, world.people["setter"]).json()
     assert {line["number"]: line["photographed"] for line in draft["lines"]} == {1: True, 2: False}
     assert draft["joined"] == {
-        "replaced_share": 0.3, "seam_mm": 1.5, "stays": 4, "same": 1, "gone": 1, "added": 2,
+        "replaced_share": 0.3, "seam_mm": 1.5, "seam": [[[1.2, 0.0, 0.0], [1.3, 0.1, 2.5]]],
+        "stays": 4, "same": 1, "gone": 1, "added": 2,
     }  # fmt: skip
     assert draft["warnings"] == []
     # Another version is published meanwhile: what it changed elsewhere is not in this one.
@@ -138,6 +140,7 @@ def test_a_reset_day_although_the_server_is_killed(
         assert ended["state"] == State.REVIEW, ended
         draft = client.get(f"{path}/draft").json()
         assert draft["joined"]["replaced_share"] > 0.1
+        assert draft["joined"]["seam"]
         assert draft["warnings"] == []
         # The same wall on the same photos: each route is the one that it was.
         same = {line["route_id"] for line in draft["lines"] if line["fate"] in ("kept", "changed")}

@@ -10,6 +10,7 @@ import msgspec
 from walltopo.core import InputError
 from walltopo.core.files import read_json, write_json
 from walltopo.scans.document import Label, parse
+from walltopo.scans.edits import Place
 
 FORMAT_VERSION = 1
 
@@ -64,6 +65,7 @@ class Joined(msgspec.Struct, frozen=True):
     photos_kept, photos_new : numbers of photos of the reference and of the rescan.
     stays : ids of holds that were not photographed; same : photographed and unchanged; gone : no
         more there; added : new.
+    seam : lines along which replaced surface meets the rest, points in the scan's frame.
     """
 
     replaced_share: float
@@ -74,6 +76,7 @@ class Joined(msgspec.Struct, frozen=True):
     same: tuple[Label, ...]
     gone: tuple[Label, ...]
     added: tuple[Label, ...]
+    seam: tuple[tuple[Place, ...], ...] = ()
 
     @property
     def summary(self) -> str:

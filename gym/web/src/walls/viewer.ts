@@ -31,6 +31,7 @@ export interface WallElement extends HTMLElement {
   selectRoute(id: number | null, options?: { move?: boolean }): void;
   showRoutes(ids: Iterable<number> | null): void;
   showHolds(set: HoldSet | null, options?: { move?: boolean }): void;
+  showLines(lines: Point[][]): void;
   showHeat(values: Iterable<[number, number]> | null, words?: { title: string; low: string; high: string } | null): void;
   showMoves(person: Person | null): Promise<Climber | null>;
   hideMoves(): void;

@@ -30,6 +30,7 @@ from walltopo.pipeline.partial.rows import (
     last_id,
     renumbered,
 )
+from walltopo.pipeline.partial.seam import seam_lines
 from walltopo.pipeline.partial.surface import Part, join_meshes, join_textures
 from walltopo.scans.artifacts import load_bundle, of
 from walltopo.scans.colmap_model import SparseModel
@@ -376,4 +377,8 @@ def _figures(joint: _Joint) -> Joined:
         same=tuple(sorted(tables.same)),
         gone=tuple(sorted(tables.gone)),
         added=tuple(sorted(tables.added)),
+        seam=tuple(
+            tuple((round(x, 4), round(y, 4), round(z, 4)) for x, y, z in line.tolist())
+            for line in seam_lines(old.mesh, region.old, old.holds.unit)
+        ),
     )  # fmt: skip

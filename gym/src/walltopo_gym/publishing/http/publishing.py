@@ -44,6 +44,9 @@ from walltopo_gym.walls.zones import look_for_due
 
 router = APIRouter(tags=["publishing"])
 
+Coordinate = Annotated[float, Field(ge=-1e6, le=1e6)]
+Place = tuple[Coordinate, Coordinate, Coordinate]
+
 
 class RouteEntry(RouteWords):
     """A route of the new scan: an existing route, or a new one."""
@@ -80,11 +83,13 @@ class DraftLine(BaseModel):
 
 class Joined(BaseModel):
     """The parts of a wall that a partial rescan replaced: the share of the surface, the distance of
-    old and new surface along the seam in millimetres (null if they nowhere meet), and counts of
-    holds: not photographed, photographed and unchanged, gone, and new."""
+    old and new surface along the seam in millimetres (null if they nowhere meet), the lines of the
+    seam in the scan's frame, and counts of holds: not photographed, photographed and unchanged,
+    gone, and new."""
 
     replaced_share: float
     seam_mm: float | None
+    seam: list[list[Place]]
     stays: int
     same: int
     gone: int
@@ -96,7 +101,8 @@ class Joined(BaseModel):
         if joined is None:
             return None
         return cls(
-            replaced_share=joined.replaced_share, seam_mm=joined.seam_mm, stays=len(joined.stays),
+            replaced_share=joined.replaced_share, seam_mm=joined.seam_mm,
+            seam=[list(line) for line in joined.seam], stays=len(joined.stays),
             same=len(joined.same), gone=len(joined.gone), added=len(joined.added),
         )  # fmt: skip
 
@@ -193,10 +199,6 @@ def discard_scan(scan: UUID, session: Db, access: PublisherMay) -> ScanFacts:
     session.refresh(row)
     _log(session, access, "scan.discard", str(row.id))
     return facts_of(session, row)
-
-
-Coordinate = Annotated[float, Field(ge=-1e6, le=1e6)]
-Place = tuple[Coordinate, Coordinate, Coordinate]
 
 
 class KnownDistance(Body):
