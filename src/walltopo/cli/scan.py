@@ -21,6 +21,7 @@ examples:
   walltopo scan -o wall --from lift --set lift.threshold=0.4   redo from the lift on
   walltopo scan new/ -o wall2 --reference wall   after a reset, in the old scan's frame
   walltopo scan left/ -o wall3 --reference wall2 --part   only what changed; the rest stays
+  walltopo scan red/ -o wall4 --reference wall3 --part --colour red   only the red holds
 
 Run the same command again after a failure or Ctrl-C: finished work is kept.
 """
@@ -70,6 +71,10 @@ def _register_scan(commands: Commands[argparse.ArgumentParser]) -> None:
     scan.add_argument(
         "--part", action="store_true", help="the photos show a part of the reference's wall"
     )
+    scan.add_argument(
+        "--colour", action="append", metavar="NAME",
+        help="with --part: exchange only holds of this colour (repeatable)",
+    )  # fmt: skip
     scan.add_argument(
         "--poses", type=Path, metavar="PATH", help="camera poses of a phone or another program"
     )
@@ -122,6 +127,7 @@ def _shortcuts(args: argparse.Namespace) -> list[str]:
     pairs = {
         "scale.distance": args.scale_from,
         "sparse.reference": args.reference.absolute() if args.reference else None,
+        "sparse.part_colours": ",".join(args.colour) if args.colour else None,
         "sparse.poses": args.poses.absolute() if args.poses else None,
         "dense.mesh": args.mesh.absolute() if args.mesh else None,
         "sparse.align": args.align,

@@ -28,6 +28,7 @@ from walltopo.pipeline.stage import Stage
 from walltopo.pipeline.stages import STAGES, stage_index, stage_named
 from walltopo.pipeline.stages.edit import EDIT
 from walltopo.pipeline.stages.ingest import INGEST
+from walltopo.pipeline.stages.sparse import SPARSE
 from walltopo.pipeline.warm_up import warming_up
 from walltopo.pipeline.workplace import changed_outputs, input_hash, locked, outputs_of, set_aside
 from walltopo.reconstruct.ingest.sources import find_sources, is_video, list_sources
@@ -150,9 +151,19 @@ def scan(
 
 
 def _check(stages: Sequence[Stage], settings: Settings) -> None:
-    """Raise EnvironmentLacksError if this machine lacks what a stage needs."""
+    """Check before a run what its stages need.
+
+    Raises
+    ------
+    EnvironmentLacksError : this machine lacks what a stage needs.
+    SettingsError, InputError : see `check_colours`.
+    """
     for stage in stages:
         stage.check(getattr(settings, stage.name))
+    if SPARSE in stages and settings.sparse.part_colours:
+        from walltopo.pipeline.partial.colours import check_colours
+
+        check_colours(settings)
 
 
 def write_sources(
@@ -341,6 +352,7 @@ class _Runner:
 
     def _join(self) -> None:
         """Join a partial rescan with its reference, and record the new outputs of its stages."""
+        from walltopo.pipeline.partial.colours import colours_of
         from walltopo.pipeline.partial.join import join_with_reference
 
         self.listener.stage_begins(EDIT.name)
@@ -351,8 +363,9 @@ class _Runner:
             tempfile.TemporaryDirectory(prefix=".partial-", dir=root) as scratch,
         ):
             joined, metrics = join_with_reference(
-                self.folder, reference, Path(scratch), self.listener
-            )
+                self.folder, reference, Path(scratch), self.listener,
+                colours_of(self.settings.sparse.part_colours),
+            )  # fmt: skip
         for stage in STAGES[: stage_index(EDIT.name)]:
             record = self.manifest.stages[stage.name]
             record.outputs = outputs_of(self.folder, stage, self.hashes)

@@ -41,6 +41,7 @@ class SparseSettings:
     reference: Annotated[str, about("Folder of a finished scan to align the new photos to", content=("photos", "sparse", "scale.json"))] = ""
     poses: Annotated[str, about("File or folder of camera poses from a phone or another program, where the mapping starts", expert=True)] = ""
     part: Annotated[bool, about("The photos show a part of the reference's wall; all else is taken from the reference", expert=True)] = False
+    part_colours: Annotated[str, about("With part: exchange only holds of these colours, comma-separated; empty: all holds", expert=True)] = ""
     align: Annotated[Literal["constrained", "rigid"], about("Alignment to the reference: constrained keeps its cameras fixed; rigid fits one similarity afterwards", expert=True)] = "constrained"
     reference_retrieved: Annotated[int, about("Number of reference photos to match each new photo with", unit="photos", low=2, high=1000, expert=True)] = 20
     # fmt: on
@@ -49,6 +50,8 @@ class SparseSettings:
         check_settings(self, "sparse")
         if self.part and not self.reference:
             raise SettingsError("sparse.part needs sparse.reference: the scan of the whole wall")
+        if self.part_colours and not self.part:
+            raise SettingsError("sparse.part_colours needs sparse.part")
         if self.poses and self.reference:
             raise SettingsError(
                 "sparse.poses and sparse.reference exclude each other: each sets the scan's frame"

@@ -63,9 +63,13 @@ class Joined(msgspec.Struct, frozen=True):
     seam_mm : 95th percentile of the distance between both surfaces along the seam; None if they
         nowhere meet.
     photos_kept, photos_new : numbers of photos of the reference and of the rescan.
-    stays : ids of holds that were not photographed; same : photographed and unchanged; gone : no
-        more there; added : new.
+    stays : ids of holds that were not photographed or are of other colours; same : photographed and
+        unchanged; gone : no more there; added : new.
     seam : lines along which replaced surface meets the rest, points in the scan's frame.
+    colours : only holds of these colours were exchanged; empty: all (`sparse.part_colours`).
+    missing : ids of holds of other colours that stay, although the photos do not show them.
+    ignored : number of new holds that were not added, because of their colour or because a hold of
+        another colour stays in their place.
     """
 
     replaced_share: float
@@ -77,16 +81,26 @@ class Joined(msgspec.Struct, frozen=True):
     gone: tuple[Label, ...]
     added: tuple[Label, ...]
     seam: tuple[tuple[Place, ...], ...] = ()
+    colours: tuple[str, ...] = ()
+    missing: tuple[Label, ...] = ()
+    ignored: int = 0
 
     @property
     def summary(self) -> str:
         """Return one sentence for people."""
         off = self.seam_mm
         seam = "" if off is None else f"; 95 % of the seam is off by at most {off:.1f} mm"
+        left, only = "not photographed", ""
+        if self.colours:
+            left = "not exchanged"
+            only = (
+                f"; only {', '.join(self.colours)}: {len(self.missing)} holds of other colours are "
+                f"not on the photos and stay, {self.ignored} new holds ignored"
+            )
         return (
             f"{100 * self.replaced_share:.0f} % of the wall replaced: {len(self.added)} holds new, "
-            f"{len(self.gone)} gone, {len(self.same)} unchanged, {len(self.stays)} not "
-            f"photographed{seam}"
+            f"{len(self.gone)} gone, {len(self.same)} unchanged, {len(self.stays)} "
+            f"{left}{seam}{only}"
         )
 
 

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from walltopo.core import InputError, Mesh, Progress, StageError
 from walltopo.images.files import read_rgb
 from walltopo.pipeline.partial.cameras import join_models, photos_that_stay, without_points
+from walltopo.pipeline.partial.colours import ColourChoice
 from walltopo.pipeline.partial.region import Region, replaced_region, seam_offsets
 from walltopo.pipeline.partial.rows import (
     JoinedTables,
@@ -99,6 +100,7 @@ class _Joint:
 
     old: _Scan
     new: _Scan
+    choice: ColourChoice
     region: Region
     kept_photos: tuple[str, ...]
     photo_of: Mapping[str, str]
@@ -106,8 +108,9 @@ class _Joint:
 
 
 def join_with_reference(
-    folder: ScanFolder, reference: ScanFolder, scratch: Path, progress: Progress
-) -> tuple[Joined, dict[str, Metrics]]:
+    folder: ScanFolder, reference: ScanFolder, scratch: Path, progress: Progress,
+    colours: tuple[str, ...] = (),
+) -> tuple[Joined, dict[str, Metrics]]:  # fmt: skip
     """Replace the artifacts of a partial rescan by those of the whole wall.
 
     Returns
@@ -118,6 +121,7 @@ def join_with_reference(
     ----------
     folder : the rescan, finished up to `routes`; reference : a finished scan in the same frame.
     scratch : an empty folder on the disk of the rescan.
+    colours : only holds of these colours are exchanged; empty: all holds.
 
     Raises
     ------
@@ -131,7 +135,8 @@ def join_with_reference(
         )
     progress.step("join with the rest of the wall", 4)
     old, new = load_bundle(reference, _Scan), load_bundle(folder, _Scan)
-    joint = _joint(old, new)
+    shown = Holds.load(reference.holds)
+    joint = _joint(old, new, ColourChoice.of(colours, old.holds, shown, new.holds))
     progress.advance()
     parts = (
         Part(old.mesh, joint.region.old, old.texture_uv.uv, read_rgb(old.texture.path)),
@@ -143,7 +148,7 @@ def join_with_reference(
     cv2.imwrite(str(picture), image[..., ::-1], [cv2.IMWRITE_PNG_COMPRESSION, 3])
     progress.advance()
     sparse, photos = _joined_sparse(joint, scratch), _joined_photos(joint, scratch)
-    cutouts, joined = _joined_cutouts(joint, scratch), _figures(joint)
+    cutouts, joined = _joined_cutouts(joint, scratch), _figures(joint, colours)
     progress.advance()
     tables, store = joint.tables, _storer(folder)
     store("photos", photos)
@@ -180,13 +185,13 @@ def _storer(folder: ScanFolder) -> Callable[[str, object], None]:
     return store
 
 
-def _joint(old: _Scan, new: _Scan) -> _Joint:
+def _joint(old: _Scan, new: _Scan, choice: ColourChoice) -> _Joint:
     """Decide what stays, and join the tables."""
     old.instances.check_fits(old.mesh)
     new.instances.check_fits(new.mesh)
     region = replaced_region(
         old.mesh, old.instances.face_instance, new.mesh, new.instances.face_instance,
-        new.sparse.views, old.holds.unit,
+        new.sparse.views, old.holds.unit, choice.exchange,
     )  # fmt: skip
     if not region.new.any():
         raise StageError(
@@ -203,7 +208,7 @@ def _joint(old: _Scan, new: _Scan) -> _Joint:
     photo_of = _new_names([view.name for view in new.sparse.views], kept_photos)
     stays, added = old.instances.face_instance[region.old], region.new_labels[region.new]
     tables = join_tables(old.tables(stays), new.tables(added), photo_of, kept)
-    return _Joint(old, new, region, kept_photos, photo_of, tables)
+    return _Joint(old, new, choice, region, kept_photos, photo_of, tables)
 
 
 def _new_names(names: Collection[str], taken: Collection[str]) -> dict[str, str]:
@@ -361,7 +366,7 @@ def _joined_edits(joint: _Joint) -> EditLog | None:
     return carried_edits(log, joint.tables.gone, is_replaced)
 
 
-def _figures(joint: _Joint) -> Joined:
+def _figures(joint: _Joint, colours: tuple[str, ...]) -> Joined:
     """Return what the join did, for the manifest and the review."""
     old, new, region, tables = joint.old, joint.new, joint.region, joint.tables
     labels = old.instances.face_instance
@@ -381,4 +386,7 @@ def _figures(joint: _Joint) -> Joined:
             tuple((round(x, 4), round(y, 4), round(z, 4)) for x, y, z in line.tolist())
             for line in seam_lines(old.mesh, region.old, old.holds.unit)
         ),
+        colours=colours,
+        missing=tuple(joint.choice.missing(region, old.holds)),
+        ignored=joint.choice.ignored(region, new.holds) if colours else 0,
     )  # fmt: skip

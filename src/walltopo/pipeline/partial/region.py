@@ -33,6 +33,7 @@ CLOSING: Final = 0.10
 MIN_PHOTOGRAPHED: Final = 0.9  # share of an old instance that the photos must show, for it to go
 MARGIN: Final = 0.05  # the replaced region ends this far inside of what the photos see
 OVERLAP: Final = 0.02  # the new wall reaches this far over the old one, so that the seam has no gap
+RIM: Final = 0.01  # the same over a hold that stays inside the region
 _AROUND: Final = 12  # triangles whose plane stands for the surface
 _SIDE: Final = 1200  # pixels, longer side of the rendered photos
 
@@ -45,11 +46,28 @@ class Region:
     ----------
     old : (F_old,) bool, triangles that stay; new : (F_new,) bool, triangles that are added.
     new_labels : (F_new,) int32, instance of each new triangle; 0 for instances that are not added.
+    held : ids of old instances that were photographed and stay, as they are not exchanged.
+    ignored : ids of new instances in the photographed area that are not added.
     """
 
     old: Flags
     new: Flags
     new_labels: Labels
+    held: frozenset[int] = frozenset()
+    ignored: frozenset[int] = frozenset()
+
+
+@dataclass(frozen=True)
+class Exchange:
+    """Which instances a partial rescan exchanges.
+
+    Parameters
+    ----------
+    old : ids of old instances that may go; new : ids of new instances that may be added.
+    """
+
+    old: frozenset[int]
+    new: frozenset[int]
 
 
 def replaced_region(
@@ -59,6 +77,7 @@ def replaced_region(
     new_labels: Labels,
     views: Sequence[View],
     unit: float = 1.0,
+    exchange: Exchange | None = None,
 ) -> Region:
     """Return the triangles of both meshes that form the wall after a partial rescan.
 
@@ -70,21 +89,39 @@ def replaced_region(
         its place was.
     views : the new photos, without masks.
     unit : scan units per metre.
+    exchange : the instances to exchange; None: all.
     """
     seen, hidden, bare = seen_places(old.centroids, new, views, unit)
     closed = _within(old.centroids, seen, CLOSING * unit)
     inside = _without_margin(old.centroids, closed | hidden, unit)
     photographed = whole_instances(old_labels, inside & ~bare, MIN_PHOTOGRAPHED)
-    gone = photographed & ((old_labels > 0) | closed)
+    is_held, wanted = np.zeros_like(photographed), new_labels
+    if exchange is not None:
+        is_held = photographed & (old_labels > 0) & ~np.isin(old_labels, list(exchange.old))
+        wanted = np.where(np.isin(new_labels, list(exchange.new)), new_labels, 0).astype(np.int32)
+    exchanged = photographed & ~is_held
+    gone = exchanged & ((old_labels > 0) | closed)
     if not gone.any():
         return Region(~gone, np.zeros(len(new.faces), dtype=np.bool_), np.zeros_like(new_labels))
     from scipy.spatial import cKDTree
 
     _, nearest = cKDTree(old.centroids).query(new.centroids, workers=2)
-    added = whole_instances(new_labels, photographed[nearest], 0.5)
+    added = whole_instances(wanted, exchanged[nearest], 0.5)
+    labels = np.where(added, wanted, 0).astype(np.int32)
     away, _ = cKDTree(old.centroids[gone]).query(new.centroids, workers=2)
-    labels = np.where(added, new_labels, 0).astype(np.int32)
-    return Region(~gone, added | (away <= OVERLAP * unit), labels)
+    reach = np.where(is_held[nearest], RIM, OVERLAP) * unit
+    inside_new = whole_instances(new_labels, photographed[nearest], 0.5)
+    return Region(
+        ~gone,
+        added | (away <= reach),
+        labels,
+        _ids(old_labels[is_held]),
+        _ids(new_labels[inside_new]) - _ids(labels),
+    )
+
+
+def _ids(labels: Labels) -> frozenset[int]:
+    return frozenset(np.unique(labels).tolist()) - {0}
 
 
 def seen_places(
