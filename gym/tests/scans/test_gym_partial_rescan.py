@@ -12,11 +12,14 @@ import pytest
 from gym.tests.running import Process, announce, browser, send, wait_for
 from gym.tests.worlds import Server, World, hold, make_world
 
+from walltopo.pipeline.partial.colours import colours_of
+from walltopo.pipeline.settings import load_settings
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.manifest import Joined, Manifest
 from walltopo_gym.clock import now
 from walltopo_gym.scans.artifacts import drop_joined
 from walltopo_gym.scans.service import State
+from walltopo_gym.scans.stages import rescan_settings
 
 HOLDS = [hold(number, 0.3 * number, 1.0) for number in range(1, 9)]
 
@@ -48,6 +51,52 @@ def test_a_part_is_of_the_version_that_is_published_when_it_starts(server: Serve
     assert (started["part"], started["reference_id"]) == (True, str(second))
 
 
+def test_a_part_may_exchange_one_colour(server: Server) -> None:
+    world = make_world(server)
+    setter = world.people["setter"]
+    first = world.reviewed({1: [1, 2]}, HOLDS)
+    assert world.publish(first, {"number": 1}).status_code == 200
+    begun = server.ask("POST", f"{world.path}/walls/{world.wall.id}/scans", setter).json()
+    for number in range(3):
+        world.photo(UUID(begun["id"]), name=f"{number}.jpg", state="usable")
+    path = f"{world.path}/scans/{begun['id']}"
+    for body in (
+        {"part": False, "colours": ["red"]},
+        {"part": True, "colours": ["red,blue"]},
+        {"part": True, "colours": [" "]},
+    ):
+        assert server.ask("POST", f"{path}/start", setter, body).status_code == 422
+    body = {"part": True, "colours": ["red", "Grün „neu“"]}
+    started = server.ask("POST", f"{path}/start", setter, body).json()
+    assert (started["state"], started["colours"]) == ("queued", body["colours"])
+    settings = load_settings(None, rescan_settings(Path("wall"), True, started["colours"])).sparse
+    assert (settings.part, settings.reference) == (True, str(Path("wall").absolute()))
+    assert colours_of(settings.part_colours) == ("red", "Grün „neu“")
+    settings = load_settings(None, rescan_settings(Path("wall"), False, [])).sparse
+    assert (settings.part, settings.part_colours) == (False, "")
+    # Started again, it exchanges all colours.
+    assert server.ask("POST", f"{path}/cancel", setter).status_code == 200
+    started = server.ask("POST", f"{path}/start", setter, {"part": True}).json()
+    assert started["colours"] == []
+
+
+def test_the_review_says_what_one_colour_left(server: Server) -> None:
+    world = make_world(server)
+    first = world.reviewed({1: [1, 2], 2: [5, 6]}, HOLDS)
+    assert world.publish(first, {"number": 1}, {"number": 2}).status_code == 200
+    part = world.reviewed({1: [1, 2], 2: [5, 6]}, HOLDS, reference_id=first, part=True)
+    joined = Joined(
+        replaced_share=0.3, seam_mm=1.5, photos_kept=3, photos_new=4,
+        stays=(5, 6, 7), same=(1,), gone=(3,), added=(2, 4),
+        colours=("red",), missing=(5, 7), ignored=2,
+    )  # fmt: skip
+    _edit_manifest(server, part, joined)
+    draft = server.ask("GET", f"{world.path}/scans/{part}/draft", world.people["setter"]).json()
+    found = draft["joined"]
+    assert (found["colours"], found["missing"], found["ignored"]) == (["red"], [5, 7], 2)
+    assert {line["number"]: line["photographed"] for line in draft["lines"]} == {1: True, 2: False}
+
+
 def test_the_review_says_what_was_not_photographed(server: Server) -> None:
     world = make_world(server)
     first = world.reviewed({1: [1, 2], 2: [5, 6]}, HOLDS)
@@ -64,7 +113,7 @@ def test_the_review_says_what_was_not_photographed(server: Server) -> None:
     assert {line["number"]: line["photographed"] for line in draft["lines"]} == {1: True, 2: False}
     assert draft["joined"] == {
         "replaced_share": 0.3, "seam_mm": 1.5, "seam": [[[1.2, 0.0, 0.0], [1.3, 0.1, 2.5]]],
-        "stays": 4, "same": 1, "gone": 1, "added": 2,
+        "stays": 4, "same": 1, "gone": 1, "added": 2, "colours": [], "missing": [], "ignored": 0,
     }  # fmt: skip
     assert draft["warnings"] == []
     # Another version is published meanwhile: what it changed elsewhere is not in this one.

@@ -22,8 +22,9 @@ class Scan(Keyed, Base):
     where the metres come from (stages.py) and is null before they are known; `distance` is a
     distance that a setter measured (distance.py); `moves` says which
     routes have suggested moves (publishing/moves.py) and is null before they are computed. `part`:
-    the photos show a part of the wall, and the rest is taken from the reference. `network` says
-    which network of the gym's own found its holds (own_network.py); null: the shipped one.
+    the photos show a part of the wall, and the rest is taken from the reference. `colours`: only
+    holds of these colours are exchanged; empty: all. `network` says which network of the gym's own
+    found its holds (own_network.py); null: the shipped one.
     """
 
     __tablename__ = "scans"
@@ -45,6 +46,7 @@ class Scan(Keyed, Base):
     scale: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
     distance: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
     part: Mapped[bool] = mapped_column(default=False, server_default=false())
+    colours: Mapped[list[str]] = mapped_column(JSON, default=list, server_default="[]")
     moves: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
     network: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
     published_at: Mapped[datetime | None]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import StrEnum
 from typing import Final
 from uuid import UUID
@@ -89,13 +90,14 @@ def begin(session: Session, wall: Wall, person: UUID) -> Scan:
     return scan
 
 
-def start(session: Session, scan: Scan, *, part: bool = False) -> None:
+def start(session: Session, scan: Scan, *, part: bool = False, colours: Sequence[str] = ()) -> None:
     """Queue a scan, also after a failure or a cancellation.
 
     Parameters
     ----------
     part : the photos show a part of the wall; the rest is taken from the version that is
         published now.
+    colours : with `part`: only holds of these colours are exchanged; empty: all.
 
     Raises
     ------
@@ -107,7 +109,7 @@ def start(session: Session, scan: Scan, *, part: bool = False) -> None:
     if part and (published is None or scan.reference_id is None):
         raise ConflictError("part-of-nothing")
     begin_run(session, scan)
-    scan.part = part
+    scan.part, scan.colours = part, list(colours)
     if part:
         scan.reference_id = published
 

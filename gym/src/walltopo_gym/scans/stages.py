@@ -7,7 +7,7 @@ import logging
 import shutil
 import threading
 import time
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from uuid import UUID
@@ -161,7 +161,7 @@ class ScanSteps:
         """Download photos, earlier results and the reference to this worker's disk."""
         with self.database.reading() as session:
             row = session.get_one(Scan, scan)
-            reference, part = row.reference_id, row.part
+            reference, part, colours = row.reference_id, row.part, row.colours
             distance, is_edited = row.distance, session.get(ScanEdits, scan) is not None
             usable = select(Photo).where(Photo.scan_id == scan, Photo.state == "usable")
             photos = list(session.scalars(usable.order_by(Photo.created_at, Photo.id)))
@@ -178,8 +178,7 @@ class ScanSteps:
         if reference is not None:
             before = ScanFolder(folder.root.parent / "reference")
             download_scan(self.store, reference, before)
-            words.append(f"sparse.reference={json.dumps(str(before.root.absolute()))}")
-            words += ["sparse.part=true"] if part else []
+            words += rescan_settings(before.root, part, colours)
         words += self._own_network(scan, folder.root.parent / "network.onnx")
         config = str(self.settings.scan_settings or "")
         return Job(str(sources), str(folder.root), config, words)
@@ -211,6 +210,20 @@ class ScanSteps:
                 if session.get(Scan, scan) is not None:
                     session.merge(row_now)
         return True
+
+
+def rescan_settings(reference: Path, part: bool, colours: Sequence[str]) -> list[str]:
+    """Return the settings `section.key=value` of a scan in the frame of a reference.
+
+    Parameters
+    ----------
+    reference : scan folder; part, colours : see `Scan`.
+    """
+    words = [f"sparse.reference={json.dumps(str(reference.absolute()))}"]
+    if part:
+        listed = json.dumps(",".join(colours), ensure_ascii=False)
+        words += ["sparse.part=true", f"sparse.part_colours={listed}"]
+    return words
 
 
 def failure_message(failure: Failed) -> str:

@@ -68,8 +68,8 @@ class PuttingBack(Body):
 
 
 class DraftLine(BaseModel):
-    """One line of the table to confirm. `photographed`: a hold of the route is in the photos of a
-    partial rescan; always true for a scan of the whole wall."""
+    """One line of the table to confirm. `photographed`: a partial rescan exchanged or confirmed a
+    hold of the route; always true for a scan of the whole wall."""
 
     fate: Literal["kept", "changed", "new", "stripped"]
     route_id: UUID | None
@@ -85,7 +85,9 @@ class Joined(BaseModel):
     """The parts of a wall that a partial rescan replaced: the share of the surface, the distance of
     old and new surface along the seam in millimetres (null if they nowhere meet), the lines of the
     seam in the scan's frame, and counts of holds: not photographed, photographed and unchanged,
-    gone, and new."""
+    gone, and new. `colours`: only holds of these colours were exchanged (empty: all); then
+    `missing` are the ids of holds of other colours that stay, although the photos do not show them,
+    and `ignored` counts new holds that were not added."""
 
     replaced_share: float
     seam_mm: float | None
@@ -94,6 +96,9 @@ class Joined(BaseModel):
     same: int
     gone: int
     added: int
+    colours: list[str]
+    missing: list[int]
+    ignored: int
 
     @classmethod
     def of(cls, joined: manifest.Joined | None) -> Joined | None:
@@ -104,6 +109,7 @@ class Joined(BaseModel):
             replaced_share=joined.replaced_share, seam_mm=joined.seam_mm,
             seam=[list(line) for line in joined.seam], stays=len(joined.stays),
             same=len(joined.same), gone=len(joined.gone), added=len(joined.added),
+            colours=list(joined.colours), missing=list(joined.missing), ignored=joined.ignored,
         )  # fmt: skip
 
 

@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import AsyncIterator
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 from uuid import UUID
 
 from anyio import sleep, to_thread
 from fastapi import APIRouter, Depends, Request
 from fastapi.sse import EventSourceResponse
-from pydantic import BaseModel
+from pydantic import AfterValidator, BaseModel, Field, model_validator
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.audit import log_change
-from walltopo_gym.api.fields import Body
+from walltopo_gym.api.fields import Body, Text
 from walltopo_gym.api.paging import Cursor, Page, Size, page_of
 from walltopo_gym.api.services import Db, Services, ServicesOf
 from walltopo_gym.errors import NotFoundError
@@ -56,16 +56,35 @@ class ScaleFacts(BaseModel):
     plates: list[str]
 
 
+def _in_a_list(colour: str) -> str:
+    """Return a colour that can be one of several, separated by commas."""
+    if not colour or "," in colour:
+        raise ValueError("expected a colour's name without commas")
+    return colour
+
+
+HoldColour = Annotated[Text, Field(max_length=40), AfterValidator(_in_a_list)]
+
+
 class ScanStart(Body):
-    """`part`: the photos show a part of the wall. The rest is taken from the published version."""
+    """`part`: the photos show a part of the wall. The rest is taken from the published version.
+    `colours`: only holds of these colours are exchanged there; empty: all."""
 
     part: bool = False
+    colours: list[HoldColour] = Field(default=[], max_length=20)
+
+    @model_validator(mode="after")
+    def _colours_of_a_part(self) -> Self:
+        if self.colours and not self.part:
+            raise ValueError("colours need part")
+        return self
 
 
 class ScanFacts(BaseModel):
     """A version of a wall; `error` and `hint`: why it failed, and what to do. `part`: its photos
-    show a part of the wall, and the rest is from `reference_id`. `network`: scores of the gym's own
-    network that found its holds; null: the shipped network found them."""
+    show a part of the wall, and the rest is from `reference_id`. `colours`: only holds of these
+    colours are exchanged; empty: all. `network`: scores of the gym's own network that found its
+    holds; null: the shipped network found them."""
 
     id: UUID
     wall_id: UUID
@@ -78,6 +97,7 @@ class ScanFacts(BaseModel):
     published_at: datetime | None
     scale: ScaleFacts | None
     part: bool
+    colours: list[str]
     network: NetworkResult | None
     progress: Progress | None = None
 
@@ -184,7 +204,8 @@ def start_scan(
 ) -> ScanFacts:
     """Start a scan of the photos, also after a failure or a cancellation."""
     row = scan_of(session, access.gym.id, scan)
-    start(session, row, part=body is not None and body.part)
+    body = body or ScanStart()
+    start(session, row, part=body.part, colours=body.colours)
     _log(session, access, "scan.start", row)
     return facts_of(session, row)
 
