@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -162,6 +163,22 @@ def tiny_scan(tiny_photos: Path, once: Once) -> Path:
 
     settings = load_settings(None, ["sparse.threads=1", "texture.size=512"])
     return once("tiny-scan", lambda out: scan(tiny_photos, out, settings))
+
+
+@pytest.fixture(scope="session")
+def reset_day(once: Once) -> Path:
+    """A generated wall before and after the reset of its left half, and scans; nobody changes them.
+
+    `before` and `after` are the wall with its truth; `old` is the scan of the wall before, `left`
+    about 12 photos of the left half after the reset, and `joined` their partial rescan.
+    """
+    from walltopo_lab.benchmarks.partial_rescan import rescan_left_half
+    from walltopo_lab.synth.small import tiny_recipe
+
+    small = tiny_recipe(24, (640, 480), seed=3)
+    recipe = replace(small, gym=replace(small.gym, width=4.0, columns=4, routes=5, volumes=2))
+    settings = ["sparse.threads=1", "texture.size=1024"]
+    return once("reset-day", lambda out: rescan_left_half(out, recipe, settings))
 
 
 @pytest.fixture(scope="session")

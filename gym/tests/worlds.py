@@ -220,14 +220,17 @@ class World:
             session.get_one(Scan, row.id).files = files
         return row.id
 
-    def finished(self, folder: Path) -> UUID:
+    def finished(self, folder: Path, **facts: Any) -> UUID:
         """A real scan in review, as a worker leaves it.
 
         Parameters
         ----------
         folder : of the finished scan.
         """
-        scan = self.scan(State.REVIEW)
+        row = Scan(wall_id=self.wall.id, state=State.REVIEW, **facts)
+        with self.server.database.writing() as session:
+            session.add(row)
+        scan = row.id
         store, made = self.server.services.store, ScanFolder(folder)
         for file in files_below(folder):
             store.put(f"scans/{scan}/{file.relative_to(folder).as_posix()}", file)

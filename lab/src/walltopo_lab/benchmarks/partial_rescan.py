@@ -133,8 +133,8 @@ def rescan_left_half(out: Path, recipe: Recipe, words: Sequence[str] = ()) -> Re
     )
     generate(out / "before", recipe)
     generate(out / "after", reset)
-    truths = read_truth(out / "before/truth"), read_truth(out / "after/truth")
-    names = photos_of_the_left(truths[1], out / "after/truth/cameras")
+    truth = read_truth(out / "after/truth")
+    names = photos_of_the_left(truth, out / "after/truth/cameras")
     (out / "left").mkdir(exist_ok=True)
     for name in names:
         shutil.copyfile(out / "after/photos" / name, out / "left" / name)
@@ -142,7 +142,14 @@ def rescan_left_half(out: Path, recipe: Recipe, words: Sequence[str] = ()) -> Re
     scan(out / "before/photos", old, load_settings(None, words))
     part = [f"sparse.reference={json.dumps(str(old.absolute()))}", "sparse.part=true"]
     scan(out / "left", joined, load_settings(None, [*words, *part]))
-    return Rescan(ScanFolder(old), ScanFolder(joined), truths, len(names))
+    return read_rescan(out)
+
+
+def read_rescan(out: Path) -> Rescan:
+    """Return what `rescan_left_half` made in a folder, which may have moved since."""
+    truths = read_truth(out / "before/truth"), read_truth(out / "after/truth")
+    photos = len(list((out / "left").iterdir()))
+    return Rescan(ScanFolder(out / "old"), ScanFolder(out / "joined"), truths, photos)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
