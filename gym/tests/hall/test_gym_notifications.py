@@ -45,7 +45,7 @@ from walltopo_gym.scans.models import Scan
 pytestmark = pytest.mark.usefixtures("midday")
 
 EVERYTHING = {"digest": True, "new_routes": True, "soon": True, "competitions": True,
-              "hold_reports": True, "quiet_from": 0, "quiet_to": 0}  # fmt: skip
+              "hold_reports": True, "forerun": True, "quiet_from": 0, "quiet_to": 0}  # fmt: skip
 
 
 class Service:
@@ -327,12 +327,40 @@ def test_the_weeks_mail(gym: World, monkeypatch: pytest.MonkeyPatch) -> None:
     assert gym.server.ask("GET", "/me/messages", member).json()["new_routes"] is True
 
 
+def test_forerunners_hear_once_that_their_routes_are_set(gym: World, service: Service) -> None:
+    member, judge = gym.people["member"], gym.people["judge"]
+    wish(gym, member, service)
+    wish(gym, judge, service)  # no forerunner
+    path = f"{gym.path}/reset-plans/{uuid4()}"
+    setter, day = gym.people["setter"], gym.gym.today() + timedelta(days=1)
+    body = {"wall_id": str(gym.wall.id), "day": str(day), "forerunners": [str(member.id)]}
+    assert gym.server.ask("PUT", path, setter, body).status_code == 201
+    run(gym)
+    assert service.got == []  # only planned
+    assert gym.server.ask("PUT", f"{path}/state", setter, {"state": "set"}).is_success
+    run(gym)
+    run(gym)
+    (answer,) = service.read()
+    assert answer["title"] == "Routes to forerun"
+    assert answer["text"].startswith(f"{gym.gym.name}, Cave, ")
+    plan = path.rpartition("/")[2]
+    assert answer["path"] == f"/g/{gym.gym.slug}/desk/{plan}/forerun"
+    # Not wanted any more: another plan sends nothing.
+    wish(gym, member, forerun=False)
+    assert gym.server.ask("DELETE", path, setter).status_code == 204
+    path = f"{gym.path}/reset-plans/{uuid4()}"
+    assert gym.server.ask("PUT", path, setter, body).status_code == 201
+    assert gym.server.ask("PUT", f"{path}/state", setter, {"state": "set"}).is_success
+    run(gym)
+    assert len(service.got) == 1
+
+
 def test_the_mails_link_turns_messages_off_and_on(gym: World) -> None:
     member = gym.people["member"]
     assert member.id is not None
     wish(gym, member)
     before = gym.server.ask("GET", "/me/messages", member).json()
-    kinds = ("digest", "new_routes", "soon", "competitions", "hold_reports")
+    kinds = ("digest", "new_routes", "soon", "competitions", "hold_reports", "forerun")
     path = f"/unsubscribe/{unsubscribe_token(gym.server.database, member.id)}"
     answer = gym.server.ask("GET", path).json()
     assert answer == {kind: before[kind] for kind in kinds}

@@ -6,7 +6,7 @@ from datetime import datetime
 from typing import Any, Final
 from uuid import UUID
 
-from sqlalchemy import JSON, ForeignKey, String, Text, UniqueConstraint
+from sqlalchemy import JSON, ForeignKey, String, Text, UniqueConstraint, false
 from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.database.base import Base, Keyed
@@ -54,6 +54,7 @@ class NotificationPreferences(Base):
     soon: Mapped[bool]
     competitions: Mapped[bool]
     hold_reports: Mapped[bool]
+    forerun: Mapped[bool] = mapped_column(default=False, server_default=false())
     quiet_from: Mapped[int]
     quiet_to: Mapped[int]
 

@@ -29,6 +29,7 @@ from walltopo_gym.hold_reports.models import HoldReport
 from walltopo_gym.jobs.queue import Job, enqueue
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.publishing.versions import gym_routes
+from walltopo_gym.reset_plans.service import Part, ResetState, people_of, plans_of
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.settings import Feature
 from walltopo_gym.walls.models import Wall
@@ -110,6 +111,7 @@ def _of_gym(session: Session, gym: Gym, features: Collection[Feature]) -> Iterat
     notices = (
         *_new_routes(session, gym, recipients), *_soon(session, gym, recipients),
         *_holds_reported(session, gym, recipients), *_holds_done(session, gym, recipients),
+        *_routes_to_forerun(session, gym, recipients),
         *(_begins(session, gym, recipients) if "competitions" in features else ()),
     )  # fmt: skip
     for preferences, kind, subject, body in notices:
@@ -230,6 +232,29 @@ def _begins(session: Session, gym: Gym, wanting: list[NotificationPreferences]) 
             title = words.say("push_competition", name=competition.name)
             subject = f"{competition.id} {at.date()}"
             yield preferences, "begins", subject, _shown(title, text, path, str(competition.id))
+
+
+def _routes_to_forerun(
+    session: Session, gym: Gym, wanting: list[NotificationPreferences]
+) -> Iterator[Notice]:
+    """Return messages to the forerunners of open plans whose routes are set."""
+    wanting = [preferences for preferences in wanting if preferences.forerun]
+    plans = plans_of(session, gym) if wanting else []
+    ready = [one for one in plans if one.state == ResetState.SET]
+    named = {
+        (row.plan_id, row.person_id)
+        for row in people_of(session, [one.plan.id for one in ready])
+        if row.part == Part.FORERUNNER
+    }
+    for one in ready:
+        for preferences in wanting:
+            if (one.plan.id, preferences.person_id) not in named:
+                continue
+            words = words_in(preferences.language)
+            text = f"{gym.name}, {one.wall.name}, {words.day(one.plan.day)}"
+            path = f"/g/{gym.slug}/desk/{one.plan.id}/forerun"
+            body = _shown(words.say("push_forerun"), text, path, str(one.plan.id))
+            yield preferences, "forerun", str(one.plan.id), body
 
 
 def _holds_reported(

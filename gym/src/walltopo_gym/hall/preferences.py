@@ -22,7 +22,7 @@ def preferences_of(session: Session, person: UUID) -> NotificationPreferences:
         return kept
     return NotificationPreferences(
         person_id=person, language="en", digest=False, new_routes=False, soon=False,
-        competitions=False, hold_reports=False, quiet_from=22, quiet_to=8,
+        competitions=False, hold_reports=False, forerun=False, quiet_from=22, quiet_to=8,
     )  # fmt: skip
 
 

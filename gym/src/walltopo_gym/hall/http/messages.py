@@ -34,7 +34,8 @@ Base64 = r"^[A-Za-z0-9_-]+=*$"
 class NewsKinds(Body):
     """Message preferences: `digest` by mail, the others by push.
 
-    `hold_reports`: to setters about new hold reports, to climbers when theirs are done.
+    `hold_reports`: to setters about new hold reports, to climbers when theirs are done. `forerun`:
+    to forerunners when the routes of a planned reset are set.
     """
 
     digest: bool = False
@@ -42,6 +43,7 @@ class NewsKinds(Body):
     soon: bool = False
     competitions: bool = False
     hold_reports: bool = False
+    forerun: bool = False
 
 
 class NewsWords(NewsKinds):
