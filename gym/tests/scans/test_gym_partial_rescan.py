@@ -190,6 +190,10 @@ def test_a_reset_day_although_the_server_is_killed(
         draft = client.get(f"{path}/draft").json()
         assert draft["joined"]["replaced_share"] > 0.1
         assert draft["joined"]["seam"]
+        assert draft["joined"]["colours"] == ["blue"]
+        assert (draft["joined"]["missing"], draft["joined"]["ignored"]) == ([], 0)
+        assert draft["joined"]["same"] > 0
+        assert draft["joined"]["gone"] + draft["joined"]["added"] == 0
         assert draft["warnings"] == []
         # The same wall on the same photos: each route is the one that it was.
         same = {line["route_id"] for line in draft["lines"] if line["fate"] in ("kept", "changed")}
@@ -226,7 +230,7 @@ def _routes_by_csv(world: World) -> dict[str, str]:
 
 
 def _send_part(client: httpx.Client, gym: str, wall: str, photos: Path) -> str:
-    """Send half of a wall's photos, and start; return the scan's path."""
+    """Send half of a wall's photos, and start for one colour; return the scan's path."""
     begun = client.post(f"{gym}/walls/{wall}/scans").json()
     path = f"{gym}/scans/{begun['id']}"
     for file in sorted(photos.iterdir())[:5]:
@@ -234,6 +238,6 @@ def _send_part(client: httpx.Client, gym: str, wall: str, photos: Path) -> str:
         place = announce(client, f"{path}/photos", file.name, content).headers["location"]
         assert send(client, place, content).status_code == 204
     wait_for(lambda: {p["state"] for p in client.get(f"{path}/photos").json()} == {"usable"})
-    answer = client.post(f"{path}/start", json={"part": True})
+    answer = client.post(f"{path}/start", json={"part": True, "colours": ["blue"]})
     assert (answer.status_code, answer.json()["part"]) == (200, True)
     return path
