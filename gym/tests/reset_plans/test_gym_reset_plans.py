@@ -154,6 +154,33 @@ def test_routes_of_a_plan_are_those_set_since_its_day(world: World, font: str) -
     assert ask(world, "GET", f"/reset-plans/{key}")["plan"]["published_at"] is None
 
 
+def test_new_routes_of_a_review_are_forerun_before_the_publication(world: World, font: str) -> None:
+    key = planned(world, forerunners=[str(world.people["member"].id)])
+    scan = world.reviewed({1: [1], 2: [2]}, [hold(1, 0.0, 1.0), hold(2, 1.0, 1.0)])
+    # The review adds its new routes by hand; a repeated request adds nothing.
+    moon = str(uuid4())
+    body = {"routes": [{"id": moon, "name": "Moon", "colour": "red", "strip_on": None}]}
+    for _ in range(2):
+        ask(world, "POST", f"/walls/{world.wall.id}/routes", body=body)
+    path, grade = f"/reset-plans/{key}/routes/{moon}", {"grade_system_id": font, "grade": "6B"}
+    (to_climb,) = ask(world, "GET", f"/reset-plans/{key}/forerun", "member")["routes"]
+    assert to_climb["id"] == moon
+    ask(world, "PUT", f"{path}/proposal", "member", grade)
+    ask(world, "PUT", f"{path}/sign-off", body=grade)
+    draft = ask(world, "GET", f"/scans/{scan}/draft")
+    (unplaced,) = draft["unplaced"]
+    assert (unplaced["id"], unplaced["grade"]) == (moon, "6B")
+    entry = {"number": 1, "route_id": moon, "name": "Moon"} | grade
+    answer = world.publish(scan, entry, {"number": 2, "name": "Sun"}, revision=draft["revision"])
+    assert answer.is_success, answer.text
+    routes = {route["name"]: route for route in world.published()["routes"]}
+    assert (routes["Moon"]["id"], routes["Moon"]["number"]) == (moon, 1)
+    assert routes["Moon"]["grade"] == "6B"
+    found = {row["name"]: row for row in ask(world, "GET", f"/reset-plans/{key}")["routes"]}
+    assert found["Moon"]["sign_off"]["grade"] == "6B"
+    assert [one["grade"] for one in found["Moon"]["proposals"]] == ["6B"]
+
+
 def test_a_published_scan_closes_the_plan_and_an_amendment_does_not(world: World) -> None:
     first = world.reviewed({1: [1]}, [hold(1, 0.0, 1.0)])
     key = planned(world)

@@ -2,7 +2,8 @@
 
 A wall has one open plan. Its routes are those of the wall that were set on the plan's day or later:
 added by hand, or published by a scan. Routes of a scan in review do not count yet: their numbers
-change with each edit, and only the publication makes routes of them.
+change with each edit, and only the publication makes routes of them. To have them forerun before,
+the review adds them by hand, and the publication places them.
 
 The publication of a scan that was begun on the plan's day or later makes the plan "published";
 amendments do not. On a wall without scans the setters choose that state themselves.

@@ -19,13 +19,16 @@ export interface Row {
   setter: string;
   tags: string;
   strips: string;
+  /** The facts of the existing route when it was chosen or last read. */
+  known: Words;
 }
 
-type Words = Pick<Row, "name" | "grade" | "setter" | "tags" | "strips">;
+const FIELDS = ["name", "grade", "setter", "tags", "strips"] as const;
+type Words = Record<(typeof FIELDS)[number], string>;
 
 const NOTHING: Words = { name: "", grade: "", setter: "", tags: "", strips: "" };
 
-export function wordsOf(route: Route | undefined): Words {
+function wordsOf(route: Route | undefined): Words {
   if (!route) return { ...NOTHING };
   return {
     name: route.name,
@@ -36,6 +39,13 @@ export function wordsOf(route: Route | undefined): Words {
   };
 }
 
+/** A row as an existing route (none: a new one): its facts are filled in, unless others were typed. */
+export function identified(row: Row, route: Route | undefined): Row {
+  const [before, known] = [row.known ?? NOTHING, wordsOf(route)];
+  const filled = FIELDS.filter((field) => row[field] === before[field]).map((field) => [field, known[field]] as const);
+  return { ...row, ...Object.fromEntries(filled), same: route?.id ?? "", known };
+}
+
 /** The rows as the scan proposes them; earlier input that still fits is restored. */
 export function rowsOf(lines: Line[], hanging: Route[], typed: Row[]): Row[] {
   const ids = new Set(hanging.map(({ id }) => id));
@@ -43,9 +53,12 @@ export function rowsOf(lines: Line[], hanging: Route[], typed: Row[]): Row[] {
     if (line.number === null) return [];
     const number = line.number;
     const before = typed.find((row) => row.number === number);
-    if (before && (before.same === "" || ids.has(before.same))) return [{ ...before, line }];
+    // A forerun may have changed the route's grade meanwhile.
+    if (before && (before.same === "" || ids.has(before.same))) {
+      return [identified({ ...before, line }, hanging.find(({ id }) => id === before.same))];
+    }
     const route = hanging.find(({ id }) => id === line.route_id);
-    return [{ number, line, same: line.route_id ?? "", taken: true, ...wordsOf(route) }];
+    return [{ number, line, same: line.route_id ?? "", taken: true, ...wordsOf(route), known: wordsOf(route) }];
   });
 }
 
@@ -85,21 +98,26 @@ function isFit(row: Row, route: Route): boolean {
   return Boolean(typed) || row.line.colour === route.colour;
 }
 
+function factsOf(row: Row) {
+  const [system, label] = row.grade.split("|");
+  return {
+    name: row.name,
+    grade_system_id: system || null,
+    grade: label ?? "",
+    setter: row.setter,
+    tags: row.tags.split(",").map((tag) => tag.trim()).filter(Boolean),
+    strip_on: row.strips || null,
+  };
+}
+
 /** The rows as the server expects them. */
 export function entriesOf(rows: Row[]): Schemas["RouteEntry"][] {
-  return rows.filter(({ taken }) => taken).map((row) => {
-    const [system, label] = row.grade.split("|");
-    return {
-      number: row.number,
-      route_id: row.same || null,
-      name: row.name,
-      grade_system_id: system || null,
-      grade: label ?? "",
-      setter: row.setter,
-      tags: row.tags.split(",").map((tag) => tag.trim()).filter(Boolean),
-      strip_on: row.strips || null,
-    };
-  });
+  return rows.filter(({ taken }) => taken).map((row) => ({ number: row.number, route_id: row.same || null, ...factsOf(row) }));
+}
+
+/** A row as a route without a scan. */
+export function handRouteOf(row: Row, id: string): Schemas["NewRoute"] {
+  return { id, colour: row.line.colour, ...factsOf(row) };
 }
 
 const KEPT = "walltopo-review-";
