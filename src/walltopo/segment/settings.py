@@ -36,6 +36,7 @@ class ProposeSettings:
     """Settings of the evidence from the mesh (section `propose`)."""
 
     # fmt: off
+    volumes: Annotated[bool, about("Add volumes that no mask shows, by their shape", expert=True)] = True
     relief: Annotated[bool, about("Use relief and colour as evidence in addition to the masks (when: docs/propose.md)")] = False
     sure: Annotated[float, about("Instances with a lower lift score get the outline of their bump in the relief", low=0.0, high=1.0, expert=True)] = 0.15
     listed: Annotated[float, about("Minimum hold probability of an instance without any mask", low=0.0, high=1.0, expert=True)] = 0.1

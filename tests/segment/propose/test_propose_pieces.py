@@ -63,7 +63,7 @@ def test_joining_takes_nothing_from_the_sure(label: list[int], first: int, last:
     assert set(np.unique(after)) <= {0, 1, 2, 3} | new
 
 
-HOLD = Relief(0.04, 0.8, 0.01, 0.15, 0.5, 0.001, 1.0, 1.0, 6)
+HOLD = Relief(0.04, 0.8, 0.01, 0.15, 0.001, 1.0, 1.0, 6)
 
 
 def test_each_cue_leans_to_its_side() -> None:
@@ -77,7 +77,7 @@ def test_each_cue_leans_to_its_side() -> None:
     assert len(cues_of(HOLD, found, other)) == len(CUES)
     assert chance(HOLD, found, other) > 0.9
     assert chance(HOLD, Masks(), other) > chance(HOLD, Masks(), Tint(0.01, 0.2, 8))
-    print_on_wall = Relief(0.001, 0.1, 0.01, 0.15, 1.0, 0.001, 1.0, 1.0, 6)
+    print_on_wall = Relief(0.001, 0.1, 0.01, 0.15, 0.001, 1.0, 1.0, 6)
     assert chance(print_on_wall, Masks(0.1, 0.4, 2), other) < 0.5
 
 

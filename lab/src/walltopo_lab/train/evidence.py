@@ -151,12 +151,12 @@ def prepare(folder: Path, gym: Path, ways: Sequence[Spoilt] = ROUNDS) -> Prepare
     views = read_views(scan.sparse)
     turned = align_views(scan_views(scan, truth), truth.views, False).mesh(mesh)
     found = Detections.load(scan.detections)
-    whole, first = _lifted(mesh, views, found)
+    whole, first = lifted(mesh, views, found)
     places = np.array([mesh.centroids[whole == record.id].mean(axis=0) for record in first])
     rounds = []
     for number, way in enumerate(ways):
         kept = spoil(found, first, places, way, number)
-        label, records = _lifted(mesh, views, kept)
+        label, records = lifted(mesh, views, kept)
         rounds.append((label, masks_of(records, kept)))
     return Prepared(
         Ground.of(mesh, 1.0, True, ProposeSettings().seed),
@@ -177,7 +177,7 @@ def samples_of(prepared: Prepared) -> Samples:
     return Samples.together(parts)
 
 
-def _lifted(
+def lifted(
     mesh: Mesh, views: Sequence[View], found: Detections
 ) -> tuple[NDArray[np.int32], Sequence[InstanceRecord]]:
     masked = [view.with_masks(found.masks.get(view.name, ())) for view in views]

@@ -252,7 +252,8 @@ def find_bumps(
     size = np.bincount(confident, mesh.areas)
     beside = cKDTree(mesh.centroids[held]) if len(held) else None
     found: list[Ints] = []
-    for piece in _components(mesh, neighbours, out & (confident == 0), MIN_AREA * unit**2):
+    free = out & (confident == 0)
+    for piece in components_of_area(mesh, neighbours, free, MIN_AREA * unit**2, MAX_AREA * unit**2):
         places = mesh.centroids[piece]
         if np.ptp(places, axis=0).max() > LONGEST * unit:
             continue
@@ -267,13 +268,13 @@ def find_bumps(
     return sorted(found, key=lambda piece: -float(mesh.areas[piece].sum()))
 
 
-def _components(
-    mesh: Mesh, neighbours: NDArray[np.int32], chosen: NDArray[np.bool_], min_area: float
+def components_of_area(
+    mesh: Mesh, neighbours: NDArray[np.int32], chosen: NDArray[np.bool_], low: float, high: float
 ) -> list[Ints]:
-    """Return the connected components of chosen triangles with an area within the bounds."""
+    """Return the connected components of (F,) chosen triangles with an area between bounds."""
     part, first = patches(neighbours, chosen.astype(np.int32))
     area = np.bincount(part, mesh.areas * chosen, len(first))
-    wanted = (area > min_area) & (area < min_area / MIN_AREA * MAX_AREA)
+    wanted = (area > low) & (area < high)
     rows = np.flatnonzero(chosen & wanted[part])
     order = rows[np.argsort(part[rows], kind="stable")]
     starts = np.flatnonzero(np.diff(part[order], prepend=-1))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,11 +14,17 @@ from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTa
 from walltopo.scans.manifest import Metrics
 from walltopo.scans.photos import PhotoSet
 from walltopo.scans.scale import TYPICAL_HOLD, unit_of_sizes
-from walltopo.segment.propose.evidence import explained, photo_views, shipped_model
+from walltopo.segment.propose.evidence import (
+    Masks,
+    PhotoView,
+    explained,
+    photo_views,
+    shipped_model,
+)
 from walltopo.segment.propose.pieces import Ground, Pieces, gather_pieces, masks_of
+from walltopo.segment.propose.solids import add_volumes
 from walltopo.segment.settings import ProposeSettings
 
-VOLUME_AREA, VOLUME_FLATNESS = 0.05, 0.75  # square metres; share of a volume in few planes
 # Maximum evidence of a piece that no photo explains: below the limit for being listed.
 UNEXPLAINED = 0.3
 
@@ -34,23 +40,48 @@ def propose(
     settings: ProposeSettings,
     progress: Progress,
 ) -> tuple[InstanceTable, InstanceRecords, Metrics]:
-    """Return the lift's instances and the bumps on the wall, with the evidence for each.
+    """Return the lift's instances, the volumes and bumps that no mask shows, and their evidence.
 
     Metrics: number of instances, of proposed ones (without a mask), and of reshaped ones.
     """
     table.check_fits(whole)
-    if not settings.relief or not len(whole.faces):
-        return table, records, {"instances": len(records.instances), "proposed": 0}
+    lifted = len(records.instances)
+    if not (settings.volumes or settings.relief) or not whole.measured.any():
+        return table, records, {"instances": lifted, "proposed": 0}
     mesh = whole.without_guesses()
-    measured = table.face_instance[whole.measured]
-    lifted_masks = masks_of(records.instances, detections)
-    sizes = np.sqrt(np.bincount(measured, mesh.areas)[1:])
+    sizes = np.sqrt(np.bincount(table.face_instance[whole.measured], mesh.areas)[1:])
     unit = unit_of_sizes(sizes.tolist(), metric, TYPICAL_HOLD)
     progress.step("find the wall's panels")
     ground = Ground.of(mesh, unit, metric, settings.seed)
-    rendered = photo_views(mesh, views, photos, progress)
+    if settings.volumes:
+        table, records = add_volumes(ground, table, records, whole.measured, settings.sure)
+    volumes = len(records.instances) - lifted
+    figures: Metrics = {"instances": lifted + volumes, "proposed": volumes}
+    if settings.relief:
+        rendered = photo_views(mesh, views, photos, progress)
+        table, records, bumps = _with_bumps(
+            ground, whole, table, records, detections, rendered, settings
+        )
+        figures |= bumps | {"proposed": volumes + bumps["proposed"]}
+    return table, records, figures
+
+
+def _with_bumps(
+    ground: Ground,
+    whole: Mesh,
+    table: InstanceTable,
+    records: InstanceRecords,
+    detections: Detections,
+    rendered: Iterable[PhotoView],
+    settings: ProposeSettings,
+) -> tuple[InstanceTable, InstanceRecords, dict[str, int]]:
+    """Return the instances with the bumps of the relief; proposed volumes stay as they are."""
+    measured = table.face_instance[whole.measured]
+    solid = {row.id: row.evidence for row in records.instances if row.evidence is not None}
+    lifted_masks = masks_of(records.instances, detections)
+    lifted_masks |= dict.fromkeys(solid, Masks(support=1.0))
     pieces = gather_pieces(ground, measured, lifted_masks, settings.sure, rendered)
-    evidence = _evidence(pieces)
+    evidence = _evidence(pieces) | solid
     kept = {
         number
         for number in pieces.ids
@@ -97,14 +128,11 @@ def _records(
             rows.append(changed(record, views=views, evidence=probability, faces=number))
     labels = {name: int(label) for label, name in records.classes.items()}
     for number in sorted(kept & pieces.new):
-        relief = pieces.relief[number]
-        large = relief.area > VOLUME_AREA and relief.flatness > VOLUME_FLATNESS
-        kind = "volume" if large and "volume" in labels else "hold"
         rows.append(
             InstanceRecord(
                 id=number,
-                label=labels.get(kind, 1),
-                kind=kind,
+                label=labels.get("hold", 1),
+                kind="hold",
                 score=0.0,
                 votes={},
                 views=(),

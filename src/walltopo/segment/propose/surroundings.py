@@ -18,7 +18,6 @@ RING = 0.03  # metres: a wall triangle this near to a piece is beside it
 FLANK = (0.2, 0.7)  # shares of the top's height between which the surface is the flank
 TOP = 90.0  # percentile of the heights that counts as the top
 SECTORS = 24  # directions along the wall
-PLANES, PLANE_DEG = 5, 9.0  # maximum number of planes of a volume, and their angular tolerance
 
 
 @dataclass(frozen=True)
@@ -30,7 +29,6 @@ class Relief:
     height : of the top over the wall beside the piece, metres.
     rim : mean sine of the angle between the flanks and the wall: 1 = perpendicular.
     area : square metres; length : longest extent along an axis, metres.
-    flatness : share of the area in its `PLANES` most common directions.
     noise : of the panel below the piece, metres.
     on_wall : share of the area that lies on a panel.
     around : share of the directions along the wall in which wall is beside the piece.
@@ -41,7 +39,6 @@ class Relief:
     rim: float
     area: float
     length: float
-    flatness: float
     noise: float
     on_wall: float
     around: float
@@ -91,9 +88,8 @@ class Surroundings:
         on_wall = heights.panel[rows] >= 0
         near = self.beside(rows)
         length = float(np.ptp(mesh.centroids[rows], axis=0).max()) / unit
-        flatness = _flatness(mesh.normals[rows], areas)
         if not on_wall.any():
-            return Relief(0.0, 0.0, total / unit**2, length, flatness, 1.0, 0.0, 0.0, nearby_holds)
+            return Relief(0.0, 0.0, total / unit**2, length, 1.0, 0.0, 0.0, nearby_holds)
         counts = np.bincount(heights.panel[rows[on_wall]], areas[on_wall])
         panel = self._panels[int(counts.argmax())]
         same = near[heights.panel[near] == int(counts.argmax())]
@@ -111,7 +107,6 @@ class Surroundings:
             rim,
             total / unit**2,
             length,
-            flatness,
             panel.noise / unit,
             float(areas[on_wall].sum()) / total,
             _around(mesh.centroids[rows], mesh.centroids[same], panel),
@@ -125,20 +120,3 @@ def _around(own: Floats, beside: Floats, panel: Panel) -> float:
     right, up = ((beside - middle) @ panel.axes.T).T
     sector = np.floor((np.arctan2(up, right) / np.pi + 1) / 2 * SECTORS).astype(np.int64)
     return len(np.unique(sector % SECTORS)) / SECTORS
-
-
-def _flatness(normals: Floats, areas: Floats) -> float:
-    """Return the share of the area that faces one of its `PLANES` most common directions."""
-    rest = areas.copy()
-    total = max(float(areas.sum()), 1e-12)
-    cosine = np.cos(np.radians(PLANE_DEG))
-    some = np.linspace(0, len(normals) - 1, min(len(normals), 200)).astype(np.int64)
-    agree = normals[some] @ normals.T > cosine
-    for _ in range(PLANES):
-        best = int((agree @ rest).argmax())
-        axis = (rest * agree[best]) @ normals
-        length = float(np.linalg.norm(axis))
-        if length <= 0:
-            break
-        rest[normals @ (axis / length) > cosine] = 0.0
-    return 1 - float(rest.sum()) / total
