@@ -161,3 +161,23 @@ def test_a_new_hold_is_measured_with_the_settings_of_the_scan(photographed: Scan
     picture = outcome.pictures[52]
     assert picture is not None
     assert max(picture.crop.shape) <= 20
+
+
+def test_a_volume_is_the_solid_that_stands_out_at_a_place() -> None:
+    """A pyramid of 0.7 m between the columns of holds, and nothing beside it."""
+    vertices = SCAN.mesh.vertices.copy()
+    away = np.abs(vertices[:, [0, 2]] - (2.5, 1.9)).max(axis=1)
+    vertices[:, 1] -= np.maximum(0.0, 0.25 * (1 - away / 0.35))
+    scan = replace(SCAN, mesh=Mesh(vertices, SCAN.mesh.faces))
+    at = (2.45, -0.2, 1.85)
+    found = replay(scan, [Add(hold=Ref(52, at), kind="volume")])
+    assert found.notes == ()
+    places = np.abs(scan.mesh.centroids[:, [0, 2]] - (2.5, 1.9)).max(axis=1)
+    assert (found.labels[places < 0.3] == 52).all()
+    assert not (found.labels[places > 0.4] == 52).any()
+    volume = {row.id: row for row in found.holds.holds}[52]
+    assert (volume.kind, volume.role, volume.type) == ("volume", "volume", "volume")
+    assert 52 not in found.routes.unrouted
+    beside = replay(scan, [Add(hold=Ref(52, (1.5, 0.0, 3.5)), kind="volume")])
+    assert "size stands out" in beside.notes[0].text
+    np.testing.assert_array_equal(beside.labels, scan.labels)

@@ -5,6 +5,7 @@
 export interface Add {
   do: "add";
   hold: Ref;
+  class?: "hold" | "volume";
   radius_m?: number;
 }
 

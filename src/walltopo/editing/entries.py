@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 import msgspec
 import numpy as np
@@ -16,8 +17,9 @@ from walltopo.editing.messages import MissingError
 from walltopo.editing.remeasure import Remeasurement, measure_hold
 from walltopo.editing.route_fit import fit_into_route, route_colour
 from walltopo.editing.snapshot import ScanSnapshot
+from walltopo.editing.solid import solid_at
 from walltopo.editing.state import EditState, RouteFacts
-from walltopo.editing.view_crops import view_crops
+from walltopo.editing.view_crops import ViewCrop, view_crops
 from walltopo.scans.edits import (
     Add,
     Assign,
@@ -38,6 +40,7 @@ from walltopo.scans.edits import (
     Split,
 )
 from walltopo.scans.holds import Hold
+from walltopo.segment.propose.solids import LONGEST
 
 REMOVED = "taken out by hand"
 
@@ -104,19 +107,21 @@ def keep(state: EditState, edit: Keep) -> None:
     fit_into_route(state, found.id)
 
 
-_Grown = tuple[NDArray[np.int64], Remeasurement]
+_Measured = tuple[NDArray[np.int64], Remeasurement]
 
 
 def add(state: EditState, edit: Add) -> None:
-    """Add a hold that grows at a place, in the route that it fits."""
+    """Add a hold that grows at a place, in the route that it fits, or the volume at a place."""
     snapshot = state.snapshot
     at = np.array(edit.hold.at if edit.hold.at is not None else (0.0, 0.0, 0.0))
-    radius = edit.radius * snapshot.unit
+    is_volume = edit.kind == "volume"
+    radius = (LONGEST if is_volume else edit.radius) * snapshot.unit
     around = snapshot.triangles.within(at, 2 * radius)
-    key = msgspec.json.encode(("grown", at.tolist(), radius)) + state.labels[around].tobytes()
-    rows, measured = cached(snapshot, key, lambda: _grown(snapshot, state.labels, at, radius))
+    key = msgspec.json.encode((edit.kind, at.tolist(), radius)) + state.labels[around].tobytes()
+    made = _solid if is_volume else _grown
+    rows, measured = cached(snapshot, key, lambda: made(snapshot, state.labels, at, radius))
     number = state.new_hold(edit.hold.id)
-    state.holds[number] = replace(measured.hold, id=number, score=1.0)
+    state.holds[number] = _of_kind(replace(measured.hold, id=number, score=1.0), edit.kind)
     state.labels[rows] = number
     state.measured_rows[number] = rows
     state.pictures[number] = measured.best
@@ -125,10 +130,30 @@ def add(state: EditState, edit: Add) -> None:
 
 def _grown(
     snapshot: ScanSnapshot, labels: NDArray[np.int32], at: NDArray[np.float64], radius: float
-) -> _Grown:
+) -> _Measured:
     """Return the triangles of a hold at a place, and its measurement."""
     crops = view_crops(snapshot, at, radius, snapshot.settings.photos)
-    rows = grow(snapshot, labels, at, radius, crops)
+    return _measured(snapshot, labels, grow(snapshot, labels, at, radius, crops), crops)
+
+
+def _solid(
+    snapshot: ScanSnapshot, labels: NDArray[np.int32], at: NDArray[np.float64], radius: float
+) -> _Measured:
+    """Return the triangles of the volume at a place, and its measurement."""
+    rows = solid_at(snapshot, labels, at)
+    places = snapshot.mesh.centroids[rows]
+    middle = (places.min(axis=0) + places.max(axis=0)) / 2
+    reach = min(radius, float(np.linalg.norm(places - middle, axis=1).max()))
+    crops = view_crops(snapshot, middle, reach, snapshot.settings.photos)
+    return _measured(snapshot, labels, rows, crops)
+
+
+def _measured(
+    snapshot: ScanSnapshot,
+    labels: NDArray[np.int32],
+    rows: NDArray[np.int64],
+    crops: Sequence[ViewCrop],
+) -> _Measured:
     own = np.where(labels > 0, -1, 0).astype(np.int32)
     own[rows] = 1
     (shape,) = measure_shapes(snapshot.mesh, own, [1]).values()

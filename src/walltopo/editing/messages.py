@@ -85,6 +85,7 @@ REASONS = {
     "beside": "the line does not cross hold {}",
     "no_wall": "there is no wall around this place",
     "no_surface": "there is no free surface at this place",
+    "no_volume": "nothing of a volume's size stands out of the wall at this place",
 }
 LISTS = {"routes_one", "holds_one"}  # reasons with one pair of braces for all numbers
 

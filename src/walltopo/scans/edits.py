@@ -107,13 +107,17 @@ class SetRole(_Edit, frozen=True, kw_only=True, tag="role"):
 class Add(_Edit, frozen=True, kw_only=True, tag="add"):
     """Add a hold that the scan missed; it grows from a place to the edge of relief and colour.
 
+    A volume is the whole solid that stands out of the wall there.
+
     Parameters
     ----------
     hold : its new id (the highest in use + 1; 0: the next free one), and the place.
-    radius : maximum distance of its triangles from the place, metres; `radius_m` in the file.
+    kind : "hold" or "volume"; `class` in the file.
+    radius : maximum distance of a hold's triangles from the place, metres; `radius_m` in the file.
     """
 
     hold: Ref
+    kind: Literal["hold", "volume"] = msgspec.field(name="class", default="hold")
     radius: Annotated[float, msgspec.Meta(gt=0, le=LARGEST_REGION)] = msgspec.field(
         name="radius_m", default=0.35
     )

@@ -4,9 +4,9 @@ import { h, icon } from "../dom";
 import type { Shape } from "../dom";
 import { say } from "../languages";
 
-export type Mode = "choose" | "several" | "add" | "paint" | "erase" | "cut" | "leftOut" | "propose";
+export type Mode = "choose" | "several" | "add" | "addVolume" | "paint" | "erase" | "cut" | "leftOut" | "propose";
 
-const MODES = ["add", "several", "paint", "erase", "leftOut", "propose"] as const satisfies Mode[];
+const MODES = ["add", "addVolume", "several", "paint", "erase", "leftOut", "propose"] as const satisfies Mode[];
 
 export interface BarActs {
   mode(mode: Mode): void;

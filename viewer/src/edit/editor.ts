@@ -110,7 +110,7 @@ export class Editor {
       this.host.refresh();
       return true;
     }
-    if (this.mode === "add") {
+    if (this.mode === "add" || this.mode === "addVolume") {
       if (hit && !known) this.addAt(hit.point);
       return !known;
     }
@@ -191,13 +191,14 @@ export class Editor {
 
   private addAt(point: Vector3): void {
     const id = this.session.nextHoldId;
+    const volume = this.mode === "addVolume" ? ({ class: "volume" } as const) : {};
     this.setMode("choose");
     this.then = () => {
       const hold = this.session.result.tables.holds.get(id);
       if (hold) this.host.select(hold.route, id);
       else this.session.undo(); // nothing grew there; the server's note says why
     };
-    this.session.change({ do: "add", hold: { id, at: placeOf(point) } });
+    this.session.change({ do: "add", hold: { id, at: placeOf(point) }, ...volume });
   }
 
   private cutAt(hit: Hit | null): boolean {
@@ -273,8 +274,9 @@ export class Editor {
       this.mode = "choose";
       this.host.say(edit.chooseFirst);
     }
-    if (this.mode === "several" || this.mode === "leftOut" || this.mode === "add" || this.mode === "propose") this.host.select(null, null);
+    if (this.mode === "several" || this.mode === "leftOut" || this.mode === "add" || this.mode === "addVolume" || this.mode === "propose") this.host.select(null, null);
     if (this.mode === "add") this.host.say(edit.addHint);
+    if (this.mode === "addVolume") this.host.say(edit.addVolumeHint);
     if (this.mode === "cut") this.host.say(edit.cutFirst);
     const aiming = this.mode !== "choose" && this.mode !== "leftOut" && this.mode !== "propose";
     this.host.view.classList.toggle("painting", aiming);

@@ -47,6 +47,7 @@ export const cs: Language = {
     beside: "čára nekříží chyt {}",
     no_wall: "kolem tohoto místa není stěna",
     no_surface: "na tomto místě není volná plocha",
+    no_volume: "na tomto místě nevyčnívá nic o velikosti volume",
   },
   problems: {
     changed: "mezitím byly uloženy jiné úpravy; nic se nezměnilo. Po novém načtení se pokračuje od nich; co se zde od té doby udělalo, bude pryč.",
@@ -146,6 +147,8 @@ export const cs: Language = {
     checkHint: "Další chyt nebo cesta s nízkou jistotou",
     add: "Přidat chyt",
     addHint: "Klepněte na stěnu tam, kde chyt chybí.",
+    addVolume: "Přidat volume",
+    addVolumeHint: "Klepněte na volume, které chybí.",
     several: "Vybrat více",
     paint: "Malovat",
     erase: "Gumovat",

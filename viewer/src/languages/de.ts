@@ -47,6 +47,7 @@ export const de: Language = {
     beside: "die Linie kreuzt Griff {} nicht",
     no_wall: "um diese Stelle ist keine Wand",
     no_surface: "an dieser Stelle ist keine freie Fläche",
+    no_volume: "an dieser Stelle steht nichts von der Größe eines Volumens vor",
   },
   problems: {
     changed: "inzwischen wurden andere Änderungen gespeichert; nichts wurde verändert. Nach dem Neuladen geht es von dort weiter; was hier seither geschah, ist dann weg.",
@@ -146,6 +147,8 @@ export const de: Language = {
     checkHint: "Der nächste Griff oder die nächste Route mit geringer Sicherheit",
     add: "Griff hinzufügen",
     addHint: "Die Wand dort antippen, wo ein Griff fehlt.",
+    addVolume: "Volumen hinzufügen",
+    addVolumeHint: "Ein Volumen antippen, das fehlt.",
     several: "Mehrere auswählen",
     paint: "Malen",
     erase: "Radieren",

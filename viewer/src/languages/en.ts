@@ -139,6 +139,8 @@ const edit = {
   checkHint: "The next hold or route with low confidence",
   add: "Add a hold",
   addHint: "Tap the wall where a hold is missing.",
+  addVolume: "Add a volume",
+  addVolumeHint: "Tap a volume that is missing.",
   several: "Select several",
   paint: "Paint",
   erase: "Erase",

@@ -47,6 +47,7 @@ export const fr: Language = {
     beside: "la ligne ne traverse pas la prise {}",
     no_wall: "il n'y a pas de mur autour de cet endroit",
     no_surface: "il n'y a pas de surface libre à cet endroit",
+    no_volume: "rien de la taille d’un volume ne dépasse du mur à cet endroit",
   },
   problems: {
     changed: "d'autres modifications ont été enregistrées entre-temps ; rien n'a été changé. Après un rechargement on continue à partir d'elles ; ce qui a été fait ici depuis sera perdu.",
@@ -146,6 +147,8 @@ export const fr: Language = {
     checkHint: "La prochaine prise ou voie peu sûre",
     add: "Ajouter une prise",
     addHint: "Touchez le mur là où il manque une prise.",
+    addVolume: "Ajouter un volume",
+    addVolumeHint: "Touchez le volume qui manque.",
     several: "Sélection multiple",
     paint: "Peindre",
     erase: "Gommer",
