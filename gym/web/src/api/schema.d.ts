@@ -4521,8 +4521,8 @@ export interface components {
         };
         /**
          * DraftLine
-         * @description One line of the table to confirm. `photographed`: a hold of the route is in the photos of a
-         *     partial rescan; always true for a scan of the whole wall.
+         * @description One line of the table to confirm. `photographed`: a partial rescan exchanged or confirmed a
+         *     hold of the route; always true for a scan of the whole wall.
          */
         DraftLine: {
             /**
@@ -5429,14 +5429,23 @@ export interface components {
         /**
          * Joined
          * @description The parts of a wall that a partial rescan replaced: the share of the surface, the distance of
-         *     old and new surface along the seam in millimetres (null if they nowhere meet), and counts of
-         *     holds: not photographed, photographed and unchanged, gone, and new.
+         *     old and new surface along the seam in millimetres (null if they nowhere meet), the lines of the
+         *     seam in the scan's frame, and counts of holds: not photographed, photographed and unchanged,
+         *     gone, and new. `colours`: only holds of these colours were exchanged (empty: all); then
+         *     `missing` are the ids of holds of other colours that stay, although the photos do not show them,
+         *     and `ignored` counts new holds that were not added.
          */
         Joined: {
             /** Replaced Share */
             replaced_share: number;
             /** Seam Mm */
             seam_mm: number | null;
+            /** Seam */
+            seam: [
+                number,
+                number,
+                number
+            ][][];
             /** Stays */
             stays: number;
             /** Same */
@@ -5445,6 +5454,12 @@ export interface components {
             gone: number;
             /** Added */
             added: number;
+            /** Colours */
+            colours: string[];
+            /** Missing */
+            missing: number[];
+            /** Ignored */
+            ignored: number;
         };
         /**
          * KnownDistance
@@ -6215,6 +6230,11 @@ export interface components {
              */
             hold_reports?: boolean;
             /**
+             * Forerun
+             * @default false
+             */
+            forerun?: boolean;
+            /**
              * Language
              * @default en
              * @enum {string}
@@ -6239,7 +6259,8 @@ export interface components {
          * NewsKinds
          * @description Message preferences: `digest` by mail, the others by push.
          *
-         *     `hold_reports`: to setters about new hold reports, to climbers when theirs are done.
+         *     `hold_reports`: to setters about new hold reports, to climbers when theirs are done. `forerun`:
+         *     to forerunners when the routes of a planned reset are set.
          */
         NewsKinds: {
             /**
@@ -6267,6 +6288,11 @@ export interface components {
              * @default false
              */
             hold_reports?: boolean;
+            /**
+             * Forerun
+             * @default false
+             */
+            forerun?: boolean;
         };
         /**
          * NewsWords
@@ -6298,6 +6324,11 @@ export interface components {
              * @default false
              */
             hold_reports?: boolean;
+            /**
+             * Forerun
+             * @default false
+             */
+            forerun?: boolean;
             /**
              * Language
              * @default en
@@ -7773,8 +7804,9 @@ export interface components {
         /**
          * ScanFacts
          * @description A version of a wall; `error` and `hint`: why it failed, and what to do. `part`: its photos
-         *     show a part of the wall, and the rest is from `reference_id`. `network`: scores of the gym's own
-         *     network that found its holds; null: the shipped network found them.
+         *     show a part of the wall, and the rest is from `reference_id`. `colours`: only holds of these
+         *     colours are exchanged; empty: all. `network`: scores of the gym's own network that found its
+         *     holds; null: the shipped network found them.
          */
         ScanFacts: {
             /**
@@ -7806,12 +7838,15 @@ export interface components {
             scale: components["schemas"]["ScaleFacts"] | null;
             /** Part */
             part: boolean;
+            /** Colours */
+            colours: string[];
             network: components["schemas"]["NetworkResult"] | null;
             progress?: components["schemas"]["Progress"] | null;
         };
         /**
          * ScanStart
          * @description `part`: the photos show a part of the wall. The rest is taken from the published version.
+         *     `colours`: only holds of these colours are exchanged there; empty: all.
          */
         ScanStart: {
             /**
@@ -7819,6 +7854,11 @@ export interface components {
              * @default false
              */
             part?: boolean;
+            /**
+             * Colours
+             * @default []
+             */
+            colours?: string[];
         };
         /**
          * Scope
