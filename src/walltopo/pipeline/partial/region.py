@@ -59,7 +59,7 @@ class Region:
 
 @dataclass(frozen=True)
 class Exchange:
-    """Which instances a partial rescan exchanges.
+    """The instances that a partial rescan exchanges.
 
     Parameters
     ----------
