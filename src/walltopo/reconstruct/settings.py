@@ -82,7 +82,7 @@ class DenseSettings:
     # fmt: off
     backend: Annotated[Literal["auto", "sgm", "colmap", "openmvs", "sparse"], about("Method that computes the mesh")] = "auto"
     mesh: Annotated[str, about("Ready mesh (OBJ, PLY, GLB) in the frame of sparse.poses; it replaces stereo", content=(".",), expert=True)] = ""
-    mesh_texture: Annotated[bool, about("Use the texture of the ready mesh, where it has one, instead of painting the photos", expert=True)] = True
+    mesh_texture: Annotated[Literal["auto", "always", "never"], about("Whether the texture of the ready mesh is used instead of painting the photos; auto: unless people are in the photos", expert=True)] = "auto"
     edge_length: Annotated[float, about("Target edge length of the mesh in scans with a scale", unit="m", low=0.001, high=0.5)] = 0.008
     edge_pixels: Annotated[float, about("Minimum edge length of the mesh in photo pixels; the target in scans without a scale", unit="px", low=0.5, high=50, expert=True)] = 3.0
     max_size: Annotated[int, about("Longer side of the photos for stereo", unit="px", low=200, high=8000, expert=True)] = 1600

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -47,7 +48,7 @@ def colour_at(picture: np.ndarray, uv: np.ndarray) -> tuple[int, ...]:
 
 
 def test_several_pictures_become_one_and_seams_are_sewn(tmp_path: Path) -> None:
-    found = read_mesh_file(write_obj(tmp_path), texture=True)
+    found = read_mesh_file(write_obj(tmp_path))
     assert found.lacks == ""
     assert found.uv is not None
     assert found.picture is not None
@@ -66,7 +67,7 @@ def test_glb_keeps_its_texture(tmp_path: Path) -> None:
     visual = trimesh.visual.TextureVisuals(uv=uv, material=material)
     faces = [[0, 1, 2], [0, 2, 3]]
     trimesh.Trimesh(vertices, faces, visual=visual, process=False).export(tmp_path / "a.glb")
-    found = read_mesh_file(tmp_path / "a.glb", texture=True)
+    found = read_mesh_file(tmp_path / "a.glb")
     assert found.uv is not None
     assert found.picture is not None
     # The lower right triangle's centroid lies in the lower half.
@@ -77,10 +78,10 @@ def test_glb_keeps_its_texture(tmp_path: Path) -> None:
 
 def test_an_unusable_texture_has_a_reason(tmp_path: Path) -> None:
     path = write_obj(tmp_path, repeats=True)
-    assert "repeats" in read_mesh_file(path, texture=True).lacks
+    assert "repeats" in read_mesh_file(path).lacks
     (tmp_path / "red.png").unlink()
-    assert "none" in read_mesh_file(path, texture=True).lacks
-    assert "off" in read_mesh_file(path, texture=False).lacks
+    assert "none" in read_mesh_file(path).lacks
+    assert read_mesh_file(path, "not wanted").lacks == "not wanted"
 
 
 def test_files_that_a_mesh_refers_to_are_its_inputs(tmp_path: Path) -> None:
@@ -163,7 +164,7 @@ def placed(mesh: Mesh, folder: Path, mesh_frame: MeshFrame | None = None) -> Giv
     scene, poses, photos = scene_and_poses(mesh_frame)
     write_ply(folder / "mesh.ply", mesh)
     settings = DenseSettings(mesh=str(folder / "mesh.ply"))
-    return place_mesh(scene, poses, photos, 0.1, settings, Context(folder, folder))
+    return place_mesh(scene, poses, photos, False, 0.1, settings, Context(folder, folder))
 
 
 def test_a_mesh_in_the_frame_of_the_poses_is_taken_as_it_is(tmp_path: Path) -> None:
@@ -203,4 +204,28 @@ def test_a_mesh_that_the_photos_do_not_see_is_refused(tmp_path: Path) -> None:
         placed(Mesh(ledge().vertices + np.array([0, 1.0, 0]), ledge().faces), tmp_path)
     assert "mesh.ply" in failure.value.message
     with pytest.raises(InputError, match="no such file"):
-        read_mesh_file(tmp_path / "nothing.ply", texture=True)
+        read_mesh_file(tmp_path / "nothing.ply")
+
+
+@pytest.mark.parametrize(
+    ("choice", "people", "used"),
+    [("auto", False, True), ("auto", True, False), ("always", True, True), ("never", False, False)],
+)
+def test_a_texture_that_may_show_people_is_painted_anew(
+    tmp_path: Path, choice: Any, people: bool, used: bool
+) -> None:
+    """People are hidden in the photos only."""
+    scene, poses, photos = scene_and_poses(None)
+    mesh = ledge()
+    corners = mesh.vertices[mesh.faces].reshape(-1, 3)
+    texture = trimesh.visual.TextureVisuals(
+        uv=np.column_stack([corners[:, 0] / 10 + 0.5, corners[:, 2] / 10 + 0.5]),
+        image=Image.new("RGB", (8, 8), (200, 30, 40)),
+    )
+    faces = np.arange(len(corners)).reshape(-1, 3)
+    file = tmp_path / "mesh.glb"
+    trimesh.Trimesh(corners, faces, visual=texture, process=False).export(file)
+    settings = DenseSettings(mesh=str(file), mesh_texture=choice)
+    given = place_mesh(scene, poses, photos, people, 0.1, settings, Context(tmp_path, tmp_path))
+    assert (given.picture is not None) == used
+    assert given.metrics["own_texture"] == used

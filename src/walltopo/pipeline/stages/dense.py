@@ -74,7 +74,8 @@ def run(reads: Reads, settings: DenseSettings, context: Context) -> Writes:
         raise InputError(f"{settings.mesh}: needs the poses of the photos", "Give --poses too.")
     scene = read_scene(reads.sparse.folder)
     edge, _ = edge_and_unit(scene, settings, metric)
-    given = place_mesh(scene, reads.poses, reads.photo_list, edge, settings, context)
+    people = bool(reads.photos.people.photos)
+    given = place_mesh(scene, reads.poses, reads.photo_list, people, edge, settings, context)
     return Writes(given.mesh, given.picture, given.uv, given.metrics)
 
 

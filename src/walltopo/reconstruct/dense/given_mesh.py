@@ -65,6 +65,7 @@ def place_mesh(
     scene: Scene,
     poses: GivenPoses,
     photos: PhotoList,
+    shows_people: bool,
     edge: float,
     settings: DenseSettings,
     context: Context,
@@ -73,6 +74,7 @@ def place_mesh(
 
     Parameters
     ----------
+    shows_people : whether people were found in the photos.
     edge : target edge length, world units; longer edges are split.
 
     Raises
@@ -82,7 +84,7 @@ def place_mesh(
     import cv2
 
     path = Path(settings.mesh)
-    content = read_mesh_file(path, texture=settings.mesh_texture)
+    content = read_mesh_file(path, _why_painted(settings, shows_people))
     world_from_poses = _world_from_poses(scene, poses, photos)
     rays = _Rays.of(scene, content.mesh)
     found = _find_frame(rays, poses, world_from_poses, path, context)
@@ -101,7 +103,7 @@ def place_mesh(
     else:
         context.progress.note(
             f"{path.name}: its own texture is used; people in it are not hidden "
-            "(dense.mesh_texture=false paints the photos instead)"
+            "(dense.mesh_texture=never paints the photos instead)"
         )
     picture = None
     if content.picture is not None:
@@ -121,6 +123,21 @@ def place_mesh(
     return GivenMesh(
         mesh, picture, None if uv is None else TextureUv(uv.astype(np.float32)), figures
     )
+
+
+def _why_painted(settings: DenseSettings, shows_people: bool) -> str:
+    """Return why the photos are painted although the mesh may have a texture; "" if they are not.
+
+    People are hidden in the photos, and not in a texture that came with a mesh.
+    """
+    if settings.mesh_texture == "never":
+        return "dense.mesh_texture is never"
+    if settings.mesh_texture == "auto" and shows_people:
+        return (
+            "the photos show people, who may be in its own texture "
+            "(dense.mesh_texture=always uses it)"
+        )
+    return ""
 
 
 def _world_from_poses(scene: Scene, poses: GivenPoses, photos: PhotoList) -> Similarity:

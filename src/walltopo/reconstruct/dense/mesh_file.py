@@ -40,22 +40,22 @@ class MeshFile:
     lacks: str
 
 
-def read_mesh_file(path: Path, *, texture: bool) -> MeshFile:
+def read_mesh_file(path: Path, unwanted: str = "") -> MeshFile:
     """Return the surface of a file, and its texture if it covers the surface.
 
     Parameters
     ----------
-    texture : whether the texture is wanted.
+    unwanted : why the texture is not wanted; "" if it is.
 
     Raises
     ------
     InputError : the file is missing or damaged, or holds no triangles.
     """
+    texture, lacks = not unwanted, unwanted
     parts = _parts(path, load_with_trimesh(path, pictures=texture))
     corners = [np.asarray(part.vertices, np.float64)[np.asarray(part.faces)] for part in parts]
     uv = [_uv_of(part) for part in parts] if texture else []
     pictures = [_picture_of(part) for part in parts] if texture else []
-    lacks = "" if texture else "dense.mesh_texture is off"
     if texture and any(one is None for one in (*uv, *pictures)):
         lacks = "it has none, or not on all of its parts"
     with naming(path):
