@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import time
 from functools import partial
 from io import BytesIO
 from pathlib import Path
@@ -207,7 +206,6 @@ def _amend_it(client: httpx.Client, published: str, holds: list[int]) -> None:
     """A hold that was removed comes back by an amendment of the published wall."""
     gym, _, scan = published.rpartition("/scans/")
     wall = _scan(client, published)["wall_id"]
-    begun = time.monotonic()
     amendment = client.post(f"{gym}/walls/{wall}/amendments").json()
     assert amendment["amends_id"] == scan
     path = f"{gym}/scans/{amendment['id']}"
@@ -216,12 +214,11 @@ def _amend_it(client: httpx.Client, published: str, holds: list[int]) -> None:
     assert (before["version"], len(before["edits"]["edits"])) == ("1", 1)
     edits = {"version": 2, "edits": []}
     assert client.post(log, json={"version": "1", "edits": edits}).status_code == 200
-    wait_for(lambda: not _scan(client, f"{log}/state")["stale"])
+    wait_for(lambda: _settled(_scan(client, f"{log}/state")))
     assert {row["id"] for row in _shown(client, path, "holds.json")["holds"]} > set(holds)
     draft = client.get(f"{path}/draft").json()
     body = {"revision": draft["revision"], "routes": []}
     assert client.post(f"{path}/publish", json=body).status_code == 200
-    assert time.monotonic() - begun < 60  # a missed hold costs a minute
 
 
 def _settled(state: dict[str, Any]) -> dict[str, Any] | None:
