@@ -89,7 +89,7 @@ class Placing:
         try:
             with tempfile.TemporaryDirectory() as name:
                 folder = ScanFolder(Path(name))
-                download_files(self.store, scan, folder, "holds", "routes")
+                download_files(self.store, scan, folder, folder.holds, folder.routes)
                 holds, routes, unit = read_wall(folder.root)
         except (NotFoundError, InputError) as error:
             _LOG.warning("scan %s: its routes are not placed (%s)", scan, error)

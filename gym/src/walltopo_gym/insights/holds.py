@@ -128,7 +128,7 @@ def _counted(store: FileStore, scan: UUID) -> list[tuple[tuple[str, str, str], i
     """Return colour, type and size of the holds of a published scan, which never changes."""
     with tempfile.TemporaryDirectory() as name:
         folder = ScanFolder(Path(name))
-        download_files(store, scan, folder, "holds")
+        download_files(store, scan, folder, folder.holds)
         found = Holds.load(folder.holds)
     kinds = Counter(
         (hold.colour, "volume" if hold.kind == "volume" else hold.type,

@@ -71,7 +71,7 @@ class SuggestedMoves:
         try:
             with tempfile.TemporaryDirectory() as name:
                 folder = ScanFolder(Path(name))
-                download_files(self.store, one, folder, "holds", "routes")
+                download_files(self.store, one, folder, folder.holds, folder.routes)
                 found, reach = _moves(folder, numbers)
                 found.save(folder.moves)
                 file = store_public_file(self.store, folder.moves)

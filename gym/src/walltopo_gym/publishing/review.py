@@ -81,7 +81,7 @@ def found_routes(store: FileStore, scan: UUID) -> dict[int, found.Route]:
     """Return the routes of a scan by number."""
     with tempfile.TemporaryDirectory() as name:
         folder = ScanFolder(Path(name))
-        download_files(store, scan, folder, "routes")
+        download_files(store, scan, folder, folder.routes)
         return {route.id: route for route in found.Routes.load(folder.routes).routes}
 
 

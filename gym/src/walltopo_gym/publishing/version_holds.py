@@ -56,7 +56,7 @@ def read_holds(store: FileStore, scan: UUID) -> VersionHolds:
     """
     with tempfile.TemporaryDirectory() as name:
         folder = ScanFolder(Path(name))
-        download_files(store, scan, folder, "holds")
+        download_files(store, scan, folder, folder.holds)
         found = Holds.load(folder.holds)
     return VersionHolds({hold.id: hold for hold in found.holds}, found.unit)
 

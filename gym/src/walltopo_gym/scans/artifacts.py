@@ -20,8 +20,6 @@ from walltopo.scans.object_store import fetch_missing, send_files
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.storage.files import FileStore, hash_of_file
 
-# The public files of a published wall.
-_VISIBLE = ("page", "page_assets", "glb", "holds", "routes")
 MOVES_FILE: Final = "moves.json"  # added after the publication (publishing/moves.py)
 
 
@@ -71,7 +69,7 @@ def read_manifest(store: FileStore, scan: UUID) -> Manifest:
     """
     with tempfile.TemporaryDirectory() as name:
         folder = ScanFolder(Path(name))
-        download_files(store, scan, folder, "manifest")
+        download_files(store, scan, folder, folder.manifest)
         return Manifest.load(folder.manifest)
 
 
@@ -94,15 +92,14 @@ def download_sparse(store: FileStore, scan: UUID, root: Path) -> Path:
     return folder
 
 
-def download_files(store: FileStore, scan: UUID, folder: ScanFolder, *names: str) -> None:
-    """Download single files, by the names of the scan folder.
+def download_files(store: FileStore, scan: UUID, folder: ScanFolder, *files: Path) -> None:
+    """Download single files of a scan folder.
 
     Raises
     ------
     NotFoundError : the scan has not come so far.
     """
-    for name in names:
-        path: Path = getattr(folder, name)
+    for path in files:
         store.fetch(f"{_prefix(scan)}/{path.relative_to(folder.root).as_posix()}", path)
 
 
@@ -117,8 +114,7 @@ def store_public_file(store: FileStore, file: Path) -> dict[str, Any]:
 def store_public_files(store: FileStore, folder: ScanFolder) -> dict[str, Any]:
     """Store public files under hashes of their content; return path to key, size and type."""
     found: dict[str, Any] = {}
-    for name in _VISIBLE:
-        path: Path = getattr(folder, name)
+    for path in (folder.page, folder.page_assets, folder.glb, folder.holds, folder.routes):
         for file in files_below(path) if path.is_dir() else [path]:
             if file.is_file():
                 shown = file.relative_to(folder.root).as_posix()
