@@ -133,7 +133,7 @@ def _grown(
 ) -> _Measured:
     """Return the triangles of a hold at a place, and its measurement."""
     crops = view_crops(snapshot, at, radius, snapshot.settings.photos)
-    return _measured(snapshot, labels, grow(snapshot, labels, at, radius, crops), crops)
+    return _with_measurement(snapshot, labels, grow(snapshot, labels, at, radius, crops), crops)
 
 
 def _solid(
@@ -145,15 +145,16 @@ def _solid(
     middle = (places.min(axis=0) + places.max(axis=0)) / 2
     reach = min(radius, float(np.linalg.norm(places - middle, axis=1).max()))
     crops = view_crops(snapshot, middle, reach, snapshot.settings.photos)
-    return _measured(snapshot, labels, rows, crops)
+    return _with_measurement(snapshot, labels, rows, crops)
 
 
-def _measured(
+def _with_measurement(
     snapshot: ScanSnapshot,
     labels: NDArray[np.int32],
     rows: NDArray[np.int64],
     crops: Sequence[ViewCrop],
 ) -> _Measured:
+    """Return triangles with their measurement in photos."""
     own = np.where(labels > 0, -1, 0).astype(np.int32)
     own[rows] = 1
     (shape,) = measure_shapes(snapshot.mesh, own, [1]).values()
