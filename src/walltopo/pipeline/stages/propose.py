@@ -58,4 +58,4 @@ def run(reads: Reads, settings: ProposeSettings, context: Context) -> Writes:
     )
 
 
-PROPOSE = Stage("propose", Reads, Writes, run, models=("evidence.json",), cost=Cost(0.3, 0.0))
+PROPOSE = Stage("propose", Reads, Writes, run, models=("evidence.json",), cost=Cost(8, 0.05))
