@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import NoReturn
@@ -11,6 +10,7 @@ import pytest
 from gym.tests.postgres import free_port
 from gym.tests.web.places import WEB, missing_browser, new_world, playwright, publish_wall, serving
 from gym.tests.worlds import Server, make_world
+from msgspec.structs import replace
 
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.routes import Routes
@@ -50,7 +50,7 @@ def test_flow(
         "scan": str(scan),
         "later": str(world.finished(tiny_scan)),
         "mails_link": unsubscribe_token(world.server.database, member),
-        "bare": _bare_wall(world.server, tiny_scan),
+        "bare": _bare_wall(world.server, tiny_scan, tmp_path),
     }
     # Browsers keep the cookie of a sign-in over HTTPS and on this name only; a passkey is for the
     # server's own address.
@@ -59,12 +59,20 @@ def test_flow(
         playwright(environment, f"{flow}.spec.mjs", f"--output={tmp_path / 'failures'}")
 
 
-def _bare_wall(server: Server, folder: Path) -> dict[str, str]:
-    """Make a gym whose wall has no published scan but one in review; return what its test needs."""
+def _bare_wall(server: Server, folder: Path, scratch: Path) -> dict[str, str]:
+    """Make a gym whose wall has no published scan but one in review; return what its test needs.
+
+    The first route of the scan gets a colour that no other one has.
+    """
     world = make_world(server, visibility="unlisted")
     scan = world.finished(folder)
-    colours = Counter(route.colour for route in Routes.load(ScanFolder(folder).routes).routes)
-    colour = next(name for name, number in colours.items() if number == 1)
+    found = Routes.load(ScanFolder(folder).routes)
+    first, *others = found.routes
+    taken = {route.colour for route in others}
+    colour = next(name for name in ("green", "red", "yellow") if name not in taken)
+    recoloured = replace(found, routes=(replace(first, colour=colour), *others))
+    recoloured.save(scratch / "routes.json")
+    server.services.store.put(f"scans/{scan}/routes.json", scratch / "routes.json")
     return {
         "gym": world.gym.slug,
         "wall": str(world.wall.id),
