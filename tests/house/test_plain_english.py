@@ -37,7 +37,7 @@ NAMES = {
 APPS = ("viewer/src", "gym/web/src")
 GENERATED = {"gym/web/src/api/schema.d.ts", "viewer/src/wire.ts"}
 KEYS = {"told", "untold", "asked", "asking"}
-# A comment of TypeScript, CSS or Svelte's markup; the glob in `accept="image/*"` is none.
+# A comment of TypeScript, CSS or Svelte's markup; `accept="image/*"` begins no comment.
 APP_COMMENT = re.compile(
     r"(?:(?<=[\s({\[,;])|^)(?:/\*+(?P<block>.*?)\*/|//(?P<line>[^\n]*(?:\n\s*//[^\n]*)*))"
     r"|<!--(?P<markup>.*?)-->",

@@ -36,30 +36,30 @@ def test_no_part_of_a_wall_without_a_published_version(server: Server) -> None:
     assert (started.status_code, started.json()["part"]) == (200, False)
 
 
-def test_a_part_is_of_the_version_that_is_published_when_it_starts(server: Server) -> None:
+def _begun(server: Server) -> tuple[World, UUID, str]:
+    """Return a gym with a published wall, its version, and the path of a scan with three photos."""
     world = make_world(server)
-    setter = world.people["setter"]
     first = world.reviewed({1: [1, 2]}, HOLDS)
     assert world.publish(first, {"number": 1}).status_code == 200
-    begun = server.ask("POST", f"{world.path}/walls/{world.wall.id}/scans", setter).json()
+    scans = f"{world.path}/walls/{world.wall.id}/scans"
+    begun = server.ask("POST", scans, world.people["setter"]).json()
     for number in range(3):
         world.photo(UUID(begun["id"]), name=f"{number}.jpg", state="usable")
+    return world, first, f"{world.path}/scans/{begun['id']}"
+
+
+def test_a_part_is_of_the_version_that_is_published_when_it_starts(server: Server) -> None:
+    world, first, path = _begun(server)
+    setter = world.people["setter"]
     second = world.reviewed({1: [1, 2]}, HOLDS, reference_id=first)
     assert world.publish(second, {"number": 1}, revision=1).status_code == 200
-    path = f"{world.path}/scans/{begun['id']}"
     started = server.ask("POST", f"{path}/start", setter, {"part": True}).json()
     assert (started["part"], started["reference_id"]) == (True, str(second))
 
 
 def test_a_part_may_exchange_one_colour(server: Server) -> None:
-    world = make_world(server)
+    world, _, path = _begun(server)
     setter = world.people["setter"]
-    first = world.reviewed({1: [1, 2]}, HOLDS)
-    assert world.publish(first, {"number": 1}).status_code == 200
-    begun = server.ask("POST", f"{world.path}/walls/{world.wall.id}/scans", setter).json()
-    for number in range(3):
-        world.photo(UUID(begun["id"]), name=f"{number}.jpg", state="usable")
-    path = f"{world.path}/scans/{begun['id']}"
     for body in (
         {"part": False, "colours": ["red"]},
         {"part": True, "colours": ["red,blue"]},

@@ -99,6 +99,11 @@ class InstanceRecord(msgspec.Struct, frozen=True, omit_defaults=True):
     faces: Count
     evidence: Share | None = None
 
+    @classmethod
+    def without_masks(cls, number: int, label: int, kind: str) -> InstanceRecord:
+        """Return the record of an instance that no mask supports, still without triangles."""
+        return cls(number, label, kind, score=0.0, votes={}, views=(), faces=0)
+
     @property
     def confidence(self) -> float:
         """Return the score for ranking: the evidence, else the lift's score."""
@@ -116,6 +121,11 @@ class InstanceRecords(Document, frozen=True, kw_only=True):
 
     classes: dict[str, str]
     instances: tuple[InstanceRecord, ...]
+
+    @property
+    def labels(self) -> dict[str, int]:
+        """Return the class id by class name."""
+        return {name: int(label) for label, name in self.classes.items()}
 
 
 _MAX = np.iinfo(np.int32).max

@@ -69,12 +69,12 @@ def test_a_pyramid_without_masks_is_a_volume() -> None:
 
 
 @pytest.mark.parametrize(("height", "half"), [(0.03, 0.3), (0.1, 0.08)])
-def test_what_is_flat_or_small_is_none(height: float, half: float) -> None:
+def test_a_flat_or_small_bump_is_no_volume(height: float, half: float) -> None:
     mesh = sheet(wall(height, half), CELL)
     assert not proposed(mesh, nothing(mesh))[1]
 
 
-def test_a_fin_is_none() -> None:
+def test_a_fin_is_no_volume() -> None:
     """It runs from the floor to the top, so that wall is at two of its sides alone."""
     heights = wall(0.0)
     heights[:, 55:65] += 0.2

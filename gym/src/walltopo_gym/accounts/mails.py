@@ -57,7 +57,7 @@ def use_link(session: Session, kind: Kind, secret: str) -> str:
 
 
 def requested_mail(session: Session, kind: Kind, to: str, base: str, language: Language) -> Mail:
-    """Return the mail that answers a request for a link: with the link, or why there is none.
+    """Return the mail that answers a request for a link: with the link, or with the reason.
 
     Parameters
     ----------

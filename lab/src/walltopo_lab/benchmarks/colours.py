@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, Mesh, Silent, View
-from walltopo.describe.classify.achromatic import found_colours
+from walltopo.describe.classify.achromatic import ACHROMATIC, found_colours
 from walltopo.describe.classify.colour import (
     HoldColour,
     HoldPaint,
@@ -172,7 +172,7 @@ def names(out: Path, settings: ClassifySettings) -> None:
         generate(out / str(seed), Recipe(gym, photos, seed=seed))
         seen = painted(out / str(seed), None, settings)
         holds, truth = seen.holds(settings), seen.truth
-        achromatic = [number for number in holds if truth[number] in ("white", "grey", "black")]
+        achromatic = [number for number in holds if truth[number] in ACHROMATIC]
         own = sum(holds[number].name == truth[number] for number in achromatic)
         print(f"{seed}: {own} of {len(achromatic)} white, grey and black holds", flush=True)
         grey_right, grey_all = grey_right + own, grey_all + len(achromatic)

@@ -15,14 +15,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from walltopo.core import Mesh
 from walltopo.geometry.mesh_files import read_mesh
 from walltopo.scans.colmap_model import read_views
 from walltopo.scans.detections import Detections
 from walltopo.scans.folder import ScanFolder
-from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
+from walltopo.scans.instances import InstanceRecords, InstanceTable
 from walltopo.segment.propose.pieces import Ground
 from walltopo.segment.propose.solids import VOLUME, add_volumes
 from walltopo.segment.settings import ProposeSettings
@@ -55,21 +54,17 @@ class Found:
         return f"{len(hits)} of {len(self.overlaps)} | {self.false} | {mean}"
 
 
-def compare(
-    label: NDArray[np.int32], records: tuple[InstanceRecord, ...], carried: Carried, mesh: Mesh
-) -> Found:
-    """Return how well the volumes of a lift match the true ones.
-
-    Parameters
-    ----------
-    label : (F,) int32, instance of each triangle, 0 = none.
-    carried : the truth on the mesh.
-    """
-    true = carried.labelled.face_instance
+def compare(table: InstanceTable, records: InstanceRecords, carried: Carried, mesh: Mesh) -> Found:
+    """Return how well the volumes among instances match the true ones (`carried`, on the mesh)."""
+    label, true = table.face_instance, carried.labelled.face_instance
     area = np.where(carried.ignored, 0.0, mesh.areas)
     wanted = [k for k, kind in carried.labelled.labels.items() if kind == CLASS_IDS[VOLUME]]
     wanted = [k for k in wanted if area[true == k].sum() > 0]
-    own = [row.id for row in records if row.kind == VOLUME and row.confidence >= MIN_CONFIDENCE]
+    own = [
+        row.id
+        for row in records.instances
+        if row.kind == VOLUME and row.confidence >= MIN_CONFIDENCE
+    ]
     iou = np.zeros((len(wanted), len(own) + 1))
     for i, k in enumerate(wanted):
         for j, number in enumerate(own):
@@ -95,14 +90,11 @@ def measure(folder: Path, gym: Path) -> list[Found]:
     }
     found = []
     for given in (detections, replace(detections, masks=holds)):
-        label, rows = lifted(mesh, views, given)
-        found.append(compare(label, tuple(rows), carried, mesh))
-        classes = {str(number): name for number, name in given.classes.items()}
-        table = InstanceTable(label, (label > 0).astype(np.float32))
-        records = InstanceRecords(classes=classes, instances=tuple(rows))
+        table, records = lifted(mesh, views, given)
+        found.append(compare(table, records, carried, mesh))
         every = np.ones(len(mesh.faces), dtype=np.bool_)
         table, records = add_volumes(ground, table, records, every, ProposeSettings().sure)
-        found.append(compare(table.face_instance, records.instances, carried, mesh))
+        found.append(compare(table, records, carried, mesh))
     return found
 
 

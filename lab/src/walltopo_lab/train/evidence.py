@@ -23,7 +23,7 @@ from walltopo.pipeline.settings import Settings
 from walltopo.scans.colmap_model import read_views
 from walltopo.scans.detections import Detections
 from walltopo.scans.folder import ScanFolder
-from walltopo.scans.instances import InstanceRecord
+from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
 from walltopo.scans.photos import PhotoSet
 from walltopo.segment.lift import lift
 from walltopo.segment.lift_files import records_of, table_of
@@ -151,13 +151,14 @@ def prepare(folder: Path, gym: Path, ways: Sequence[Spoilt] = ROUNDS) -> Prepare
     views = read_views(scan.sparse)
     turned = align_views(scan_views(scan, truth), truth.views, False).mesh(mesh)
     found = Detections.load(scan.detections)
-    whole, first = lifted(mesh, views, found)
+    table, records = lifted(mesh, views, found)
+    whole, first = table.face_instance, records.instances
     places = np.array([mesh.centroids[whole == record.id].mean(axis=0) for record in first])
     rounds = []
     for number, way in enumerate(ways):
         kept = spoil(found, first, places, way, number)
-        label, records = lifted(mesh, views, kept)
-        rounds.append((label, masks_of(records, kept)))
+        table, records = lifted(mesh, views, kept)
+        rounds.append((table.face_instance, masks_of(records.instances, kept)))
     return Prepared(
         Ground.of(mesh, 1.0, True, ProposeSettings().seed),
         list(photo_views(mesh, views, PhotoSet(scan.photos), Silent())),
@@ -179,11 +180,11 @@ def samples_of(prepared: Prepared) -> Samples:
 
 def lifted(
     mesh: Mesh, views: Sequence[View], found: Detections
-) -> tuple[NDArray[np.int32], Sequence[InstanceRecord]]:
+) -> tuple[InstanceTable, InstanceRecords]:
+    """Return the instances of a scan's detections, by the settings of a scan."""
     masked = [view.with_masks(found.masks.get(view.name, ())) for view in views]
     instances = lift(mesh, masked, Settings().lift, Silent())
-    records = records_of(instances, masked, found.classes).instances
-    return table_of(instances).face_instance, records
+    return table_of(instances), records_of(instances, masked, found.classes)
 
 
 def _answered(pieces: Pieces, carried: Carried, mesh: Mesh) -> Samples:

@@ -83,24 +83,21 @@ def settle_achromatic(
     settled = dict(colours)
     ids = [number for number, one in colours.items() if _plain(one.name) in ACHROMATIC]
     names = np.array([ACHROMATIC.index(_plain(colours[number].name)) for number in ids], np.int64)
-    present = sorted(set(names.tolist()))
-    if not present:
+    if not ids:
         return settled
     rgb = np.array([colours[number].rgb for number in ids], dtype=np.uint8)
     lightness = oklab_from_linear(linear_from_srgb8(rgb))[:, 0]
     own = np.full((len(ids), len(ACHROMATIC)), _IMPOSSIBLE)
-    for k in present:
+    for k in set(names.tolist()):
         centre = float(np.median(lightness[names == k]))
         own[:, k] = -((lightness - centre) ** 2) / (2 * SPREAD**2)
     scale = np.array([ACROSS, ACROSS, UPWARD] if upright else [1.0, 1.0, 1.0])
     points = np.array([places[number] for number in ids]) * scale
     share = _mean_field(own, WEIGHT * np.exp(-((cdist(points, points) / REACH) ** 2) / 2))
     for number, before, row in zip(ids, names.tolist(), share, strict=True):
-        best = int(row.argmax())
-        settled[number] = replace(colours[number], name=ACHROMATIC[best])
-        if best != before:
-            second, first = np.sort(row)[-2:]
-            settled[number] = replace(settled[number], confidence=float(first - second))
+        best, (second, first) = int(row.argmax()), np.sort(row)[-2:]
+        confidence = colours[number].confidence if best == before else float(first - second)
+        settled[number] = replace(colours[number], name=ACHROMATIC[best], confidence=confidence)
     return settled
 
 

@@ -168,7 +168,7 @@ def gather_pieces(
     low_score = frozenset(masks_by_id) - frozenset(confident_ids)
     label, new, joined = merge_bumps(label, bumps, mesh.areas, low_score)
     relief = _reliefs(ground, label, confident_ids)
-    out, _ = stands_out(heights, panels, ground.unit)
+    out = stands_out(heights, panels, ground.unit)
     wall = (label == 0) & (heights.panel != NO_PANEL) & ~out
     tint = tints(views, label, wall)
     return Pieces(
@@ -220,14 +220,17 @@ REST = 1.5  # a piece smaller than this multiple of its adjacent instances is th
 
 
 def stands_out(
-    heights: Heights, panels: Sequence[Panel], unit: float
-) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
-    """Return (F,) whether a triangle rises above its panel's noise, and (F,) the minimum top."""
-    noise = np.array([panel.noise for panel in panels] + [np.inf])[heights.panel]
-    begins = np.maximum(LOW * unit, LOW_NOISE * noise)
+    heights: Heights, panels: Sequence[Panel], unit: float, low: float = LOW
+) -> NDArray[np.bool_]:
+    """Return (F,) whether a triangle is more than `low` metres over its panel, above its noise."""
+    begins = np.maximum(low * unit, LOW_NOISE * _noise(heights, panels))
     with np.errstate(invalid="ignore"):
-        out = (heights.panel >= 0) & (heights.height > begins)
-    return out, np.maximum(HIGH * unit, HIGH_NOISE * noise)
+        return np.asarray((heights.panel != NO_PANEL) & (heights.height > begins))
+
+
+def _noise(heights: Heights, panels: Sequence[Panel]) -> Floats:
+    """Return (F,) the noise of the panel under each triangle; inf without a panel."""
+    return np.array([panel.noise for panel in panels] + [np.inf])[heights.panel]
 
 
 def find_bumps(
@@ -247,7 +250,8 @@ def find_bumps(
     confident : (F,) int32, the confident instance of each triangle, 0 = none.
     unit : mesh units per metre.
     """
-    out, top = stands_out(heights, panels, unit)
+    out = stands_out(heights, panels, unit)
+    top = np.maximum(HIGH * unit, HIGH_NOISE * _noise(heights, panels))
     held = np.flatnonzero(confident)
     size = np.bincount(confident, mesh.areas)
     beside = cKDTree(mesh.centroids[held]) if len(held) else None

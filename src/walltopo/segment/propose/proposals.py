@@ -126,20 +126,11 @@ def _records(
             probability = round(evidence[record.id], 4)
             number = int(faces[record.id])
             rows.append(changed(record, views=views, evidence=probability, faces=number))
-    labels = {name: int(label) for label, name in records.classes.items()}
+    label = records.labels.get("hold", 1)
     for number in sorted(kept & pieces.new):
-        rows.append(
-            InstanceRecord(
-                id=number,
-                label=labels.get("hold", 1),
-                kind="hold",
-                score=0.0,
-                votes={},
-                views=(),
-                faces=int(faces[number]),
-                evidence=round(evidence[number], 4),
-            )
-        )
+        row = InstanceRecord.without_masks(number, label, "hold")
+        probability = round(evidence[number], 4)
+        rows.append(changed(row, faces=int(faces[number]), evidence=probability))
     return rows
 
 

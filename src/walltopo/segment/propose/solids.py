@@ -13,14 +13,13 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
-from walltopo.segment.propose.pieces import Ground, components_of_area
+from walltopo.segment.propose.pieces import Ground, components_of_area, stands_out
 from walltopo.segment.propose.surroundings import TOP, Surroundings
 
 Ints = NDArray[np.int64]
 
 VOLUME = "volume"
 RISE = 0.012  # metres over the panel at which a solid begins
-RISE_NOISE = 3.0  # the same in standard deviations of the panel's noise
 MIN_HEIGHT = 0.04  # metres: of the top
 MIN_AREA, MAX_AREA = 0.06, 3.0  # square metres, without the holds on it
 LONGEST = 2.5  # metres
@@ -46,12 +45,9 @@ def find_solids(
     uncertain : ids of instances with a low score, whose triangles count as free.
     """
     mesh, heights, unit = ground.mesh, ground.heights, ground.unit
-    noise = np.array([panel.noise for panel in ground.panels] + [np.inf])[heights.panel]
-    with np.errstate(invalid="ignore"):
-        rises = heights.height > np.maximum(RISE * unit, RISE_NOISE * noise)
     label = np.where(np.isin(label, list(uncertain)), 0, label)
     known = np.isin(label, list(volumes))
-    out = (heights.panel >= 0) & rises & ((label == 0) | known)
+    out = stands_out(heights, ground.panels, unit, RISE) & ((label == 0) | known)
     other = (out | (label > 0)).astype(np.int32)
     surroundings = Surroundings(mesh, heights, ground.panels, other, unit)
     found = []
@@ -86,8 +82,7 @@ def add_volumes(
     measured : (F,) bool, whether a triangle of the whole mesh is measured.
     sure : volumes with at least this score are certain.
     """
-    classes = {name: int(number) for number, name in records.classes.items()}
-    if VOLUME not in classes:
+    if VOLUME not in records.labels:
         return table, records
     rows = {record.id: record for record in records.instances}
     own = {number for number, record in rows.items() if record.kind == VOLUME}
@@ -102,10 +97,10 @@ def add_volumes(
         inside = np.bincount(label[solid], areas[solid], len(size))
         within = [number for number in low if inside[number] > size[number] / 2 > 0]
         number = max(within, key=lambda one: float(size[one]), default=max(rows, default=0) + 1)
-        empty = InstanceRecord(number, classes[VOLUME], VOLUME, 0.0, {}, (), 0)
+        new = InstanceRecord.without_masks(number, records.labels[VOLUME], VOLUME)
         labels[labels == number] = 0
         labels[faces[solid]], scores[faces[solid]] = number, EVIDENCE
-        rows[number] = replace(rows.get(number, empty), evidence=EVIDENCE)
+        rows[number] = replace(rows.get(number, new), evidence=EVIDENCE)
     if not solids:
         return table, records
     counts = np.bincount(labels, minlength=max(rows) + 1)
