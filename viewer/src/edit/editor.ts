@@ -274,10 +274,10 @@ export class Editor {
       this.mode = "choose";
       this.host.say(edit.chooseFirst);
     }
-    if (this.mode === "several" || this.mode === "leftOut" || this.mode === "add" || this.mode === "addVolume" || this.mode === "propose") this.host.select(null, null);
-    if (this.mode === "add") this.host.say(edit.addHint);
-    if (this.mode === "addVolume") this.host.say(edit.addVolumeHint);
-    if (this.mode === "cut") this.host.say(edit.cutFirst);
+    if (["several", "leftOut", "add", "addVolume", "propose"].includes(this.mode)) this.host.select(null, null);
+    const hints: Partial<Record<Mode, string>> = { add: edit.addHint, addVolume: edit.addVolumeHint, cut: edit.cutFirst };
+    const hint = hints[this.mode];
+    if (hint) this.host.say(hint);
     const aiming = this.mode !== "choose" && this.mode !== "leftOut" && this.mode !== "propose";
     this.host.view.classList.toggle("painting", aiming);
     this.host.dots(this.dots());
