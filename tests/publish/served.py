@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from walltopo.editing.http import editor_routes
+from walltopo.editing.log_file import EditLogFile
 from walltopo.editing.session import EditSession
 from walltopo.pipeline.edit_session import open_session
 from walltopo.publish.server.run import Server
@@ -25,7 +26,7 @@ class StillSession(EditSession):
 
 
 def still(scan: ScanFolder) -> EditSession:
-    return StillSession(scan, open_session(scan)._rebuilder)
+    return StillSession(scan, EditLogFile(scan), open_session(scan)._rebuilder)
 
 
 @contextmanager

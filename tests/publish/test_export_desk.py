@@ -18,7 +18,7 @@ from tests.at_once import at_once
 
 from walltopo.core import EnvironmentLacksError, InputError
 from walltopo.core.errors import EditsChangedError
-from walltopo.editing.log_file import log_version, read_log, save_log
+from walltopo.editing.log_file import EditLogFile
 from walltopo.pipeline.edit_session import open_session
 from walltopo.pipeline.runner import refresh
 from walltopo.publish.server.run import Server
@@ -180,7 +180,42 @@ def wait_until_written(server: Server) -> None:
         pause.wait(0.05)
     assert state["problem"] == ""
     assert not state["stale"]
-    assert state["done_version"] == log_version(server.scan)
+    assert state["done_version"] == EditLogFile(server.scan).version()
+
+
+class KeptLog:
+    """Keeps a log outside of the folder, as a database does."""
+
+    def __init__(self, scan: ScanFolder) -> None:
+        self._scan, self._logs = scan, [EditLog()]
+
+    def version(self) -> str:
+        return str(len(self._logs))
+
+    def read(self) -> tuple[EditLog, str]:
+        return self._logs[-1], self.version()
+
+    def save(self, log: EditLog, version: str) -> str:
+        assert version == self.version()
+        self._logs.append(log)
+        return self.version()
+
+    def copy_to_folder(self) -> str:
+        self._logs[-1].save(self._scan.edits)
+        return self.version()
+
+
+def test_a_log_may_be_kept_outside_of_the_folder(tmp_path: Path) -> None:
+    scan = built(tmp_path / "scan")
+    store, rebuilt = KeptLog(scan), list[str]()
+    session = open_session(scan, store, rebuilt.append)
+    log = EditLog(edits=(SetRoute(route=Ref(1), name="Owl"),))
+    assert session.save(log, "1")[1] == "2"
+    session.close()
+    state = session.status()
+    assert (state.stale, state.done_version, rebuilt) == (False, "2", ["2"])
+    assert EditLog.load(scan.edits) == log
+    assert Routes.load(scan.routes).routes[0].name == "Owl"
 
 
 def test_what_cannot_follow_is_reported(tmp_path: Path) -> None:
@@ -198,19 +233,19 @@ def test_what_cannot_follow_is_reported(tmp_path: Path) -> None:
 
 def test_of_many_who_save_on_the_same_log_one_does(tmp_path: Path) -> None:
     scan = ScanFolder(tmp_path)
-    version = log_version(scan)
+    version = EditLogFile(scan).version()
     saved, refused = [], []
 
     def one(number: int) -> None:
         log = EditLog(edits=(SetRoute(route=Ref(1), name=f"route of {number}"),))
         try:
-            saved.append((log, save_log(scan, log, version)))
+            saved.append((log, EditLogFile(scan).save(log, version)))
         except EditsChangedError:
             refused.append(number)
 
     at_once(*(partial(one, number) for number in range(8)))
     assert (len(saved), len(refused)) == (1, 7)
-    assert read_log(scan) == saved[0]
+    assert EditLogFile(scan).read() == saved[0]
 
 
 def test_a_full_disk_leaves_the_log_as_it_was(
@@ -218,25 +253,25 @@ def test_a_full_disk_leaves_the_log_as_it_was(
 ) -> None:
     scan = ScanFolder(tmp_path)
     first = EditLog(edits=(Remove(hold=Ref(1)),))
-    version = save_log(scan, first, log_version(scan))
+    version = EditLogFile(scan).save(first, EditLogFile(scan).version())
 
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(EditLog, "save", full)
     with pytest.raises(EnvironmentLacksError, match="no space left"):
-        save_log(scan, EditLog(), version)
+        EditLogFile(scan).save(EditLog(), version)
     assert EditLog.load(scan.edits) == first
     assert not list(scan.root.glob(".partial-*"))
 
 
 def test_edits_by_hand_count_as_a_change(tmp_path: Path) -> None:
     scan = ScanFolder(tmp_path)
-    version = save_log(scan, EditLog(), log_version(scan))
+    version = EditLogFile(scan).save(EditLog(), EditLogFile(scan).version())
     by_hand = EditLog(edits=(Remove(hold=Ref(1)),))
     by_hand.save(scan.edits)
     with pytest.raises(EditsChangedError):
-        save_log(scan, EditLog(), version)
+        EditLogFile(scan).save(EditLog(), version)
     assert EditLog.load(scan.edits) == by_hand
 
 
@@ -244,7 +279,7 @@ def test_something_in_the_way_is_reported(tmp_path: Path) -> None:
     scan = ScanFolder(tmp_path)
     scan.edits.mkdir()
     with pytest.raises(InputError, match="is not a file"):
-        save_log(scan, EditLog(), log_version(scan))
+        EditLogFile(scan).save(EditLog(), EditLogFile(scan).version())
 
 
 def test_roles_reach_every_table(tmp_path: Path) -> None:
@@ -264,7 +299,7 @@ def test_roles_reach_every_table(tmp_path: Path) -> None:
             Paint(hold=Ref(0), at=row(scan, 9).position, radius_m=0.01),
         )
     )
-    save_log(scan, log, log_version(scan))
+    EditLogFile(scan).save(log, EditLogFile(scan).version())
     refresh(scan, ("edit", "export"))
     convert(read_wall(scan), "csv", tmp_path / "wall.csv")
     routes = list(csv.DictReader((tmp_path / "wall.routes.csv").open(encoding="utf-8")))

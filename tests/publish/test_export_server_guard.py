@@ -14,7 +14,7 @@ from made_scan import build_scan  # type: ignore[import-not-found]
 from served import connect, head, rest, served, talk  # type: ignore[import-not-found]
 
 from walltopo.core import SettingsError
-from walltopo.editing.log_file import read_log
+from walltopo.editing.log_file import EditLogFile
 from walltopo.publish.server.address import check_origin, listen
 from walltopo.publish.server.guard import MAX_BODY
 from walltopo.publish.server.run import Server
@@ -88,7 +88,7 @@ def test_a_save_as_the_page_sends_it(server: Server, scan: ScanFolder) -> None:
     requests = write_headers(server, Connection="close", Sec_Fetch_Site="same-origin")
     shown = talk(server, head("POST", "/api/edits", **requests), BODY)
     assert shown.startswith(b"HTTP/1.1 200")
-    log, version = read_log(scan)
+    log, version = EditLogFile(scan).read()
     assert [type(edit) for edit in log.edits] == [SetHold]
     answer = json.loads(shown.split(b"\r\n\r\n")[1])
     assert answer["version"] == version

@@ -14,7 +14,6 @@ from typing import Protocol
 from walltopo.core import WalltopoError
 from walltopo.core.errors import problem_key
 from walltopo.editing.caches import ArtifactCache
-from walltopo.editing.log_file import log_version, read_log, save_log
 from walltopo.editing.messages import Crop, EditResult, RebuildStatus
 from walltopo.editing.replay import Outcome, replay
 from walltopo.editing.results import result_of
@@ -43,6 +42,22 @@ class Rebuilder(Protocol):
         """Bring the stages after the log up to date; the caller holds the folder."""
 
 
+class EditLogStore(Protocol):
+    """Keeps the log of a scan: `walltopo.editing.log_file.EditLogFile`, or a database."""
+
+    def version(self) -> str:
+        """Return a text that changes whenever the log changes, by any program."""
+
+    def read(self) -> tuple[EditLog, str]:
+        """Return the log and its version."""
+
+    def save(self, log: EditLog, version: str) -> str:
+        """Save a log based on a version, or raise an error; return its own version."""
+
+    def copy_to_folder(self) -> str:
+        """Let the folder's `edits.json`, which the stages read, be the log; return its version."""
+
+
 class EditSession:
     """A scan on which edits are previewed and saved; a thread rebuilds the files after a save.
 
@@ -50,6 +65,7 @@ class EditSession:
 
     Parameters
     ----------
+    store : keeps the log.
     rebuilder : runs the stages after the log.
     rebuilt : called in that thread with the version of the log that the files now match. If it
         raises an exception, that becomes the problem of the status.
@@ -58,11 +74,12 @@ class EditSession:
     def __init__(
         self,
         folder: ScanFolder,
+        store: EditLogStore,
         rebuilder: Rebuilder,
         rebuilt: Callable[[str], None] | None = None,
     ) -> None:
         self.folder = folder
-        self._rebuilder, self._rebuilt = rebuilder, rebuilt
+        self._store, self._rebuilder, self._rebuilt = store, rebuilder, rebuilt
         self._cache = ArtifactCache()
         self._replaying = threading.Lock()
         self._saving = threading.Lock()  # also keeps runs from sweeping the folder during a write
@@ -70,12 +87,12 @@ class EditSession:
         self._worker: threading.Thread | None = None
         self._turn = threading.Lock()
         self._wanted = self._running = False
-        self._done = "" if rebuilder.is_stale() else log_version(folder)
+        self._done = "" if rebuilder.is_stale() else store.version()
         self._problem = self._problem_key = ""
 
     def read(self) -> tuple[EditLog, str]:
         """Return the log and its version."""
-        return read_log(self.folder)
+        return self._store.read()
 
     def preview(self, log: EditLog) -> EditResult:
         """Return the scan after a log, without writing anything."""
@@ -84,28 +101,24 @@ class EditSession:
             outcome = replay(snapshot, log.edits)
             return result_of(snapshot, outcome)
 
-    def save(self, log: EditLog, version: str) -> tuple[EditResult, str]:
+    def save(
+        self, log: EditLog, version: str, store: EditLogStore | None = None
+    ) -> tuple[EditResult, str]:
         """Save a log based on a version and start the rebuild; return result and new version.
+
+        Parameters
+        ----------
+        store : saves the log instead of the session's store; for example, it knows the author.
 
         Raises
         ------
         EditsChangedError : other edits were saved since that version.
         """
         result = self.preview(log)  # before saving: a log that cannot be replayed is refused
-        now = self.write(log, version)
+        with self._saving:
+            now = (store or self._store).save(log, version)
         self.rebuild()
         return result, now
-
-    def write(self, log: EditLog, version: str | None = None) -> str:
-        """Save a log without a rebuild; return its version.
-
-        Parameters
-        ----------
-        version : version on which the log is based; None replaces any log.
-        """
-        with self._saving:
-            expected = log_version(self.folder) if version is None else version
-            return save_log(self.folder, log, expected)
 
     def outcome(self, log: EditLog) -> tuple[Outcome, ScanSnapshot]:
         """Return the outcome of a log, with the scan before it."""
@@ -116,7 +129,7 @@ class EditSession:
     def status(self) -> RebuildStatus:
         """Return whether the files of the scan match the saved log."""
         with self._turn:  # all fields are of one moment
-            stale = self._done != log_version(self.folder)
+            stale = self._done != self._store.version()
             return RebuildStatus(stale, self._running, self._done, self._problem, self._problem_key)
 
     def crops(self, at: Place) -> list[Crop]:
@@ -145,12 +158,12 @@ class EditSession:
                     self._running = False
                     return
                 self._wanted = False
-            version = log_version(self.folder)
             self._problem = self._problem_key = ""
             try:
                 with ExitStack() as stack:
                     with self._saving:
                         stack.enter_context(self._rebuilder.hold())
+                        version = self._store.copy_to_folder()
                     self._rebuilder.run(self._cache.load)
                     if self._rebuilt is not None:
                         self._rebuilt(version)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 
-from walltopo.editing.session import EditSession
+from walltopo.editing.log_file import EditLogFile
+from walltopo.editing.session import EditLogStore, EditSession
 from walltopo.editing.settings import EditSettings
 from walltopo.pipeline.runner import refresh, stale_stages, stored_settings
 from walltopo.pipeline.stages.edit import EDIT
@@ -37,6 +38,16 @@ class _ScanStages:
         refresh(self._folder, STAGES_AFTER_LOG, load)
 
 
-def open_session(folder: ScanFolder, rebuilt: Callable[[str], None] | None = None) -> EditSession:
-    """Return an edit session on a finished scan; `rebuilt` as in `EditSession`."""
-    return EditSession(folder, _ScanStages(folder), rebuilt)
+def open_session(
+    folder: ScanFolder,
+    store: EditLogStore | None = None,
+    rebuilt: Callable[[str], None] | None = None,
+) -> EditSession:
+    """Return an edit session on a finished scan.
+
+    Parameters
+    ----------
+    store : keeps the log (default: the folder's `edits.json`).
+    rebuilt : as in `EditSession`.
+    """
+    return EditSession(folder, store or EditLogFile(folder), _ScanStages(folder), rebuilt)

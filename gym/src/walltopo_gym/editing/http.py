@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import Annotated, Any, Final
 from uuid import UUID
 
@@ -24,19 +23,15 @@ from walltopo.editing.http import (
 from walltopo.editing.messages import RebuildStatus
 from walltopo.scans.document import parse
 from walltopo_climb.editor import EaseIn, ProposeIn, adjust_grade_on, propose_on
-from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.services import Services, ServicesOf
 from walltopo_gym.editing.service import EditSessions, OpenScan
 from walltopo_gym.errors import RequestError
 from walltopo_gym.gyms.access import Access, PublisherMay
-from walltopo_gym.publishing.plans import check_unplanned
-from walltopo_gym.scans.edits import read_log, save_log
+from walltopo_gym.scans.edits import read_log
 from walltopo_gym.scans.http.scans import scan_of
 from walltopo_gym.scans.service import check_in_review
 
 router = APIRouter(tags=["editing"])
-
-_VERSION: Final = re.compile("[0-9]{1,18}")
 
 JsonBody = Annotated[dict[str, Any], Body()]
 
@@ -57,19 +52,9 @@ def save_edit_log(
 ) -> Response:
     """Save an edit log that is based on a version, and start applying it."""
     request = parse(body, SaveIn, "edits")
-    if not _VERSION.fullmatch(request.version):
-        raise RequestError("edits-version")
     opened = _opened(services, access, scan)
-    result = opened.session.preview(
-        request.edits
-    )  # before it is saved: one that cannot be replayed is refused
-    with services.database.writing() as session:
-        revision = save_log(session, scan, request.edits, int(request.version))
-        check_unplanned(session, scan)
-        log_change(session, "scan.edit", person=access.actor.known, gym=access.gym.id,
-                   subject=str(scan))  # fmt: skip
-    opened.carry_out()
-    return json_response(SaveOut(result, str(revision)), str(revision))
+    result, version = opened.save(request.edits, request.version, access.actor.known)
+    return json_response(SaveOut(result, version), version)
 
 
 @router.post("/gyms/{gym}/scans/{scan}/editor/log/try", response_model=None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import threading
 from collections import OrderedDict
@@ -9,29 +10,89 @@ from pathlib import Path
 from typing import Final
 from uuid import UUID
 
-from walltopo.editing.log_file import log_version
-from walltopo.editing.messages import RebuildStatus
+from walltopo.core.files import atomic_path
+from walltopo.editing.messages import EditResult, RebuildStatus
 from walltopo.pipeline.edit_session import STAGES_AFTER_LOG, open_session
+from walltopo.scans.edits import EditLog
 from walltopo.scans.folder import ScanFolder
+from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.database.engine import Database
-from walltopo_gym.errors import TooManyError
+from walltopo_gym.errors import RequestError, TooManyError
+from walltopo_gym.publishing.plans import check_unplanned
 from walltopo_gym.scans.artifacts import (
     download_scan,
     store_public_files,
     upload_files,
     upload_stage,
 )
-from walltopo_gym.scans.edits import mark_shown, read_log
+from walltopo_gym.scans.edits import SavedLog, mark_shown, read_log, save_log
 from walltopo_gym.scans.pictures import keep_front
+from walltopo_gym.scans.queues import gym_of
 from walltopo_gym.storage.files import FileStore
+
+_VERSION: Final = re.compile("[0-9]{1,18}")
+
+
+class EditLogTable:
+    """The edit log of a scan in the database; the folder's `edits.json` is a copy.
+
+    Parameters
+    ----------
+    author : who saves; None where the log is only read.
+    """
+
+    def __init__(
+        self, scan: UUID, folder: ScanFolder, database: Database, author: UUID | None = None
+    ) -> None:
+        self._scan, self._folder = scan, folder
+        self._database, self._author = database, author
+
+    def version(self) -> str:
+        """Return the number of the last save."""
+        return str(self.saved().revision)
+
+    def read(self) -> tuple[EditLog, str]:
+        """Return the log and the number of the last save."""
+        saved = self.saved()
+        return saved.log, str(saved.revision)
+
+    def save(self, log: EditLog, version: str) -> str:
+        """Save a log based on a save; return its own number.
+
+        Raises
+        ------
+        RequestError : `version` is no number of a save.
+        ConflictError : other edits were saved since, or the scan is not in review any more, or a
+            plan publishes it.
+        """
+        if not _VERSION.fullmatch(version):
+            raise RequestError("edits-version")
+        with self._database.writing() as session:
+            revision = save_log(session, self._scan, log, int(version))
+            check_unplanned(session, self._scan)
+            log_change(session, "scan.edit", person=self._author,
+                       gym=gym_of(session, self._scan), subject=str(self._scan))  # fmt: skip
+        return str(revision)
+
+    def copy_to_folder(self) -> str:
+        """Write the log to the folder's `edits.json`, if that differs; return its number."""
+        saved = self.saved()
+        if (ScanFolder.edits.load(self._folder) or EditLog()) != saved.log:
+            with atomic_path(self._folder.edits) as temporary:
+                saved.log.save(temporary)
+        return str(saved.revision)
+
+    def saved(self) -> SavedLog:
+        """Return the log with the numbers of its save and of the save that the files show."""
+        with self._database.reading() as session:
+            return read_log(session, self._scan)
 
 
 class OpenScan:
     """A scan's folder, downloaded from the store, and its edit session (`session`).
 
-    The database has the log; the folder's `edits.json` is a copy. After a save the results are
-    computed here, uploaded to the store, and then shown. If this process dies before, the next
-    process that opens the scan computes them again.
+    After a save the results are computed here, uploaded to the store, and then shown. If this
+    process dies before, the next process that opens the scan computes them again.
     """
 
     def __init__(self, scan: UUID, folder: Path, database: Database, store: FileStore) -> None:
@@ -40,34 +101,22 @@ class OpenScan:
         shutil.rmtree(folder, ignore_errors=True)
         self._folder = ScanFolder(folder)
         download_scan(store, scan, self._folder)
-        with database.reading() as session:
-            saved = read_log(session, scan)
-        saved.log.save(self._folder.edits)
-        self._turn = threading.Lock()
-        self._revisions = {log_version(self._folder): saved.revision}
-        self.session = open_session(self._folder, self._upload_results)
-        if saved.is_pending:
+        self._log = EditLogTable(scan, self._folder, database)
+        self._log.copy_to_folder()
+        self.session = open_session(self._folder, self._log, self._upload_results)
+        if self._log.saved().is_pending:
             self.session.rebuild()
 
-    def carry_out(self) -> None:
-        """Compute the results of the saved log."""
-        with self._turn:
-            with self._database.reading() as session:
-                saved = read_log(session, self.scan)
-            if saved.revision not in self._revisions.values():
-                # Written under the session's lock, so that no run reads it half-way.
-                version = self.session.write(saved.log)
-                self._revisions[version] = saved.revision
-            if saved.is_pending:
-                self.session.rebuild()
+    def save(self, log: EditLog, version: str, author: UUID) -> tuple[EditResult, str]:
+        """Save a log, as `EditSession.save` does, in the name of a person."""
+        store = EditLogTable(self.scan, self._folder, self._database, author)
+        return self.session.save(log, version, store)
 
     def state(self) -> RebuildStatus:
         """Return the progress; resume what another process left unfinished."""
-        now = self.session.status()
-        with self._database.reading() as session:
-            saved = read_log(session, self.scan)
+        now, saved = self.session.status(), self._log.saved()
         if saved.is_pending and not now.running and not now.problem:
-            self.carry_out()
+            self.session.rebuild()
             now = self.session.status()
         return RebuildStatus(
             stale=saved.is_pending, running=now.running, done_version=str(saved.shown),
@@ -92,7 +141,7 @@ class OpenScan:
         files = store_public_files(self._store, self._folder)
         keep_front(self._store, self.scan, self._folder)
         with self._database.writing() as session:
-            mark_shown(session, self.scan, self._revisions[version], files)
+            mark_shown(session, self.scan, int(version), files)
 
 
 _SOON_S: Final = 60
