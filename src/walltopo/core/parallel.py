@@ -1,4 +1,4 @@
-"""Process independent items in threads of this process."""
+"""Count processors, work in threads of this process, and limit the threads of libraries."""
 
 from __future__ import annotations
 
@@ -37,3 +37,20 @@ def cores() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1  # noqa: TID251
+
+
+def library_threads(threads: int, blas: int | None = None) -> dict[str, str]:
+    """Return the variables of a child process that limit its libraries' threads.
+
+    They count for OpenMP (COLMAP), Numba, OpenCV and OpenBLAS.
+
+    Parameters
+    ----------
+    threads : threads of each library; 0: their default.
+    blas : threads of OpenBLAS, if not as many. Its last bits depend on their number.
+    """
+    names = ("OMP_NUM_THREADS", "NUMBA_NUM_THREADS", "OPENCV_FOR_THREADS_NUM") if threads else ()
+    variables = dict.fromkeys(names, str(threads))
+    if blas or threads:
+        variables["OPENBLAS_NUM_THREADS"] = str(blas or threads)
+    return variables

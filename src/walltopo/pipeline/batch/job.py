@@ -11,6 +11,7 @@ import msgspec
 
 from walltopo.core import InputError
 from walltopo.core.children import child_process, ending, python_module
+from walltopo.core.parallel import library_threads
 from walltopo.pipeline.settings import Settings, load_settings
 
 State = Literal["done", "up to date", "failed", "lost"]
@@ -120,8 +121,7 @@ def run_job(job: ScanJob, threads: int = 0, tries: int = TRIES) -> Outcome:
 
 def _run_once(job: ScanJob, threads: int) -> tuple[int, bytes]:
     """Run the process once; return its exit code and its reply."""
-    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS") if threads else ()
-    environment = dict.fromkeys(names, str(threads))
+    environment = library_threads(threads)
     message = msgspec.json.encode(job) + b"\n"
     # The child process opens its log itself; stderr is discarded until then.
     with child_process(python_module(_MODULE), message, environment=environment) as child:

@@ -76,11 +76,10 @@ def _decode(
 
 def _load_libraries() -> None:
     """Import the libraries most files need, so that their memory and time count to no file."""
-    import cv2
+    import cv2  # noqa: F401
     import PIL.Image
 
     PIL.Image.init()
-    cv2.setNumThreads(1)
 
 
 def _limit_memory() -> None:

@@ -14,6 +14,7 @@ import msgspec
 
 from walltopo.core import EnvironmentLacksError, InputError, Progress, StageError
 from walltopo.core.children import child_process, ending, python_module
+from walltopo.core.parallel import library_threads
 from walltopo.reconstruct.settings import IngestSettings
 
 if TYPE_CHECKING:
@@ -100,11 +101,12 @@ class _DecodeProcess:
                 self.output = _tail(output)
 
 
-# Make malloc return large freed blocks to the system, and BLAS start no threads.
+# Make malloc return large freed blocks to the system, and libraries start no threads: files are
+# decoded in parallel.
 _ENVIRONMENT: Final = {
     "MALLOC_MMAP_THRESHOLD_": "1048576",
     "MALLOC_TRIM_THRESHOLD_": "1048576",
-    "OPENBLAS_NUM_THREADS": "1",
+    **library_threads(1),
 }
 
 

@@ -16,6 +16,7 @@ from msgspec.structs import replace
 
 from walltopo.core import Progress, StageError
 from walltopo.core.children import child_process, python_module
+from walltopo.core.parallel import library_threads
 from walltopo.reconstruct.settings import SparseSettings
 from walltopo.scans.photos import Photo, PhotoSet
 
@@ -283,9 +284,7 @@ def run_worker(job: ColmapJob, progress: Progress) -> MappingResult:
     StageError : COLMAP failed or crashed; the message holds the last lines of its log.
     """
     # COLMAP has its own threads, and a multi-threaded BLAS would change the last bits.
-    environment = {"PYTHONUNBUFFERED": "1", "OPENBLAS_NUM_THREADS": "1"}
-    if job.threads > 0:
-        environment["OMP_NUM_THREADS"] = str(job.threads)
+    environment = {"PYTHONUNBUFFERED": "1", **library_threads(job.threads, blas=1)}
     listener = _Listener(progress)
     with child_process(
         python_module("walltopo.reconstruct.sparse.colmap_worker"),
