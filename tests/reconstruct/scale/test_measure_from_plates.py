@@ -42,9 +42,12 @@ def on_floor(plate: Plate, place: tuple[float, float, float]) -> Similarity:
 
 
 def shoot(
-    plates: Sequence[tuple[Plate, Similarity]], photos: int = 4, noise: float = 0.0
+    plates: Sequence[tuple[Plate, Similarity]],
+    photos: int = 4,
+    noise: float = 0.0,
+    growth: float = 0.0,
 ) -> tuple[list[View], list[Detection]]:
-    """`photos` views around each plate and the markers seen in them."""
+    """`photos` views around each plate and the markers seen in them, larger than they are."""
     rng = np.random.default_rng(0)
     views: list[View] = []
     detections: list[Detection] = []
@@ -56,7 +59,7 @@ def shoot(
     for view in views:
         for plate, world_from_plate in plates:
             for marker in plate.ids:
-                world = world_from_plate.apply(plate.corners(marker))
+                world = world_from_plate.apply(plate.corners(marker, growth))
                 pixels = view.project(MODEL_FROM_WORLD.apply(world))
                 if ((pixels > 0) & (pixels < [1280, 960])).all():
                     pixels = pixels + rng.normal(0, noise, (4, 2))
@@ -80,6 +83,17 @@ def test_exact_sightings_give_the_exact_world(way: str) -> None:
     assert np.allclose(world.translation, 0, atol=1e-5)
     heading = world.rotation @ Rotation.from_euler("z", 20, degrees=True).as_matrix()
     assert np.allclose(heading, np.eye(3), atol=1e-6)
+
+
+@pytest.mark.parametrize("way", ["corners", "markers"])
+@pytest.mark.parametrize("growth", [-0.01, 0.004])
+def test_markers_that_look_larger_or_smaller_change_no_length(way: str, growth: float) -> None:
+    """Ink spreads, and light areas grow over dark ones; the markers' distances stay."""
+    views, seen = shoot([(PLATES[0], on_floor(PLATES[0], PLACES[0]))], growth=growth)
+    _, (report,), _ = frame_from_plates(views, seen, PLATES, UP, way=way)
+    assert report.residual_mm < 1e-3
+    world = world_of(views, seen, way=way).after(MODEL_FROM_WORLD)
+    assert world.scale == pytest.approx(1, abs=1e-6)
 
 
 @pytest.mark.parametrize("way", ["corners", "markers"])

@@ -31,6 +31,7 @@ Floats = NDArray[np.float64]
 
 _TOLERANCE = 0.03  # share of the plate's width; a corner farther off is an outlier
 _REFINE_PX = 0.5  # larger errors count linearly, not squared
+_MAX_GROWTH = 0.02  # of a marker's side, by ink or light
 _MARKER_TOLERANCE = 3.0  # robust standard deviations
 
 
@@ -155,13 +156,16 @@ def fit_from_markers(plate: Plate, sightings: Sequence[Sighting]) -> PlateFit | 
 def refine(fit: PlateFit, sightings: Sequence[Sighting]) -> PlateFit:
     """Minimise the robust (soft L1) reprojection error of all corners of a plate.
 
-    The seven parameters are rotation, translation and log scale. The plate's shape is exact.
+    The parameters are rotation, translation, log scale and, for a plate of several markers, the
+    factor by which its markers look larger than they are: ink spreads, and light areas grow over
+    dark ones in an overexposed or blurred photo. The distances between markers are exact.
     """
     from scipy.optimize import least_squares
     from scipy.spatial.transform import Rotation
 
     start = fit.plate_from_model.inverse()
-    corners = [fit.plate.corners(s.detection.marker) for s in sightings]
+    markers = [s.detection.marker for s in sightings]
+    grows = len(set(markers)) > 1
 
     def moved(x: Floats) -> Similarity:
         turn = np.asarray(Rotation.from_rotvec(x[:3]).as_matrix(), dtype=np.float64)
@@ -170,16 +174,21 @@ def refine(fit: PlateFit, sightings: Sequence[Sighting]) -> PlateFit:
 
     def errors(x: Floats) -> Floats:
         back = moved(x)
+        corners = [fit.plate.corners(marker, x[7] if grows else 0.0) for marker in markers]
         seen = [s.view.project(back.apply(c)) for s, c in zip(sightings, corners, strict=True)]
         apart = [xy - s.detection.corners for xy, s in zip(seen, sightings, strict=True)]
         return np.nan_to_num(np.concatenate(apart).ravel(), nan=1e3)
 
-    best = least_squares(errors, np.zeros(7), loss="soft_l1", f_scale=_REFINE_PX, x_scale="jac")
-    back = moved(best.x)
+    limits = np.array([*[np.inf] * 7, *[_MAX_GROWTH] * grows])
+    best = least_squares(
+        errors, np.zeros(len(limits)), loss="soft_l1", f_scale=_REFINE_PX, x_scale="jac",
+        bounds=(-limits, limits),
+    )  # fmt: skip
+    back, growth = moved(best.x), float(best.x[7]) if grows else 0.0
     places = np.concatenate([fit.plate.corners(marker) for marker in fit.plate.ids])
     photos = set(fit.photos)
     return _make_fit(
-        fit.plate, fit.way, back.inverse(), back.apply(places), places, sightings, photos
+        fit.plate, fit.way, back.inverse(), back.apply(places), places, sightings, photos, growth
     )
 
 
@@ -191,12 +200,13 @@ def _make_fit(
     places: Floats,
     sightings: Sequence[Sighting],
     photos: set[str],
+    growth: float = 0.0,
 ) -> PlateFit:
-    """Return the fit with its residuals over all sightings."""
+    """Return the fit with its residuals over all sightings, of markers that look larger."""
     back = fit.inverse()
     pixels, metres = [], []
     for s in sightings:
-        corners = back.apply(plate.corners(s.detection.marker))
+        corners = back.apply(plate.corners(s.detection.marker, growth))
         apart = np.linalg.norm(s.view.project(corners) - s.detection.corners, axis=1)
         pixels.append(np.nan_to_num(apart, nan=np.inf))
         metres.append(pixels[-1] * s.view.to_camera(corners)[:, 2] / s.view.camera.fx * fit.scale)

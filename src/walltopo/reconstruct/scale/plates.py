@@ -124,9 +124,14 @@ class Plate:
         x, y = self.size[0] / 2, self.size[1] / 2
         return np.array([(-x, y, 0.0), (x, y, 0.0), (x, -y, 0.0), (-x, -y, 0.0)])
 
-    def corners(self, marker: int) -> NDArray[np.float64]:
-        """Return the (4, 3) corners of a marker: top left, top right, bottom right, bottom left."""
-        square = self.marker / 2 * np.array([(-1, 1), (1, 1), (1, -1), (-1, -1)])
+    def corners(self, marker: int, growth: float = 0.0) -> NDArray[np.float64]:
+        """Return the (4, 3) corners of a marker: top left, top right, bottom right, bottom left.
+
+        Parameters
+        ----------
+        growth : share by which the marker looks larger about its centre.
+        """
+        square = (1 + growth) * self.marker / 2 * np.array([(-1, 1), (1, 1), (1, -1), (-1, -1)])
         if len(self.ids) == 1:
             return np.column_stack([square, np.zeros(4)])
         place = self.ids.index(marker)
