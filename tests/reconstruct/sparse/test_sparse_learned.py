@@ -1,4 +1,4 @@
-"""LearnedTask features: found again in a moved picture, matched, and put behind SIFT's."""
+"""Learned features: found again in a moved picture, matched, and put behind SIFT's."""
 
 from __future__ import annotations
 
