@@ -17,7 +17,7 @@ def test_a_child_starts_no_more_threads_than_the_limit() -> None:
 
 
 def test_blas_may_have_a_limit_of_its_own() -> None:
-    assert library_threads(0) == {}
-    assert library_threads(0, blas=1) == {"OPENBLAS_NUM_THREADS": "1"}
+    assert library_threads(0) == library_threads(-1) == {}
+    assert library_threads(-1, blas=1) == {"OPENBLAS_NUM_THREADS": "1"}
     assert library_threads(3)["OPENBLAS_NUM_THREADS"] == "3"
     assert library_threads(3, blas=1)["OPENBLAS_NUM_THREADS"] == "1"

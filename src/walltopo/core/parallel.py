@@ -46,11 +46,9 @@ def library_threads(threads: int, blas: int | None = None) -> dict[str, str]:
 
     Parameters
     ----------
-    threads : threads of each library; 0: their default.
+    threads : threads of each library; 0 or less: their default.
     blas : threads of OpenBLAS, if not as many. Its last bits depend on their number.
     """
-    names = ("OMP_NUM_THREADS", "NUMBA_NUM_THREADS", "OPENCV_FOR_THREADS_NUM") if threads else ()
-    variables = dict.fromkeys(names, str(threads))
-    if blas or threads:
-        variables["OPENBLAS_NUM_THREADS"] = str(blas or threads)
-    return variables
+    names = ("OMP_NUM_THREADS", "NUMBA_NUM_THREADS", "OPENCV_FOR_THREADS_NUM")
+    limits = dict.fromkeys(names, threads) | {"OPENBLAS_NUM_THREADS": blas or threads}
+    return {name: str(limit) for name, limit in limits.items() if limit > 0}

@@ -29,6 +29,7 @@ from walltopo_lab.benchmarks.bad_lift import LIFT_CASES
 from walltopo_lab.benchmarks.bad_photos import PHOTO_CASES
 from walltopo_lab.benchmarks.bad_pictures import picture
 from walltopo_lab.benchmarks.bad_platform import PLATFORM_HEAD, platform_rows
+from walltopo_lab.benchmarks.bad_poses import POSE_CASES
 
 HEAD = """\
 # What happens with bad input
@@ -680,6 +681,7 @@ READER_CASES = (
 CASES += READER_CASES
 CASES += tuple(Case(name, make, 3, says, "lift") for name, make, says in LIFT_CASES)
 CASES += tuple(Case(name, make, 0, says) for name, make, says in PHOTO_CASES)
+CASES += tuple(Case(*case) for case in POSE_CASES)
 
 
 # Cases that need something absent from this machine or this scan.
