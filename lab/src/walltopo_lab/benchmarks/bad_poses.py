@@ -106,7 +106,7 @@ POSE_CASES: tuple[tuple[str, Make, int, str, str], ...] = (
         "scan",
     ),
     (
-        "a fisheye lens as a pinhole camera's",
+        "poses of a 360-degree camera",
         _with_poses("transforms.json", _frames(_ALL, camera_model="EQUIRECTANGULAR")),
         3,
         "EQUIRECTANGULAR",
