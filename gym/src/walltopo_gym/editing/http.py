@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Any, Final
 from uuid import UUID
 
@@ -33,6 +34,8 @@ from walltopo_gym.scans.service import check_in_review
 
 router = APIRouter(tags=["editing"])
 
+_VERSION: Final = re.compile("[0-9]{1,18}")
+
 JsonBody = Annotated[dict[str, Any], Body()]
 
 
@@ -52,6 +55,8 @@ def save_edit_log(
 ) -> Response:
     """Save an edit log that is based on a version, and start applying it."""
     request = parse(body, SaveIn, "edits")
+    if not _VERSION.fullmatch(request.version):
+        raise RequestError("edits-version")
     opened = _opened(services, access, scan)
     result, version = opened.save(request.edits, request.version, access.actor.known)
     return json_response(SaveOut(result, version), version)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 import threading
 from collections import OrderedDict
@@ -17,7 +16,7 @@ from walltopo.scans.edits import EditLog
 from walltopo.scans.folder import ScanFolder
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.database.engine import Database
-from walltopo_gym.errors import RequestError, TooManyError
+from walltopo_gym.errors import TooManyError
 from walltopo_gym.publishing.plans import check_unplanned
 from walltopo_gym.scans.artifacts import (
     download_scan,
@@ -29,8 +28,6 @@ from walltopo_gym.scans.edits import SavedLog, mark_shown, read_log, save_log
 from walltopo_gym.scans.pictures import keep_front
 from walltopo_gym.scans.queues import gym_of
 from walltopo_gym.storage.files import FileStore
-
-_VERSION: Final = re.compile("[0-9]{1,18}")
 
 
 class EditLogTable:
@@ -61,12 +58,9 @@ class EditLogTable:
 
         Raises
         ------
-        RequestError : `version` is no number of a save.
         ConflictError : other edits were saved since, or the scan is not in review any more, or a
             plan publishes it.
         """
-        if not _VERSION.fullmatch(version):
-            raise RequestError("edits-version")
         with self._database.writing() as session:
             revision = save_log(session, self._scan, log, int(version))
             check_unplanned(session, self._scan)
