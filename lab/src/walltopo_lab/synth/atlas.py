@@ -48,6 +48,8 @@ def build_atlas(facets: Sequence[Facet], work: PaintWork, seed: int) -> Atlas:
             levels[number, level] = offset, w, h
             pieces.append(image.reshape(-1, 3))
             offset += h * w
-            half = (max(1, w // 2), max(1, h // 2))
-            image = np.asarray(cv2.resize(image, half, interpolation=cv2.INTER_AREA), np.uint8)
+            # A texel of a level spans two of the level before, also where their number is odd.
+            even = cv2.copyMakeBorder(image, 0, h % 2, 0, w % 2, cv2.BORDER_REPLICATE)
+            half = ((w + 1) // 2, (h + 1) // 2)
+            image = np.asarray(cv2.resize(even, half, interpolation=cv2.INTER_AREA), np.uint8)
     return Atlas(np.concatenate(pieces), levels, charts)
