@@ -67,7 +67,7 @@ def test_photos_of_one_size_and_focal_share_a_camera() -> None:
     cameras, indices = camera_entries(photos)
     assert indices == [0, 1, 0, 2]
     assert [camera.prior for camera in cameras] == [True, True, False]
-    assert cameras[2].params == (1.2 * 1280, 640, 480, 0.0)
+    assert cameras[2].params == (0.75 * 1280, 640, 480, 0.0)
 
 
 def test_the_same_keypoints_keep_their_numbers_and_others_find_the_nearest() -> None:

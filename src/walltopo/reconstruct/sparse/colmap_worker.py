@@ -257,6 +257,8 @@ def _map(database: Path, job: ColmapJob, task: MapTask) -> None:
     output = Path(task.output)
     shutil.rmtree(output, ignore_errors=True)
     output.mkdir(parents=True)
+    if task.focal:
+        _guess_focals(database, job, task.focal)
     options = _mapper_options(job, task)
     if task.posed:
         found = start_from_poses(database, job, task, options, _event)
@@ -280,6 +282,18 @@ def _map(database: Path, job: ColmapJob, task: MapTask) -> None:
     refine(model, set(task.held_images), set(task.constant_cameras))
     model.write(place)
     _event(models=sizes, best=str(place))
+
+
+def _guess_focals(database: Path, job: ColmapJob, share: float) -> None:
+    """Set the focal length of the cameras that lack one to a share of the longer side."""
+    from walltopo.geometry.colmap import pycolmap
+
+    with pycolmap.Database.open(database) as db:
+        for number, entry in enumerate(job.cameras, start=1):
+            if not entry.prior:
+                camera = db.read_camera(number)
+                camera.params = [share * max(entry.width, entry.height), *entry.params[1:]]
+                db.update_camera(camera)
 
 
 def _mapper_options(job: ColmapJob, task: MapTask) -> Any:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Collection, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,12 @@ from walltopo.reconstruct.sparse.attempts import (
     why_unregistered,
 )
 from walltopo.reconstruct.sparse.feature_cache import database_of
+from walltopo.reconstruct.sparse.focal_guesses import (
+    Mapped,
+    best_mapping,
+    focals_of,
+    has_absurd_lens,
+)
 from walltopo.reconstruct.sparse.given_poses import (
     contradiction,
     into_frame_of_poses,
@@ -167,20 +174,29 @@ def _reconstruct(
     if views:
         posed = write_posed_model(photos, views, cameras, indices, context.scratch / "posed")
 
-    def map_job(job: ColmapJob) -> tuple[MappingResult, dict[str, Floats]]:
+    def map_from(job: ColmapJob, focal: float) -> Mapped:
         # Mapping runs in its own process: otherwise COLMAP's random state would depend on
         # whether the same process also matched the photos.
-        output = str(Path(job.database).with_name("mapping"))
-        task = MapTask(output, len(photos), posed=posed)
+        output = Path(job.database).with_name(f"mapping-{focal:g}" if focal else "mapping")
+        task = MapTask(str(output), len(photos), posed=posed, focal=focal)
         result = run_worker(mapping_job(job, task), context.progress)
         if result.contradicts and given is not None:
             raise contradiction(given)
         if not result.best:
-            return result, {}
+            return Mapped(result, {})
         model = open_model(Path(result.best))
-        if model.num_points3D() < _MIN_MODEL_POINTS:
-            return MappingResult(), {}
-        return result, camera_centres(model)
+        if model.num_points3D() < _MIN_MODEL_POINTS or has_absurd_lens(model, job):
+            return Mapped(MappingResult(), {})
+        return Mapped(result, camera_centres(model), model.compute_num_observations())
+
+    focals = (0.0,) if views else focals_of(job)
+
+    def map_job(job: ColmapJob) -> tuple[MappingResult, Mapping[str, Floats]]:
+        nonlocal focals
+        best, focal = best_mapping(partial(map_from, job), focals, len(photos))
+        if best.centres:  # further attempts add features, but no other lens
+            focals = (focal,)
+        return best.result, best.centres
 
     def is_connected(result: MappingResult, known: Collection[str]) -> bool:
         model = open_model(Path(result.best))
