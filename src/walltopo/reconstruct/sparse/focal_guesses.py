@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from walltopo.reconstruct.sparse.jobs import DEFAULT_FOCAL, ColmapJob, MappingResult
 
-# Of the longer side: the main camera of a phone, its wide lens, between them, its tele lens.
+# Shares of the longer side: a phone's main camera, its wide lens, one between them, its tele lens.
 FOCALS = (DEFAULT_FOCAL, 0.4, 0.55, 1.4)
-_MIN_FOCAL, _MAX_FOCAL = 0.2, 5.0  # of the longer side
+_MIN_FOCAL, _MAX_FOCAL = 0.2, 5.0  # shares of the longer side
 _MAX_DISTORTION = 1.0
 
 

@@ -172,8 +172,8 @@ class MappingResult(msgspec.Struct, frozen=True):
     contradicts: bool = False
 
 
-# Of the longer side, without EXIF: 26 mm on 35 mm film (by the diagonal, as phones say it), which
-# the main cameras of phones have within 2 mm. COLMAP's own default is 1.2, about 42 mm.
+# Focal length without EXIF, as a share of the longer side: 26 mm on 35 mm film (by the diagonal, as
+# phones say it), which their main cameras have within 2 mm. COLMAP's default is 1.2, about 42 mm.
 DEFAULT_FOCAL = 0.75
 
 
