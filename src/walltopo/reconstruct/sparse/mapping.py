@@ -194,7 +194,7 @@ def _reconstruct(
     def map_job(job: ColmapJob) -> tuple[MappingResult, Mapping[str, Floats]]:
         nonlocal focals
         best, focal = best_mapping(partial(map_from, job), focals, len(photos))
-        if best.centres:  # further attempts add features, but no other lens
+        if 2 * len(best.centres) >= len(photos):  # enough to know the lens
             focals = (focal,)
         return best.result, best.centres
 
