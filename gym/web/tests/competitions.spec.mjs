@@ -182,6 +182,7 @@ async function scored(climber, place) {
   await page.getByText("Flash: saved.").waitFor();
   await page.getByText("Everything is synced.").waitFor();
   await fine(climber, "card");
+  await page.getByText("Flash: saved.").waitFor(); // also when the card was loaded again
 }
 
 test("a competition from the wizard to the board", async ({ browser, places }) => {
