@@ -97,4 +97,6 @@ def test_an_absurd_lens_is_noticed(
     )
     model = Model({2: camera})
     assert has_absurd_lens(model, job_of(tmp_path, KNOWN, UNKNOWN)) == absurd
-    assert not has_absurd_lens(model, job_of(tmp_path, KNOWN, KNOWN)), "EXIF said so"
+    assert not has_absurd_lens(model, job_of(tmp_path, KNOWN, KNOWN)), (
+        "a focal length of EXIF counts"
+    )

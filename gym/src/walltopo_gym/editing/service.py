@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Final
 from uuid import UUID
 
-from walltopo.core.files import atomic_path
 from walltopo.editing.messages import EditResult, RebuildStatus
 from walltopo.pipeline.edit_session import STAGES_AFTER_LOG, open_session
 from walltopo.scans.edits import EditLog
@@ -72,8 +71,7 @@ class EditLogTable:
         """Write the log to the folder's `edits.json`, if that differs; return its number."""
         saved = self.saved()
         if (ScanFolder.edits.load(self._folder) or EditLog()) != saved.log:
-            with atomic_path(self._folder.edits) as temporary:
-                saved.log.save(temporary)
+            saved.log.save(self._folder.edits)
         return str(saved.revision)
 
     def saved(self) -> SavedLog:

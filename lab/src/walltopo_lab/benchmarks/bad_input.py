@@ -27,7 +27,7 @@ from PIL import Image
 from walltopo.pipeline.runner import scan
 from walltopo_lab.benchmarks.bad_lift import LIFT_CASES
 from walltopo_lab.benchmarks.bad_photos import PHOTO_CASES
-from walltopo_lab.benchmarks.bad_pictures import picture
+from walltopo_lab.benchmarks.bad_pictures import photos_in, picture
 from walltopo_lab.benchmarks.bad_platform import PLATFORM_HEAD, platform_rows
 from walltopo_lab.benchmarks.bad_poses import POSE_CASES
 
@@ -62,13 +62,6 @@ class Case:
     command: str = "scan"
 
 
-def _photos(folder: Path, count: int = 3) -> Path:
-    folder.mkdir(parents=True, exist_ok=True)
-    for k in range(count):
-        picture(k).save(folder / f"p{k}.jpg")
-    return folder
-
-
 def _scan(photos: Path, *more: str, to: str = "ingest") -> list[str]:
     return [str(photos), "-o", str(photos.parent / "scan"), "--to", to, *more]
 
@@ -83,39 +76,39 @@ def _missing(root: Path) -> list[str]:
 
 
 def _text(root: Path) -> list[str]:
-    folder = _photos(root / "in", 2)
+    folder = photos_in(root / "in", 2)
     (folder / "note.jpg").write_text("dear diary")
     return _scan(folder)
 
 
 def _truncated(root: Path) -> list[str]:
-    folder = _photos(root / "in")
+    folder = photos_in(root / "in")
     data = (folder / "p0.jpg").read_bytes()
     (folder / "p0.jpg").write_bytes(data[: len(data) // 3])
     return _scan(folder)
 
 
 def _zero_bytes(root: Path) -> list[str]:
-    folder = _photos(root / "in", 2)
+    folder = photos_in(root / "in", 2)
     (folder / "empty.jpg").touch()
     return _scan(folder)
 
 
 def _deep_png(root: Path) -> list[str]:
-    folder = _photos(root / "in")
+    folder = photos_in(root / "in")
     deep = np.asarray(picture(8).convert("L")).astype(np.uint16) * 257
     Image.fromarray(deep).save(folder / "deep.png")
     return _scan(folder)
 
 
 def _cmyk(root: Path) -> list[str]:
-    folder = _photos(root / "in")
+    folder = photos_in(root / "in")
     picture(8).convert("CMYK").save(folder / "print.jpg")
     return _scan(folder)
 
 
 def _one_photo(root: Path) -> list[str]:
-    return _scan(_photos(root / "in", 1))
+    return _scan(photos_in(root / "in", 1))
 
 
 def _alike(root: Path) -> list[str]:
@@ -143,23 +136,23 @@ def _blank(root: Path) -> list[str]:
 
 
 def _panorama(root: Path) -> list[str]:
-    folder = _photos(root / "in")
+    folder = photos_in(root / "in")
     picture(8, (6000, 1000)).save(folder / "pano.png")
     return _scan(folder)
 
 
 def _bomb(root: Path) -> list[str]:
-    folder = _photos(root / "in")
+    folder = photos_in(root / "in")
     Image.new("1", (40_000, 40_000)).save(folder / "bomb.png")
     return _scan(folder)
 
 
 def _spaces(root: Path) -> list[str]:
-    return _scan(_photos(root / "Wände & Räume (neu) 🧗" / "mes photos"))
+    return _scan(photos_in(root / "Wände & Räume (neu) 🧗" / "mes photos"))
 
 
 def _wrong_suffix(root: Path) -> list[str]:
-    folder = _photos(root / "in", 2)
+    folder = photos_in(root / "in", 2)
     stream = io.BytesIO()
     picture(5).save(stream, "PNG")
     (folder / "really_png.jpg").write_bytes(stream.getvalue())
@@ -174,62 +167,62 @@ def _film(root: Path) -> list[str]:
 
 
 def _other_files(root: Path) -> list[str]:
-    folder = _photos(root / "in")
+    folder = photos_in(root / "in")
     (folder / "list.xlsx").write_text("x")
     (folder / "folder.jpg").mkdir()
     return _scan(folder)
 
 
 def _read_only(root: Path) -> list[str]:
-    return [str(_photos(root / "in")), "-o", "/proc/walltopo-scan", "--to", "ingest"]
+    return [str(photos_in(root / "in")), "-o", "/proc/walltopo-scan", "--to", "ingest"]
 
 
 def _out_is_file(root: Path) -> list[str]:
     (root / "scan").write_text("a file")
-    return _scan(_photos(root / "in"))
+    return _scan(photos_in(root / "in"))
 
 
 def _foreign_folder(root: Path) -> list[str]:
     (root / "scan").mkdir()
     (root / "scan" / "holiday.txt").write_text("not a scan")
-    return _scan(_photos(root / "in"))
+    return _scan(photos_in(root / "in"))
 
 
 def _damaged_manifest(root: Path) -> list[str]:
     (root / "scan").mkdir()
     (root / "scan" / "scan.json").write_text('{"version": 1, "stages"')
-    return _scan(_photos(root / "in"))
+    return _scan(photos_in(root / "in"))
 
 
 def _unknown_setting(root: Path) -> list[str]:
-    return _scan(_photos(root / "in"), "--set", "ingest.max_sid=100")
+    return _scan(photos_in(root / "in"), "--set", "ingest.max_sid=100")
 
 
 def _impossible_setting(root: Path) -> list[str]:
-    return _scan(_photos(root / "in"), "--set", "ingest.max_side=-1")
+    return _scan(photos_in(root / "in"), "--set", "ingest.max_side=-1")
 
 
 def _unknown_stage(root: Path) -> list[str]:
-    return _scan(_photos(root / "in"), to="meshing")
+    return _scan(photos_in(root / "in"), to="meshing")
 
 
 def _unrelated(root: Path) -> list[str]:
-    return _scan(_photos(root / "in", 4), to="sparse")
+    return _scan(photos_in(root / "in", 4), to="sparse")
 
 
 def _no_reference(root: Path) -> list[str]:
     (root / "old").mkdir()
-    return _scan(_photos(root / "in"), "--reference", str(root / "old"), to="sparse")
+    return _scan(photos_in(root / "in"), "--reference", str(root / "old"), to="sparse")
 
 
 def _pipe_photo(root: Path) -> list[str]:
-    folder = _photos(root / "in")
+    folder = photos_in(root / "in")
     os.mkfifo(folder / "pipe.jpg")
     return _scan(folder)
 
 
 def _links(root: Path) -> list[str]:
-    folder = _photos(root / "in")
+    folder = photos_in(root / "in")
     (folder / "gone.jpg").symlink_to("moved-away.jpg")
     (folder / "round.jpg").symlink_to("round.jpg")
     return _scan(folder)
@@ -244,7 +237,7 @@ def _cut_in_half(name: str) -> Callable[[Path], list[str]]:
         import pillow_heif
 
         pillow_heif.register_heif_opener()
-        folder = _photos(root / "in")
+        folder = photos_in(root / "in")
         picture(8).save(root / name)
         data = (root / name).read_bytes()
         looked_at = name if name.endswith(".heic") else "photo.jpg"
@@ -257,7 +250,7 @@ def _cut_in_half(name: str) -> Callable[[Path], list[str]]:
 def _cut_film(root: Path) -> list[str]:
     import av
 
-    folder = _photos(root / "in")
+    folder = photos_in(root / "in")
     with av.open(str(root / "walk.mp4"), "w") as container:
         stream = container.add_stream("libx264", rate=30)
         stream.width, stream.height, stream.pix_fmt = 640, 480, "yuv420p"
@@ -270,13 +263,13 @@ def _cut_film(root: Path) -> list[str]:
 
 
 def _postscript(root: Path) -> list[str]:
-    folder = _photos(root / "in")
+    folder = photos_in(root / "in")
     (folder / "drawing.jpg").write_bytes(b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n")
     return _scan(folder)
 
 
 def _gif(root: Path) -> list[str]:
-    folder = _photos(root / "in")
+    folder = photos_in(root / "in")
     stream = io.BytesIO()
     picture(8).save(stream, "GIF")
     (folder / "moving.jpg").write_bytes(stream.getvalue())
@@ -284,19 +277,19 @@ def _gif(root: Path) -> list[str]:
 
 
 def _odd_names(root: Path) -> list[str]:
-    folder = _photos(root / "in")
+    folder = photos_in(root / "in")
     (folder / "p0.jpg").rename(folder / os.fsdecode(b"caf\xe9.jpg"))
     (folder / "p1.jpg").rename(folder / ("ü" * 125 + ".jpg"))
     return _scan(folder)
 
 
 def _odd_folder(root: Path) -> list[str]:
-    folder = _photos(root / "in").rename(root / os.fsdecode(b"caf\xe9"))
+    folder = photos_in(root / "in").rename(root / os.fsdecode(b"caf\xe9"))
     return [str(folder), "-o", str(folder) + "-scan", "--to", "ingest"]
 
 
 def _huge_png(root: Path) -> list[str]:
-    folder = _photos(root / "in")
+    folder = photos_in(root / "in")
     # The header is enough: ingest rejects the file before it decodes pixels.
     chunks = (
         (b"IHDR", struct.pack(">IIBBBBB", 15_900, 15_700, 8, 2, 0, 0, 0)),
@@ -312,20 +305,20 @@ def _huge_png(root: Path) -> list[str]:
 
 
 def _scan_among_photos(root: Path) -> list[str]:
-    folder = _photos(root / "in")
+    folder = photos_in(root / "in")
     (folder / "wall").mkdir()
     (folder / "wall" / "scan.json").write_text("{}")
     return _scan(folder)
 
 
 def _scan_as_photos(root: Path) -> list[str]:
-    folder = _photos(root / "in")
+    folder = photos_in(root / "in")
     (folder / "scan.json").write_text("{}")
     return _scan(folder)
 
 
 def _damaged_since(root: Path) -> list[str]:
-    again = _scan(_photos(root / "in"))
+    again = _scan(photos_in(root / "in"))
     scan(root / "in", root / "scan", to_stage="ingest")
     photo = next((root / "scan" / "photos").iterdir())
     photo.write_bytes(photo.read_bytes()[:1000])
@@ -689,7 +682,7 @@ CASES += tuple(Case(*case) for case in POSE_CASES)
 
 def _late(*setting: str) -> Callable[[Path], list[str]]:
     """Return a maker of a whole scan of good photos with changed settings."""
-    return lambda root: _scan(_photos(root / "in"), "--set", *setting, to="export")
+    return lambda root: _scan(photos_in(root / "in"), "--set", *setting, to="export")
 
 
 def _page_there(root: Path) -> list[str]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from walltopo_lab.benchmarks.bad_pictures import picture
+from walltopo_lab.benchmarks.bad_pictures import photos_in, picture
 
 _GPANO = b'<rdf:Description GPano:ProjectionType="equirectangular"/>'
 
@@ -17,10 +17,7 @@ def _with(*add: Callable[[Path], None]) -> Callable[[Path], list[str]]:
     """Return a maker of three photos and more files, and of the arguments that ingest them."""
 
     def make(root: Path) -> list[str]:
-        folder = root / "in"
-        folder.mkdir()
-        for number in range(3):
-            picture(number).save(folder / f"p{number}.jpg")
+        folder = photos_in(root / "in")
         for one in add:
             one(folder)
         return [str(folder), "-o", str(root / "scan"), "--to", "ingest"]

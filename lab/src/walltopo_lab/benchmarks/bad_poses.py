@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from walltopo_lab.benchmarks.bad_pictures import picture
+from walltopo_lab.benchmarks.bad_pictures import photos_in
 
 _Matrix = list[list[float]]
 
@@ -18,12 +18,8 @@ _SHEARED: _Matrix = [[1, 0.5, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
 Make = Callable[[Path], list[str]]
 
 
-def _photos(root: Path) -> Path:
-    folder = root / "in"
-    folder.mkdir()
-    for number in range(3):
-        picture(number).save(folder / f"p{number}.jpg")
-    return folder
+def _scan(root: Path, *words: str, to: str = "sparse") -> list[str]:
+    return [str(photos_in(root / "in")), "-o", str(root / "scan"), "--to", to, *words]
 
 
 def _frames(names: Sequence[str], matrix: _Matrix = _UPRIGHT, **lens: Any) -> str:
@@ -37,28 +33,25 @@ def _with_poses(file: str, text: str) -> Make:
     """Return a maker of three photos, a file of poses, and the arguments that scan with it."""
 
     def make(root: Path) -> list[str]:
-        photos, poses = _photos(root), root / "poses" / file
-        poses.parent.mkdir(parents=True)
-        poses.write_text(text, "utf-8")
-        scan = [str(photos), "-o", str(root / "scan"), "--to", "sparse"]
-        return [*scan, "--poses", str(root / "poses")]
+        poses = root / "poses"
+        poses.mkdir()
+        (poses / file).write_text(text, "utf-8")
+        return _scan(root, "--poses", str(poses))
 
     return make
 
 
 def _nowhere(root: Path) -> list[str]:
-    scan = [str(_photos(root)), "-o", str(root / "scan"), "--to", "sparse"]
-    return [*scan, "--poses", str(root / "poses.json")]
+    return _scan(root, "--poses", str(root / "poses.json"))
 
 
 def _mesh_alone(root: Path) -> list[str]:
-    scan = [str(_photos(root)), "-o", str(root / "scan"), "--to", "dense"]
-    return [*scan, "--mesh", str(root / "wall.obj")]
+    return _scan(root, "--mesh", str(root / "wall.obj"), to="dense")
 
 
 def _import(app: str) -> Make:
     def make(root: Path) -> list[str]:
-        return [app, str(_photos(root)), "--dry-run"]
+        return [app, str(photos_in(root / "in")), "--dry-run"]
 
     return make
 
