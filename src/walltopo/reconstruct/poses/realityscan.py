@@ -1,7 +1,8 @@
 """Read the cameras of RealityScan (RealityCapture): XMP files beside the photos, or a CSV file.
 
 Sources: "RealityCapture XMP camera math" of its support pages for XMP; nerfstudio's
-`realitycapture_utils.py` for the CSV of "Internal/External camera parameters".
+`realitycapture_utils.py` for the CSV of "Internal/External camera parameters"; AliceVision's
+`main_importKnownPoses.cpp` for the order of t1 and t2, which is the opposite of OpenCV's.
 
 XMP: `Rotation` is camera_from_world (row by row) with COLMAP's axes, `Position` the camera's
 centre, `FocalLength35mm` is for 36 mm of the longer side, `PrincipalPointU` and `V` are shares of
@@ -28,6 +29,8 @@ from walltopo.scans.poses import posed_view
 _XCR = "{http://www.capturingreality.com/ns/xcr/1.1#}"
 _FILM = 36.0  # millimetres
 _COLUMNS = ("x", "y", "alt", "heading", "pitch", "roll", "f")
+_LENS = ("k1", "k2", "k3", "k4", "t1", "t2")
+_ALIGN_AGAIN = "Set the distortion model to Brown3 in RealityScan, align and export again."
 
 
 def find_poses(path: Path) -> Path | None:
@@ -91,19 +94,26 @@ def read(poses: Path, photos: PhotoFiles) -> Export:
 
 
 def _camera(
-    file: Path, photos: PhotoFiles, focal: float, middle: tuple[float, float], k: list[float]
+    file: Path, photos: PhotoFiles, focal: float, middle: tuple[float, float], lens: list[float]
 ) -> Camera:
     """Return a camera.
 
     Parameters
     ----------
     focal, middle : shares of the longer side; `middle` from the middle of the photo.
-    k : k1, k2, k3, t1, t2.
+    lens : k1, k2, k3, k4, t1, t2 of Brown's model.
+
+    Raises
+    ------
+    InputError : k4 is not zero.
     """
+    k1, k2, k3, k4, t1, t2 = lens
+    if k4:
+        raise InputError("the lens parameter k4 is not understood", _ALIGN_AGAIN)
     width, height = photos.stored_size(file)
     side = max(width, height)
     cx, cy = width / 2 + middle[0] * side, height / 2 + middle[1] * side
-    params = (focal * side, focal * side, cx, cy, k[0], k[1], k[3], k[4], k[2], 0.0, 0.0, 0.0)
+    params = (focal * side, focal * side, cx, cy, k1, k2, t2, t1, k3, 0.0, 0.0, 0.0)
     return Camera("FULL_OPENCV", width, height, params)
 
 
@@ -127,8 +137,11 @@ def _view_of_sidecar(path: Path, photos: PhotoFiles) -> View | None:
     with naming(path):
         focal = row("FocalLength35mm", 1)[0] / _FILM
         middle = (row("PrincipalPointU", 1, "0")[0], row("PrincipalPointV", 1, "0")[0])
-        k = row("DistortionCoeficients", 6, "0 0 0 0 0 0")
-        camera = _camera(photo, photos, focal, middle, [*k[:3], *k[4:]])
+        lens = row("DistortionCoeficients", len(_LENS), "0 0 0 0 0 0")
+        model = values.get(_XCR + "DistortionModel", "brown3")
+        if any(lens) and not model.startswith("brown"):
+            raise InputError(f"the lens model {model!r} is not understood", _ALIGN_AGAIN)
+        camera = _camera(photo, photos, focal, middle, lens)
         cam_from_world = np.reshape(row("Rotation", 9), (3, 3))
         pose = np.column_stack([cam_from_world.T, row("Position", 3)])
         return posed_view(check_name(photo.name), camera, pose, opengl=False)
@@ -147,9 +160,9 @@ def _views_of_table(path: Path, photos: PhotoFiles) -> Iterator[View]:
             continue
         row = _row(entry, name)
         middle = (row.get("px", 0.0) / _FILM, row.get("py", 0.0) / _FILM)
-        k = [row.get(key, 0.0) for key in ("k1", "k2", "k3", "t1", "t2")]
+        lens = [row.get(key, 0.0) for key in _LENS]
         with naming(name):
-            camera = _camera(photo, photos, row["f"] / _FILM, middle, k)
+            camera = _camera(photo, photos, row["f"] / _FILM, middle, lens)
             turned = _rotation(-row["heading"], row["pitch"], row["roll"])
             pose = np.column_stack([turned, [row["x"], row["y"], row["alt"]]])
             yield posed_view(check_name(last_part(photo.name)), camera, pose, opengl=True)
