@@ -9,13 +9,16 @@ from pathlib import Path
 from uuid import UUID
 
 import httpx
+import numpy as np
 import pytest
 from gym.tests.hurried import do_now, forget_jobs, waiting
 from gym.tests.running import TUS, Process, announce, browser, offset_of, send
 from gym.tests.worlds import Server, World, make_world
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from PIL import Image
+from tests.reconstruct.ingest.drawn_people import wall, with_person
 from tests.reconstruct.ingest.made_files import picture, write_film
 
 from walltopo_gym.errors import RequestError
@@ -36,6 +39,11 @@ def jpeg(seed: int = 0, size: tuple[int, int] = (640, 480), *, located: bool = F
     out = io.BytesIO()
     noise.save(out, "JPEG", exif=exif)
     return out.getvalue()
+
+
+def coloured_share(pixels: NDArray[np.uint8]) -> float:
+    """The share of (n, 3) pixels that are neither grey nor black nor white."""
+    return float((pixels.max(axis=1).astype(int) - pixels.min(axis=1) > 30).mean())
 
 
 class Sender:
@@ -123,6 +131,20 @@ def test_what_others_see_has_no_place_and_no_phone(phone: Sender) -> None:
     with Image.open(io.BytesIO(seen.content)) as picture:
         assert dict(picture.getexif()) == {}
         assert max(picture.size) <= 480
+
+
+def test_a_thumbnail_shows_nobody(phone: Sender) -> None:
+    photo, body = with_person(wall(1), 500, 300, 500)
+    out = io.BytesIO()
+    Image.fromarray(photo).save(out, "JPEG", quality=95)
+    phone.send(out.getvalue())
+    (entry,) = phone.looked_at()
+    assert entry["state"] == "usable"
+    seen = phone.client.get(f"{phone.world.path}/photos/{entry['id']}/thumbnail")
+    with Image.open(io.BytesIO(seen.content)) as picture:
+        large = np.asarray(picture.resize((photo.shape[1], photo.shape[0])))
+    assert coloured_share(photo[body]) > 0.5
+    assert coloured_share(large[body]) < 0.02
 
 
 @pytest.mark.parametrize(

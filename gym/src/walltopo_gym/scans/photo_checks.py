@@ -1,8 +1,9 @@
 """Check each uploaded photo: readable, sharp, not a duplicate.
 
-The product's `ingest` does it, in a child process that may crash on a photo. Public pictures are
-made from pixels alone: place, time and serial numbers stay in the private original. From a video,
-`ingest` takes the sharpest frame of each stretch of camera motion; here the frames are counted.
+The product's `ingest` does it, in a child process that may crash on a photo. Thumbnails are made
+from pixels alone: place, time, serial numbers and the people that are found stay in the private
+original. From a video, `ingest` takes the sharpest frame of each stretch of camera motion; here the
+frames are counted.
 
 New photos of a scan are checked together, because the child costs more than a photo. Photos that
 fail, or were being checked when a worker was killed, get a job each.
@@ -22,12 +23,14 @@ from typing import Final
 from uuid import UUID
 
 import numpy as np
+from PIL import Image
 from sqlalchemy import ColumnElement, and_, select, update
 from sqlalchemy.orm import Session
 
 from walltopo.core import EnvironmentLacksError, Silent
-from walltopo.images.files import open_picture, read_grey
+from walltopo.images.files import read_grey, read_rgb
 from walltopo.images.markers import detect_markers
+from walltopo.images.people import find_people, hide_people, people_mask
 from walltopo.reconstruct.ingest.decoding import Done, decode_files
 from walltopo.reconstruct.ingest.image_file import MIN_SHARPNESS
 from walltopo.reconstruct.scale.plates import built_in_plates
@@ -207,9 +210,13 @@ def _frames_with_plate(paths: Sequence[Path]) -> int:
 
 
 def _thumbnail(path: Path) -> bytes:
-    with open_picture(path) as picture:
-        small = picture.convert("RGB")
-        small.thumbnail((_THUMBNAIL, _THUMBNAIL))
+    """Return a small JPEG of a photo, in which the people that are found are hidden."""
+    photo = read_rgb(path)
+    people = find_people(photo)
+    if people:
+        photo = hide_people(photo, people_mask(photo, people))
+    small = Image.fromarray(photo)
+    small.thumbnail((_THUMBNAIL, _THUMBNAIL))
     out = io.BytesIO()
     small.save(out, "JPEG", quality=80)
     return out.getvalue()
