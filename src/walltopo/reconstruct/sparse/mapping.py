@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -14,7 +15,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from walltopo.core import InputError, StageError, View
+from walltopo.core import InputError, Progress, StageError, View
 from walltopo.reconstruct.settings import SparseSettings
 from walltopo.reconstruct.sparse.align import align_to_reference
 from walltopo.reconstruct.sparse.attempts import (
@@ -174,29 +175,8 @@ def _reconstruct(
     if views:
         posed = write_posed_model(photos, views, cameras, indices, context.scratch / "posed")
 
-    def map_from(job: ColmapJob, focal: float) -> Mapped:
-        # Mapping runs in its own process: otherwise COLMAP's random state would depend on
-        # whether the same process also matched the photos.
-        output = Path(job.database).with_name(f"mapping-{focal:g}" if focal else "mapping")
-        task = MapTask(str(output), len(photos), posed=posed, focal=focal)
-        result = run_worker(mapping_job(job, task), context.progress)
-        if result.contradicts and given is not None:
-            raise contradiction(given)
-        if not result.best:
-            return Mapped(result, {})
-        model = open_model(Path(result.best))
-        if model.num_points3D() < _MIN_MODEL_POINTS or has_absurd_lens(model, job):
-            return Mapped(MappingResult(), {})
-        return Mapped(result, camera_centres(model), model.compute_num_observations())
-
     focals = (0.0,) if views else focals_of(job)
-
-    def map_job(job: ColmapJob) -> tuple[MappingResult, Mapping[str, Floats]]:
-        nonlocal focals
-        best, focal = best_mapping(partial(map_from, job), focals, len(photos))
-        if 2 * len(best.centres) >= len(photos):  # enough to know the lens
-            focals = (focal,)
-        return best.result, best.centres
+    mapper = _Mapper(len(photos), given, posed, context.progress, focals)
 
     def is_connected(result: MappingResult, known: Collection[str]) -> bool:
         model = open_model(Path(result.best))
@@ -204,8 +184,48 @@ def _reconstruct(
 
     names = [photo.name for photo in photos]
     return best_attempt(
-        job, settings, folder.folder, context.progress, map_job, names, is_connected
+        job, settings, folder.folder, context.progress, mapper.map_job, names, is_connected
     )
+
+
+@dataclass
+class _Mapper:
+    """Maps the features of one attempt after the other.
+
+    Parameters
+    ----------
+    photos : number of photos.
+    given, posed : given poses and the folder of their model, else None and "".
+    focals : guesses of the focal length; the one that was right, once enough photos are placed.
+    """
+
+    photos: int
+    given: GivenPoses | None
+    posed: str
+    progress: Progress
+    focals: tuple[float, ...]
+
+    def map_job(self, job: ColmapJob) -> tuple[MappingResult, Mapping[str, Floats]]:
+        """Return the best mapping of a job's features, and its camera centres (3,) by photo."""
+        best, focal = best_mapping(partial(self._map_from, job), self.focals, self.photos)
+        if 2 * len(best.centres) >= self.photos:  # enough to know the lens
+            self.focals = (focal,)
+        return best.result, best.centres
+
+    def _map_from(self, job: ColmapJob, focal: float) -> Mapped:
+        # Mapping runs in its own process: otherwise COLMAP's random state would depend on
+        # whether the same process also matched the photos.
+        output = Path(job.database).with_name(f"mapping-{focal:g}" if focal else "mapping")
+        task = MapTask(str(output), self.photos, posed=self.posed, focal=focal)
+        result = run_worker(mapping_job(job, task), self.progress)
+        if result.contradicts and self.given is not None:
+            raise contradiction(self.given)
+        if not result.best:
+            return Mapped(result, {})
+        model = open_model(Path(result.best))
+        if model.num_points3D() < _MIN_MODEL_POINTS or has_absurd_lens(model, job):
+            return Mapped(MappingResult(), {})
+        return Mapped(result, camera_centres(model), model.compute_num_observations())
 
 
 def _note_groups(result: MappingResult, context: Context) -> None:
