@@ -1,8 +1,8 @@
 """Poses of other programs: files written by hand from each format's documentation.
 
 All files of `samples` describe two cameras of 640 x 480 pixels. One stands in front of a wall and
-looks straight at it, the other looks along it, from its right end; both are upright. What each file
-must say follows from the axes that its documentation names, and owes nothing to our own code.
+looks straight at it, the other looks along it, from its right end; both are upright. Their
+numbers follow from the axes that the documentation names, and owe nothing to our own code.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Stand:
-    """Where a camera stands, where it looks, and what is up in its photo."""
+    """A camera's place, the direction in which it looks, and the direction to its photo's top."""
 
     centre: Vector
     direction: Vector
@@ -46,7 +46,7 @@ LENS = (0.01, 0.0, 0.001, 0.002)  # k1, k2, p1, p2 in OpenCV's order
 
 @dataclass(frozen=True)
 class Sample:
-    """What a sample says: its stands, focal lengths, principal point and lens."""
+    """The content of a sample: stands, focal lengths, principal point and lens."""
 
     stands: tuple[Stand, Stand]
     focal: tuple[float, float] = (500.0, 501.0)

@@ -96,8 +96,7 @@ class OpenScan:
         self._log = EditLogTable(scan, self._folder, database)
         self._log.copy_to_folder()
         self.session = open_session(self._folder, self._log, self._upload_results)
-        if self._log.saved().is_pending:
-            self.session.rebuild()
+        self.state()  # resumes what another process left unfinished
 
     def save(self, log: EditLog, version: str, author: UUID) -> tuple[EditResult, str]:
         """Save a log, as `EditSession.save` does, in the name of a person."""
