@@ -133,3 +133,35 @@ def test_a_division_without_distortion_is_a_pinhole(tmp_path: Path) -> None:
         path.write_text(text.replace("0.01 0 0 0 0.002 0.001", "0 0 0 0 0 0"), "utf-8")
     found = read_poses(export, photos)
     assert all(photo.view.camera.is_pinhole for photo in found.photos)
+
+
+def test_poses_of_a_smaller_component_are_in_another_frame(tmp_path: Path) -> None:
+    export, photos = with_photos("metashape", (*NAMES, "103"), tmp_path)
+    file = export / "cameras.xml"
+    unaligned = '<camera id="2" sensor_id="0" label="103"/>'
+    alone = (
+        '<camera id="2" sensor_id="0" component_id="1" label="103">'
+        "<transform>1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1</transform></camera>"
+    )
+    text = file.read_text("utf-8")
+    assert unaligned in text
+    file.write_text(text.replace(unaligned, alone), "utf-8")
+    found = read_poses(export, photos)
+    assert [photo.source for photo in found.photos] == ["101.jpg", "102.jpg"]
+
+
+@pytest.mark.parametrize(("coordinates", "expected"), [("relative", 2), ("absolute", 3)])
+def test_relative_xmp_poses_are_of_one_component(
+    coordinates: str, expected: int, tmp_path: Path
+) -> None:
+    export, photos = with_photos("realityscan-xmp", ("100", *NAMES), tmp_path)
+    shutil.copy(export / "101.xmp", export / "100.xmp")
+    for photo, component in zip(photos, ("{A}", "{B}", "{B}"), strict=True):
+        file = photo.with_suffix(".xmp")
+        text = file.read_text("utf-8").replace(
+            'xcr:Coordinates="absolute"',
+            f'xcr:Coordinates="{coordinates}" xcr:ComponentId="{component}"',
+        )
+        file.write_text(text, "utf-8")
+    found = read_poses(export, photos)
+    assert [photo.source for photo in found.photos] == ["100.jpg", "101.jpg", "102.jpg"][-expected:]

@@ -112,3 +112,18 @@ def only(files: Iterable[Path], what: str) -> Path | None:
         listed = ", ".join(file.name for file in found[:5])
         raise InputError(f"{found[0].parent}: holds several {what}: {listed}", "Name one of them.")
     return found[0] if found else None
+
+
+def of_largest_component(found: Iterable[tuple[str, View]]) -> list[View]:
+    """Return the views of the component that has most of them, the first of several.
+
+    A program that could not join all photos puts each component into a frame of its own.
+
+    Parameters
+    ----------
+    found : the name of its component and the view, of each posed photo.
+    """
+    components: dict[str, list[View]] = {}
+    for component, view in found:
+        components.setdefault(component, []).append(view)
+    return max(components.values(), key=len, default=[])

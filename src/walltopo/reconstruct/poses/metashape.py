@@ -1,9 +1,9 @@
 """Read the cameras that Metashape exports as XML (File, Export, Export Cameras).
 
 Sources: nerfstudio's `metashape_utils.py`, and "Camera models" in the Metashape user manual. The
-`transform` of a camera is world_from_camera with COLMAP's axes, in the frame of the chunk before
-any reference; `cx` and `cy` are offsets from the middle of the photo; Metashape's p1 and p2 have
-the opposite order of OpenCV's. The unit and the direction are arbitrary.
+`transform` of a camera is world_from_camera with COLMAP's axes, in the frame of its component
+before any reference; `cx` and `cy` are offsets from the middle of the photo; Metashape's p1 and p2
+have the opposite order of OpenCV's. The unit and the direction are arbitrary.
 """
 
 from __future__ import annotations
@@ -16,7 +16,14 @@ import numpy as np
 from walltopo.core import Camera, InputError
 from walltopo.core.errors import naming
 from walltopo.core.files import check_name
-from walltopo.reconstruct.poses.export import Export, PhotoFiles, last_part, numbers, only
+from walltopo.reconstruct.poses.export import (
+    Export,
+    PhotoFiles,
+    last_part,
+    numbers,
+    of_largest_component,
+    only,
+)
 from walltopo.reconstruct.poses.xml_files import read_xml
 from walltopo.scans.poses import posed_view
 
@@ -52,7 +59,7 @@ def find_photos(poses: Path) -> Path | None:
 
 
 def read(poses: Path, photos: PhotoFiles) -> Export:
-    """Return the poses of a file; cameras that Metashape did not align are left out.
+    """Return the poses of a file, without cameras that are not aligned to most others.
 
     Raises
     ------
@@ -64,7 +71,7 @@ def read(poses: Path, photos: PhotoFiles) -> Export:
             raise InputError("holds no chunk: not the cameras of Metashape")
         sensors = {str(s.get("id")): s for s in chunk.iterfind("sensors/sensor")}
         cameras: dict[str, Camera] = {}
-        views = []
+        found = []
         for entry in chunk.iterfind("cameras//camera"):
             pose = entry.find("transform")
             if pose is None or entry.get("enabled") in ("0", "false"):
@@ -74,8 +81,9 @@ def read(poses: Path, photos: PhotoFiles) -> Export:
                 cameras[sensor] = _camera(sensors.get(sensor), sensor)
             values = np.reshape(numbers(pose.text, 16, f"camera {label}: transform"), (4, 4))
             name = check_name(last_part(label))
-            views.append(posed_view(name, cameras[sensor], values, opengl=False))
-    return Export(views)
+            view = posed_view(name, cameras[sensor], values, opengl=False)
+            found.append((entry.get("component_id", ""), view))
+    return Export(of_largest_component(found))
 
 
 def _camera(sensor: ElementTree.Element | None, number: str) -> Camera:

@@ -22,7 +22,14 @@ import numpy as np
 from walltopo.core import Camera, InputError, View
 from walltopo.core.errors import naming
 from walltopo.core.files import check_name
-from walltopo.reconstruct.poses.export import Export, PhotoFiles, last_part, numbers, only
+from walltopo.reconstruct.poses.export import (
+    Export,
+    PhotoFiles,
+    last_part,
+    numbers,
+    of_largest_component,
+    only,
+)
 from walltopo.reconstruct.poses.xml_files import read_xml
 from walltopo.scans.poses import posed_view
 
@@ -79,7 +86,9 @@ def _is_sidecar(path: Path) -> bool:
 
 
 def read(poses: Path, photos: PhotoFiles) -> Export:
-    """Return the poses; photos that the scan does not have are left out, as their size is unknown.
+    """Return the poses, of the largest component if the XMP files are of several.
+
+    Photos that the scan does not have are left out, as their size is unknown.
 
     Raises
     ------
@@ -89,8 +98,8 @@ def read(poses: Path, photos: PhotoFiles) -> Export:
         with naming(poses):
             return Export(list(_views_of_table(poses, photos)))
     files = sorted(file for file in poses.glob("*.xmp") if _is_sidecar(file))
-    views = (_view_of_sidecar(file, photos) for file in files)
-    return Export([view for view in views if view is not None])
+    found = (_view_of_sidecar(file, photos) for file in files)
+    return Export(of_largest_component(one for one in found if one is not None))
 
 
 def _camera(
@@ -117,7 +126,8 @@ def _camera(
     return Camera("FULL_OPENCV", width, height, params)
 
 
-def _view_of_sidecar(path: Path, photos: PhotoFiles) -> View | None:
+def _view_of_sidecar(path: Path, photos: PhotoFiles) -> tuple[str, View] | None:
+    """Return the component and the view of an XMP file; None without a pose or its photo."""
     photo = photos.find(path.stem)
     if photo is None:
         return None
@@ -144,7 +154,10 @@ def _view_of_sidecar(path: Path, photos: PhotoFiles) -> View | None:
         camera = _camera(photo, photos, focal, middle, lens)
         cam_from_world = np.reshape(row("Rotation", 9), (3, 3))
         pose = np.column_stack([cam_from_world.T, row("Position", 3)])
-        return posed_view(check_name(photo.name), camera, pose, opengl=False)
+        # Absolute poses are in one frame, others in that of their component.
+        is_absolute = values.get(_XCR + "Coordinates", "absolute") == "absolute"
+        component = "" if is_absolute else values.get(_XCR + "ComponentId", "")
+        return component, posed_view(check_name(photo.name), camera, pose, opengl=False)
 
 
 def _views_of_table(path: Path, photos: PhotoFiles) -> Iterator[View]:
