@@ -14,7 +14,7 @@ from walltopo.reconstruct.sparse.focal_guesses import (
     Mapped,
     best_mapping,
     focals_of,
-    has_absurd_lens,
+    has_doubtful_lens,
 )
 from walltopo.reconstruct.sparse.jobs import (
     CameraEntry,
@@ -80,6 +80,10 @@ def test_only_unknown_lenses_are_guessed(tmp_path: Path) -> None:
 @dataclass
 class Model:
     cameras: dict[int, object]
+    registered: int = 3
+
+    def num_reg_images(self) -> int:
+        return self.registered
 
 
 @pytest.mark.parametrize(
@@ -96,7 +100,23 @@ def test_an_absurd_lens_is_noticed(
         model="SIMPLE_RADIAL", width=480, height=640, params=[focal, 240, 320, distortion]
     )
     model = Model({2: camera})
-    assert has_absurd_lens(model, job_of(tmp_path, KNOWN, UNKNOWN)) == absurd
-    assert not has_absurd_lens(model, job_of(tmp_path, KNOWN, KNOWN)), (
+    assert has_doubtful_lens(model, job_of(tmp_path, KNOWN, UNKNOWN)) == absurd
+    assert not has_doubtful_lens(model, job_of(tmp_path, KNOWN, KNOWN)), (
         "a focal length of EXIF counts"
     )
+
+
+@pytest.mark.parametrize(
+    ("photos", "registered", "doubtful"), [(2, 2, False), (5, 2, True), (5, 3, False)]
+)
+def test_two_photos_of_more_tell_no_lens(
+    photos: int, registered: int, doubtful: bool, tmp_path: Path
+) -> None:
+    from walltopo.geometry.colmap import pycolmap
+
+    camera = pycolmap.Camera(
+        model="SIMPLE_RADIAL", width=480, height=640, params=[480, 240, 320, 0.0]
+    )
+    model = Model({1: camera}, registered)
+    assert has_doubtful_lens(model, job_of(tmp_path, *[UNKNOWN] * photos)) == doubtful
+    assert not has_doubtful_lens(model, job_of(tmp_path, *[KNOWN] * photos))

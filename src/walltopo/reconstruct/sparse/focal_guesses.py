@@ -63,19 +63,21 @@ def best_mapping(
     return max(found, key=lambda one: one[0].observations)
 
 
-def has_absurd_lens(model: Any, job: ColmapJob) -> bool:
-    """Return whether a lens of unknown focal length came out as none that phones have.
+def has_doubtful_lens(model: Any, job: ColmapJob) -> bool:
+    """Return whether a lens of unknown focal length came out as none that phones have, or from two
+    photos of more: two views of a flat wall fit any focal length.
 
     Parameters
     ----------
     model : `pycolmap.Reconstruction`.
     """
-    for number, entry in enumerate(job.cameras, start=1):
-        if entry.prior or number not in model.cameras:
-            continue
-        camera = model.cameras[number]
-        focal = camera.mean_focal_length() / max(camera.width, camera.height)
-        distortion = [abs(camera.params[k]) for k in camera.extra_params_idxs()]
-        if not _MIN_FOCAL <= focal <= _MAX_FOCAL or max(distortion, default=0.0) > _MAX_DISTORTION:
-            return True
-    return False
+    unknown = {k: entry for k, entry in enumerate(job.cameras, start=1) if not entry.prior}
+    if unknown.keys() & model.cameras.keys() and model.num_reg_images() < min(3, len(job.images)):
+        return True
+    return any(_is_absurd(model.cameras[k]) for k in unknown if k in model.cameras)
+
+
+def _is_absurd(camera: Any) -> bool:
+    focal = camera.mean_focal_length() / max(camera.width, camera.height)
+    distortion = [abs(camera.params[k]) for k in camera.extra_params_idxs()]
+    return not _MIN_FOCAL <= focal <= _MAX_FOCAL or max(distortion, default=0.0) > _MAX_DISTORTION

@@ -32,7 +32,7 @@ from walltopo.reconstruct.sparse.focal_guesses import (
     Mapped,
     best_mapping,
     focals_of,
-    has_absurd_lens,
+    has_doubtful_lens,
 )
 from walltopo.reconstruct.sparse.given_poses import (
     contradiction,
@@ -223,7 +223,7 @@ class _Mapper:
         if not result.best:
             return Mapped(result, {})
         model = open_model(Path(result.best))
-        if model.num_points3D() < _MIN_MODEL_POINTS or has_absurd_lens(model, job):
+        if model.num_points3D() < _MIN_MODEL_POINTS or has_doubtful_lens(model, job):
             return Mapped(MappingResult(), {})
         return Mapped(result, camera_centres(model), model.compute_num_observations())
 
