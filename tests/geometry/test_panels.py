@@ -72,3 +72,42 @@ def test_no_triangles_no_panels() -> None:
     mesh = sheet(np.zeros((3, 3)))
     assert find_panels(mesh, np.zeros(0, dtype=np.int64)) == []
     assert (heights_over(mesh, []).panel == NO_PANEL).all()
+
+
+def scattered(count: int, side: float, cell: float) -> Mesh:
+    """Square sheets, turned about the vertical and 3 m or more apart."""
+    rng = np.random.default_rng(1)
+    size = round(side / cell) + 1
+    vertices, faces = [], []
+    for k in range(count):
+        own = sheet(rng.normal(0, 0.001, (size, size)), cell)
+        angle = rng.uniform(0, 2 * np.pi)
+        cosine, sine = np.cos(angle), np.sin(angle)
+        turn = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+        vertices.append(own.vertices @ turn.T + [4 * side * (k % 15), 4 * side * (k // 15), 0.0])
+        faces.append(own.faces + k * size**2)
+    return Mesh(np.concatenate(vertices), np.concatenate(faces).astype(np.int32))
+
+
+def test_heights_in_a_hall_are_those_over_each_panel() -> None:
+    mesh = scattered(8, 1.0, 0.04)
+    panels = find_panels(mesh, np.arange(len(mesh.faces)))
+    assert len(panels) == 8
+    found = heights_over(mesh, panels)
+    literal = np.full((len(panels), len(mesh.faces)), np.nan)
+    for number, panel in enumerate(panels):
+        row, column, inside = panel.cells(mesh.centroids)
+        away = panel.over_plane(mesh.centroids)
+        near = inside & (away > -0.03) & (away < 0.6)
+        literal[number, near] = (away - panel.surface[row, column])[near]
+    assert np.isfinite(literal).sum(axis=0).max() == 1, "the panels are far apart"
+    np.testing.assert_array_equal(found.height, np.nanmax(literal, axis=0, initial=-np.inf))
+    assert (found.panel == np.isfinite(literal).argmax(axis=0)).all()
+
+
+@pytest.mark.slow
+def test_a_large_hall_has_all_its_panels(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A hall of twenty walls has more than 200 panels."""
+    monkeypatch.setattr("walltopo.geometry.panels.ITERATIONS", 8)  # any start finds a sheet
+    mesh = scattered(230, 0.6, 0.05)
+    assert len(find_panels(mesh, np.arange(len(mesh.faces)))) == 230

@@ -36,10 +36,12 @@ NEIGHBOURHOOD = 0.25  # radius of a neighbourhood
 MAX_SCORERS = 12_000  # maximum number of points that score a candidate plane
 MIN_POINTS = 12  # minimum number of points of a panel
 PIXEL = 0.03  # pixel size of a panel's surface raster
+BOX_MARGIN = 4  # pixels: closing gaps and rounding widen a panel by less
 GAP_REACH = 0.30  # gaps up to twice this wide belong to the panel, because holds cover it
 SMOOTHING_RADIUS = 0.22  # radius of the moving average
 MAX_FACET_AREA = 0.7  # square metres; a larger plane is never a facet of a volume
 MIN_FACET_HEIGHT, MAX_FACET_HEIGHT = 0.02, 0.6  # height range of a volume's facet over its panel
+CUBE = 1.5  # side of the cubes by which triangles near a panel are found
 MAX_BEHIND = 0.03  # maximum depth behind the plane of a triangle of the panel
 
 
@@ -82,6 +84,12 @@ class Panel:
         row, column = np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)
         return row, column, within & self.inside[row, column]
 
+    def box(self, height: float) -> tuple[Floats, Floats]:
+        """Return two corners (3,) of an axis-aligned box around all that the panel covers, up to a
+        height over or below its plane."""
+        beyond = height + BOX_MARGIN * self.pixel
+        return self.points.min(axis=0) - beyond, self.points.max(axis=0) + beyond
+
     def over_plane(self, points: Floats) -> Floats:
         """Return (n,) heights of (n, 3) points over the plane."""
         return np.asarray((points - self.point) @ self.normal)
@@ -107,7 +115,6 @@ def find_panels(
     unit: float = 1.0,
     min_area: float = 0.12,
     seed: int = 0,
-    max_count: int = 200,
 ) -> list[Panel]:
     """Return the panels of a mesh, the largest first.
 
@@ -117,7 +124,6 @@ def find_panels(
     unit : mesh units per metre.
     min_area : minimum area of a panel, square metres.
     seed : random seed.
-    max_count : maximum number of panels.
     """
     points, normals, weights = _average_in_cubes(mesh, rows, CELL * unit)
     free = np.ones(len(points), dtype=np.bool_)
@@ -125,7 +131,7 @@ def find_panels(
     found: list[Panel] = []
     cosine = np.cos(np.radians(INLIER_ANGLE_DEG))
     tree = cKDTree(points)
-    while len(found) < max_count and weights[free].sum() >= min_area * unit**2:
+    while weights[free].sum() >= min_area * unit**2:
         own = np.flatnonzero(free)
         near = _best_plane(points, normals, weights, own, free, tree, rng, unit)
         if near is None:
@@ -139,11 +145,11 @@ def find_panels(
             continue
         axis, offset = _fit_facing_plane(points[members], weights[members] @ normals[members])
         away = np.abs(points @ axis - offset)
-        used = free & (away < 2 * INLIER_DISTANCE * unit) & (normals @ axis > cosine)
+        close = free & (away < 2 * INLIER_DISTANCE * unit) & (normals @ axis > cosine)
         panel = _make_panel(axis, offset, points[members], weights[members], unit)
-        used &= panel.cells(points)[2]
-        used[members] = True
-        free &= ~used
+        used = np.flatnonzero(close)
+        free[used[panel.cells(points[used])[2]]] = False
+        free[members] = False
         found.append(panel)
     return _drop_facets(sorted(found, key=lambda panel: -panel.area), unit)
 
@@ -151,19 +157,27 @@ def find_panels(
 def _drop_facets(panels: Sequence[Panel], unit: float) -> list[Panel]:
     """Drop small panels that stand on a larger one: facets of volumes and flat tops of holds."""
     kept: list[Panel] = []
+    boxes: list[tuple[Floats, Floats]] = []
     for panel in panels:
-        on_another = False
-        for other in kept:
-            if panel.area < MAX_FACET_AREA * unit**2:
-                away = other.over_plane(panel.points)
-                inside = other.cells(panel.points)[2]
-                standing = (
-                    inside & (away > MIN_FACET_HEIGHT * unit) & (away < MAX_FACET_HEIGHT * unit)
-                )
-                on_another = on_another or standing.mean() > 0.6
-        if not on_another:
-            kept.append(panel)
+        if panel.area < MAX_FACET_AREA * unit**2:
+            low, high = panel.points.min(axis=0), panel.points.max(axis=0)
+            near = (
+                other
+                for other, (first, last) in zip(kept, boxes, strict=True)
+                if (low <= last).all() and (high >= first).all()
+            )
+            if any(_stands_on(panel, other, unit) for other in near):
+                continue
+        kept.append(panel)
+        boxes.append(panel.box(MAX_FACET_HEIGHT * unit))
     return kept
+
+
+def _stands_on(panel: Panel, other: Panel, unit: float) -> bool:
+    away = other.over_plane(panel.points)
+    inside = other.cells(panel.points)[2]
+    standing = inside & (away > MIN_FACET_HEIGHT * unit) & (away < MAX_FACET_HEIGHT * unit)
+    return bool(standing.mean() > 0.6)
 
 
 def _average_in_cubes(mesh: Mesh, rows: Ints, side: float) -> tuple[Floats, Floats, Floats]:
@@ -309,17 +323,49 @@ def heights_over(
     panel = np.full(count, NO_PANEL, dtype=np.int32)
     height = np.full(count, np.nan)
     best = np.full(count, np.inf)
+    cubes = _Cubes(mesh.centroids, CUBE * unit)
     for number, own in enumerate(panels):
-        away = own.over_plane(mesh.centroids)
-        rows = np.flatnonzero(
+        rows = cubes.rows_in(*own.box(max_height * unit))
+        away = own.over_plane(mesh.centroids[rows])
+        near = (
             (away > -MAX_BEHIND * unit)
             & (away < max_height * unit)
-            & (np.abs(away) < best + MAX_BEHIND * unit)
+            & (np.abs(away) < best[rows] + MAX_BEHIND * unit)
         )
+        rows, away = rows[near], away[near]
         row, column, inside = own.cells(mesh.centroids[rows])
-        over = away[rows] - own.surface[row, column]
+        over = away - own.surface[row, column]
         nearer = inside & (np.abs(over) < best[rows])
         kept = rows[nearer]
         panel[kept], height[kept] = number, over[nearer]
         best[kept] = np.abs(over[nearer])
     return Heights(panel, height)
+
+
+class _Cubes:
+    """Points (n, 3) sorted into cubes, so that a box in a large hall takes no look at all of it."""
+
+    def __init__(self, points: Floats, side: float) -> None:
+        self._side = side
+        self._first = points.min(axis=0) if len(points) else np.zeros(3)
+        cell = np.floor((points - self._first) / side).astype(np.int64)
+        self._shape = cell.max(axis=0, initial=0) + 1
+        key = np.ravel_multi_index(tuple(cell.T), tuple(self._shape.tolist()))
+        self._order = np.argsort(key, kind="stable")
+        counts = np.bincount(key, minlength=int(self._shape.prod()))
+        self._ends = np.concatenate([[0], np.cumsum(counts)])
+
+    def rows_in(self, low: Floats, high: Floats) -> Ints:
+        """Return the points of all cubes that a box with these corners touches."""
+        first, last = (
+            np.floor((corner - self._first) / self._side).astype(np.int64) for corner in (low, high)
+        )
+        spans = [
+            np.arange(max(begin, 0), min(end + 1, size))
+            for begin, end, size in zip(first, last, self._shape, strict=True)
+        ]
+        cells = np.ravel_multi_index(
+            tuple(np.meshgrid(*spans, indexing="ij")), tuple(self._shape.tolist())
+        )
+        pieces = [self._order[self._ends[k] : self._ends[k + 1]] for k in cells.ravel().tolist()]
+        return np.concatenate([np.zeros(0, dtype=np.int64), *pieces])
