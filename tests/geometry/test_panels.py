@@ -105,6 +105,20 @@ def test_heights_in_a_hall_are_those_over_each_panel() -> None:
     assert (found.panel == np.isfinite(literal).argmax(axis=0)).all()
 
 
+def test_a_stray_triangle_far_away_costs_nothing() -> None:
+    whole = sheet(folded())
+    stray = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]) + 4e7
+    end = len(whole.vertices)
+    mesh = Mesh(
+        np.concatenate([whole.vertices, stray]),
+        np.concatenate([whole.faces, [[end, end + 1, end + 2]]]).astype(np.int32),
+    )
+    panels = find_panels(mesh, np.arange(len(whole.faces)))
+    alone, beside = heights_over(whole, panels), heights_over(mesh, panels)
+    np.testing.assert_array_equal(beside.panel[:-1], alone.panel)
+    assert beside.panel[-1] == NO_PANEL
+
+
 @pytest.mark.slow
 def test_a_large_hall_has_all_its_panels(monkeypatch: pytest.MonkeyPatch) -> None:
     """A hall of twenty walls has more than 200 panels."""

@@ -343,29 +343,22 @@ def heights_over(
 
 
 class _Cubes:
-    """Points (n, 3) sorted into cubes, so that a box in a large hall takes no look at all of it."""
+    """Points (n, 3) sorted by cubes, so that a box in a large hall takes no look at all of it."""
 
     def __init__(self, points: Floats, side: float) -> None:
-        self._side = side
-        self._first = points.min(axis=0) if len(points) else np.zeros(3)
-        cell = np.floor((points - self._first) / side).astype(np.int64)
-        self._shape = cell.max(axis=0, initial=0) + 1
-        key = np.ravel_multi_index(tuple(cell.T), tuple(self._shape.tolist()))
+        cell = np.floor((points - points.min(axis=0, initial=np.inf)) / side).astype(np.int64)
+        # Two cubes far apart may have one key: then their common box is large, and nothing is lost.
+        key = (cell[:, 0] * 100_003 + cell[:, 1]) * 100_003 + cell[:, 2]
         self._order = np.argsort(key, kind="stable")
-        counts = np.bincount(key, minlength=int(self._shape.prod()))
-        self._ends = np.concatenate([[0], np.cumsum(counts)])
+        begins = np.flatnonzero(np.diff(key[self._order], prepend=-1))
+        self._ends = np.append(begins, len(points))
+        columns = [points[self._order, k] for k in range(3)] if len(points) else []
+        self._low = np.array([np.minimum.reduceat(column, begins) for column in columns])
+        self._high = np.array([np.maximum.reduceat(column, begins) for column in columns])
 
     def rows_in(self, low: Floats, high: Floats) -> Ints:
         """Return the points of all cubes that a box with these corners touches."""
-        first, last = (
-            np.floor((corner - self._first) / self._side).astype(np.int64) for corner in (low, high)
-        )
-        spans = [
-            np.arange(max(begin, 0), min(end + 1, size))
-            for begin, end, size in zip(first, last, self._shape, strict=True)
-        ]
-        cells = np.ravel_multi_index(
-            tuple(np.meshgrid(*spans, indexing="ij")), tuple(self._shape.tolist())
-        )
-        pieces = [self._order[self._ends[k] : self._ends[k + 1]] for k in cells.ravel().tolist()]
+        touched = (self._low <= high[:, None]) & (self._high >= low[:, None])
+        found = np.flatnonzero(touched.all(axis=0)).tolist()
+        pieces = [self._order[self._ends[k] : self._ends[k + 1]] for k in found]
         return np.concatenate([np.zeros(0, dtype=np.int64), *pieces])
