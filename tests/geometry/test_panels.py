@@ -75,7 +75,7 @@ def test_no_triangles_no_panels() -> None:
 
 
 def scattered(count: int, side: float, cell: float) -> Mesh:
-    """Square sheets, turned about the vertical and 3 m or more apart."""
+    """Square sheets, turned about the vertical and four sides apart."""
     rng = np.random.default_rng(1)
     size = round(side / cell) + 1
     vertices, faces = [], []

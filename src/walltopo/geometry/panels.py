@@ -21,6 +21,7 @@ from scipy.ndimage import binary_fill_holes
 from scipy.spatial import cKDTree
 
 from walltopo.core import Mesh
+from walltopo.geometry.rays import triangle_index_of
 from walltopo.geometry.similarity import fit_plane
 
 Floats = NDArray[np.float64]
@@ -41,7 +42,6 @@ GAP_REACH = 0.30  # gaps up to twice this wide belong to the panel, because hold
 SMOOTHING_RADIUS = 0.22  # radius of the moving average
 MAX_FACET_AREA = 0.7  # square metres; a larger plane is never a facet of a volume
 MIN_FACET_HEIGHT, MAX_FACET_HEIGHT = 0.02, 0.6  # height range of a volume's facet over its panel
-CUBE = 1.5  # side of the cubes by which triangles near a panel are found
 MAX_BEHIND = 0.03  # maximum depth behind the plane of a triangle of the panel
 
 
@@ -160,7 +160,7 @@ def _drop_facets(panels: Sequence[Panel], unit: float) -> list[Panel]:
     boxes: list[tuple[Floats, Floats]] = []
     for panel in panels:
         if panel.area < MAX_FACET_AREA * unit**2:
-            low, high = panel.points.min(axis=0), panel.points.max(axis=0)
+            low, high = panel.box(0.0)
             near = (
                 other
                 for other, (first, last) in zip(kept, boxes, strict=True)
@@ -323,9 +323,9 @@ def heights_over(
     panel = np.full(count, NO_PANEL, dtype=np.int32)
     height = np.full(count, np.nan)
     best = np.full(count, np.inf)
-    cubes = _Cubes(mesh.centroids, CUBE * unit)
+    index = triangle_index_of(mesh)
     for number, own in enumerate(panels):
-        rows = cubes.rows_in(*own.box(max_height * unit))
+        rows = index.in_box(*own.box(max_height * unit))
         away = own.over_plane(mesh.centroids[rows])
         near = (
             (away > -MAX_BEHIND * unit)
@@ -340,25 +340,3 @@ def heights_over(
         panel[kept], height[kept] = number, over[nearer]
         best[kept] = np.abs(over[nearer])
     return Heights(panel, height)
-
-
-class _Cubes:
-    """Points (n, 3) sorted by cubes, so that a box in a large hall takes no look at all of it."""
-
-    def __init__(self, points: Floats, side: float) -> None:
-        cell = np.floor((points - points.min(axis=0, initial=np.inf)) / side).astype(np.int64)
-        # Two cubes far apart may have one key: then their common box is large, and nothing is lost.
-        key = (cell[:, 0] * 100_003 + cell[:, 1]) * 100_003 + cell[:, 2]
-        self._order = np.argsort(key, kind="stable")
-        begins = np.flatnonzero(np.diff(key[self._order], prepend=-1))
-        self._ends = np.append(begins, len(points))
-        columns = [points[self._order, k] for k in range(3)] if len(points) else []
-        self._low = np.array([np.minimum.reduceat(column, begins) for column in columns])
-        self._high = np.array([np.maximum.reduceat(column, begins) for column in columns])
-
-    def rows_in(self, low: Floats, high: Floats) -> Ints:
-        """Return the points of all cubes that a box with these corners touches."""
-        touched = (self._low <= high[:, None]) & (self._high >= low[:, None])
-        found = np.flatnonzero(touched.all(axis=0)).tolist()
-        pieces = [self._order[self._ends[k] : self._ends[k + 1]] for k in found]
-        return np.concatenate([np.zeros(0, dtype=np.int64), *pieces])

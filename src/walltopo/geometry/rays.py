@@ -1,4 +1,4 @@
-"""Intersect rays with triangles; find the triangles near a point or in a cone."""
+"""Intersect rays with triangles; find the triangles near a point, in a cone or in a box."""
 
 from __future__ import annotations
 
@@ -150,11 +150,22 @@ class TriangleIndex:
         with np.errstate(divide="ignore", invalid="ignore"):
             off_axis = np.arccos(np.clip(offset @ axis / away, -1, 1))
             angular_radius = np.arcsin(np.clip(cells.radius / away, 0, 1))
-        hit = np.flatnonzero((away <= cells.radius) | (off_axis <= half_angle + angular_radius))
-        found = np.zeros(len(cells.rows), dtype=np.bool_)
-        for k in hit.tolist():
-            found[cells.of_cell(k)] = True
-        return np.flatnonzero(found)
+        return cells.triangles_of(
+            (away <= cells.radius) | (off_axis <= half_angle + angular_radius)
+        )
+
+    def in_box(self, low: Floats, high: Floats) -> Ints:
+        """Return (n,) int64, ascending: a superset of the triangles with a point in a box.
+
+        Parameters
+        ----------
+        low, high : (3,) corners of the axis-aligned box.
+        """
+        cells = self._cells
+        if cells is None:
+            return np.zeros(0, dtype=np.int64)
+        away = cells.middle - np.clip(cells.middle, low, high)
+        return cells.triangles_of(np.linalg.norm(away, axis=1) <= cells.radius)
 
     @cached_property
     def _cells(self) -> _Cells | None:
@@ -198,9 +209,12 @@ class _Cells:
             radius = np.maximum(radius, np.maximum.reduceat(reach, first))
         return cls(rows, np.append(first, len(rows)), middle, radius)
 
-    def of_cell(self, number: int) -> Ints:
-        """Return the triangles of one cell."""
-        return self.rows[self.begin[number] : self.begin[number + 1]]
+    def triangles_of(self, chosen: NDArray[np.bool_]) -> Ints:
+        """Return the triangles of the (C,) chosen cells, ascending."""
+        found = np.zeros(len(self.rows), dtype=np.bool_)
+        for k in np.flatnonzero(chosen).tolist():
+            found[self.rows[self.begin[k] : self.begin[k + 1]]] = True
+        return np.flatnonzero(found)
 
 
 _INDEX_OF_MESH: WeakKeyDictionary[Mesh, TriangleIndex] = WeakKeyDictionary()
