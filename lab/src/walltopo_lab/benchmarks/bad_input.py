@@ -27,7 +27,7 @@ from PIL import Image
 from walltopo.pipeline.runner import scan
 from walltopo_lab.benchmarks.bad_lift import LIFT_CASES
 from walltopo_lab.benchmarks.bad_photos import PHOTO_CASES
-from walltopo_lab.benchmarks.bad_pictures import photos_in, picture
+from walltopo_lab.benchmarks.bad_pictures import photos_in, picture, scan_of
 from walltopo_lab.benchmarks.bad_platform import PLATFORM_HEAD, platform_rows
 from walltopo_lab.benchmarks.bad_poses import POSE_CASES
 
@@ -62,53 +62,49 @@ class Case:
     command: str = "scan"
 
 
-def _scan(photos: Path, *more: str, to: str = "ingest") -> list[str]:
-    return [str(photos), "-o", str(photos.parent / "scan"), "--to", to, *more]
-
-
 def _empty(root: Path) -> list[str]:
     (root / "in").mkdir()
-    return _scan(root / "in")
+    return scan_of(root / "in")
 
 
 def _missing(root: Path) -> list[str]:
-    return _scan(root / "nowhere")
+    return scan_of(root / "nowhere")
 
 
 def _text(root: Path) -> list[str]:
     folder = photos_in(root / "in", 2)
     (folder / "note.jpg").write_text("dear diary")
-    return _scan(folder)
+    return scan_of(folder)
 
 
 def _truncated(root: Path) -> list[str]:
     folder = photos_in(root / "in")
     data = (folder / "p0.jpg").read_bytes()
     (folder / "p0.jpg").write_bytes(data[: len(data) // 3])
-    return _scan(folder)
+    return scan_of(folder)
 
 
 def _zero_bytes(root: Path) -> list[str]:
     folder = photos_in(root / "in", 2)
     (folder / "empty.jpg").touch()
-    return _scan(folder)
+    return scan_of(folder)
 
 
 def _deep_png(root: Path) -> list[str]:
     folder = photos_in(root / "in")
     deep = np.asarray(picture(8).convert("L")).astype(np.uint16) * 257
     Image.fromarray(deep).save(folder / "deep.png")
-    return _scan(folder)
+    return scan_of(folder)
 
 
 def _cmyk(root: Path) -> list[str]:
     folder = photos_in(root / "in")
     picture(8).convert("CMYK").save(folder / "print.jpg")
-    return _scan(folder)
+    return scan_of(folder)
 
 
 def _one_photo(root: Path) -> list[str]:
-    return _scan(photos_in(root / "in", 1))
+    return scan_of(photos_in(root / "in", 1))
 
 
 def _alike(root: Path) -> list[str]:
@@ -116,7 +112,7 @@ def _alike(root: Path) -> list[str]:
     folder.mkdir()
     for k in range(5):
         picture(0).save(folder / f"same{k}.jpg", quality=80 + k)
-    return _scan(folder)
+    return scan_of(folder)
 
 
 def _tiny(root: Path) -> list[str]:
@@ -124,7 +120,7 @@ def _tiny(root: Path) -> list[str]:
     folder.mkdir()
     for k in range(4):
         picture(k, (160, 120)).save(folder / f"thumb{k}.png")
-    return _scan(folder)
+    return scan_of(folder)
 
 
 def _blank(root: Path) -> list[str]:
@@ -132,23 +128,23 @@ def _blank(root: Path) -> list[str]:
     folder.mkdir()
     for k in range(4):
         Image.new("RGB", (640, 480), (40 * k, 90, 90)).save(folder / f"fog{k}.png")
-    return _scan(folder)
+    return scan_of(folder)
 
 
 def _panorama(root: Path) -> list[str]:
     folder = photos_in(root / "in")
     picture(8, (6000, 1000)).save(folder / "pano.png")
-    return _scan(folder)
+    return scan_of(folder)
 
 
 def _bomb(root: Path) -> list[str]:
     folder = photos_in(root / "in")
     Image.new("1", (40_000, 40_000)).save(folder / "bomb.png")
-    return _scan(folder)
+    return scan_of(folder)
 
 
 def _spaces(root: Path) -> list[str]:
-    return _scan(photos_in(root / "Wände & Räume (neu) 🧗" / "mes photos"))
+    return scan_of(photos_in(root / "Wände & Räume (neu) 🧗" / "mes photos"))
 
 
 def _wrong_suffix(root: Path) -> list[str]:
@@ -156,21 +152,21 @@ def _wrong_suffix(root: Path) -> list[str]:
     stream = io.BytesIO()
     picture(5).save(stream, "PNG")
     (folder / "really_png.jpg").write_bytes(stream.getvalue())
-    return _scan(folder)
+    return scan_of(folder)
 
 
 def _film(root: Path) -> list[str]:
     folder = root / "in"
     folder.mkdir()
     (folder / "walk.mp4").write_bytes(np.random.default_rng(0).bytes(5000))
-    return _scan(folder)
+    return scan_of(folder)
 
 
 def _other_files(root: Path) -> list[str]:
     folder = photos_in(root / "in")
     (folder / "list.xlsx").write_text("x")
     (folder / "folder.jpg").mkdir()
-    return _scan(folder)
+    return scan_of(folder)
 
 
 def _read_only(root: Path) -> list[str]:
@@ -179,53 +175,53 @@ def _read_only(root: Path) -> list[str]:
 
 def _out_is_file(root: Path) -> list[str]:
     (root / "scan").write_text("a file")
-    return _scan(photos_in(root / "in"))
+    return scan_of(photos_in(root / "in"))
 
 
 def _foreign_folder(root: Path) -> list[str]:
     (root / "scan").mkdir()
     (root / "scan" / "holiday.txt").write_text("not a scan")
-    return _scan(photos_in(root / "in"))
+    return scan_of(photos_in(root / "in"))
 
 
 def _damaged_manifest(root: Path) -> list[str]:
     (root / "scan").mkdir()
     (root / "scan" / "scan.json").write_text('{"version": 1, "stages"')
-    return _scan(photos_in(root / "in"))
+    return scan_of(photos_in(root / "in"))
 
 
 def _unknown_setting(root: Path) -> list[str]:
-    return _scan(photos_in(root / "in"), "--set", "ingest.max_sid=100")
+    return scan_of(photos_in(root / "in"), "--set", "ingest.max_sid=100")
 
 
 def _impossible_setting(root: Path) -> list[str]:
-    return _scan(photos_in(root / "in"), "--set", "ingest.max_side=-1")
+    return scan_of(photos_in(root / "in"), "--set", "ingest.max_side=-1")
 
 
 def _unknown_stage(root: Path) -> list[str]:
-    return _scan(photos_in(root / "in"), to="meshing")
+    return scan_of(photos_in(root / "in"), to="meshing")
 
 
 def _unrelated(root: Path) -> list[str]:
-    return _scan(photos_in(root / "in", 4), to="sparse")
+    return scan_of(photos_in(root / "in", 4), to="sparse")
 
 
 def _no_reference(root: Path) -> list[str]:
     (root / "old").mkdir()
-    return _scan(photos_in(root / "in"), "--reference", str(root / "old"), to="sparse")
+    return scan_of(photos_in(root / "in"), "--reference", str(root / "old"), to="sparse")
 
 
 def _pipe_photo(root: Path) -> list[str]:
     folder = photos_in(root / "in")
     os.mkfifo(folder / "pipe.jpg")
-    return _scan(folder)
+    return scan_of(folder)
 
 
 def _links(root: Path) -> list[str]:
     folder = photos_in(root / "in")
     (folder / "gone.jpg").symlink_to("moved-away.jpg")
     (folder / "round.jpg").symlink_to("round.jpg")
-    return _scan(folder)
+    return scan_of(folder)
 
 
 def _cut_in_half(name: str) -> Callable[[Path], list[str]]:
@@ -242,7 +238,7 @@ def _cut_in_half(name: str) -> Callable[[Path], list[str]]:
         data = (root / name).read_bytes()
         looked_at = name if name.endswith(".heic") else "photo.jpg"
         (folder / looked_at).write_bytes(data[: len(data) // 2])
-        return _scan(folder)
+        return scan_of(folder)
 
     return make
 
@@ -259,13 +255,13 @@ def _cut_film(root: Path) -> list[str]:
         container.mux(stream.encode())
     data = (root / "walk.mp4").read_bytes()
     (folder / "walk.mp4").write_bytes(data[: len(data) // 2])
-    return _scan(folder)
+    return scan_of(folder)
 
 
 def _postscript(root: Path) -> list[str]:
     folder = photos_in(root / "in")
     (folder / "drawing.jpg").write_bytes(b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n")
-    return _scan(folder)
+    return scan_of(folder)
 
 
 def _gif(root: Path) -> list[str]:
@@ -273,14 +269,14 @@ def _gif(root: Path) -> list[str]:
     stream = io.BytesIO()
     picture(8).save(stream, "GIF")
     (folder / "moving.jpg").write_bytes(stream.getvalue())
-    return _scan(folder)
+    return scan_of(folder)
 
 
 def _odd_names(root: Path) -> list[str]:
     folder = photos_in(root / "in")
     (folder / "p0.jpg").rename(folder / os.fsdecode(b"caf\xe9.jpg"))
     (folder / "p1.jpg").rename(folder / ("ü" * 125 + ".jpg"))
-    return _scan(folder)
+    return scan_of(folder)
 
 
 def _odd_folder(root: Path) -> list[str]:
@@ -301,24 +297,24 @@ def _huge_png(root: Path) -> list[str]:
         for name, body in chunks:
             stream.write(struct.pack(">I", len(body)) + name + body)
             stream.write(struct.pack(">I", zlib.crc32(name + body)))
-    return _scan(folder)
+    return scan_of(folder)
 
 
 def _scan_among_photos(root: Path) -> list[str]:
     folder = photos_in(root / "in")
     (folder / "wall").mkdir()
     (folder / "wall" / "scan.json").write_text("{}")
-    return _scan(folder)
+    return scan_of(folder)
 
 
 def _scan_as_photos(root: Path) -> list[str]:
     folder = photos_in(root / "in")
     (folder / "scan.json").write_text("{}")
-    return _scan(folder)
+    return scan_of(folder)
 
 
 def _damaged_since(root: Path) -> list[str]:
-    again = _scan(photos_in(root / "in"))
+    again = scan_of(photos_in(root / "in"))
     scan(root / "in", root / "scan", to_stage="ingest")
     photo = next((root / "scan" / "photos").iterdir())
     photo.write_bytes(photo.read_bytes()[:1000])
@@ -473,7 +469,7 @@ def _config(content: bytes | None) -> Callable[[Path], list[str]]:
             config.mkdir()
         else:
             config.write_bytes(content)
-        return _scan(root / "in", "--config", str(config))
+        return scan_of(root / "in", "--config", str(config))
 
     return make
 
@@ -682,7 +678,7 @@ CASES += tuple(Case(*case) for case in POSE_CASES)
 
 def _late(*setting: str) -> Callable[[Path], list[str]]:
     """Return a maker of a whole scan of good photos with changed settings."""
-    return lambda root: _scan(photos_in(root / "in"), "--set", *setting, to="export")
+    return lambda root: scan_of(photos_in(root / "in"), "--set", *setting, to="export")
 
 
 def _page_there(root: Path) -> list[str]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from walltopo_lab.benchmarks.bad_pictures import photos_in, picture
+from walltopo_lab.benchmarks.bad_pictures import photos_in, picture, scan_of
 
 _GPANO = b'<rdf:Description GPano:ProjectionType="equirectangular"/>'
 
@@ -20,7 +20,7 @@ def _with(*add: Callable[[Path], None]) -> Callable[[Path], list[str]]:
         folder = photos_in(root / "in")
         for one in add:
             one(folder)
-        return [str(folder), "-o", str(root / "scan"), "--to", "ingest"]
+        return scan_of(folder)
 
     return make
 

@@ -1,4 +1,4 @@
-"""The picture that the photos of bad inputs show."""
+"""The photos of bad inputs, and the arguments that scan them."""
 
 from __future__ import annotations
 
@@ -21,3 +21,8 @@ def photos_in(folder: Path, count: int = 3) -> Path:
     for number in range(count):
         picture(number).save(folder / f"p{number}.jpg")
     return folder
+
+
+def scan_of(photos: Path, *more: str, to: str = "ingest") -> list[str]:
+    """Return the arguments that scan a folder of photos into `scan` beside it."""
+    return [str(photos), "-o", str(photos.parent / "scan"), "--to", to, *more]

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from walltopo_lab.benchmarks.bad_pictures import photos_in
+from walltopo_lab.benchmarks.bad_pictures import photos_in, scan_of
 
 _Matrix = list[list[float]]
 
@@ -19,7 +19,7 @@ Make = Callable[[Path], list[str]]
 
 
 def _scan(root: Path, *words: str, to: str = "sparse") -> list[str]:
-    return [str(photos_in(root / "in")), "-o", str(root / "scan"), "--to", to, *words]
+    return scan_of(photos_in(root / "in"), *words, to=to)
 
 
 def _frames(names: Sequence[str], matrix: _Matrix = _UPRIGHT, **lens: Any) -> str:
