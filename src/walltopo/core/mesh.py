@@ -12,6 +12,8 @@ from walltopo.core.errors import InputError
 
 Floats = NDArray[np.float64]
 
+_PART = 1 << 18  # triangles whose sides are in memory at once
+
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
@@ -70,35 +72,39 @@ class Mesh:
     @cached_property
     def centroids(self) -> Floats:
         """Return the (F, 3) triangle centroids."""
-        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
-        return (a + b + c) / 3.0
+        total = self.vertices[self.faces[:, 0]]
+        for corner in self.faces.T[1:]:
+            total += self.vertices[corner]
+        total /= 3.0
+        return total
 
-    @cached_property
     def _crosses(self) -> Floats:
-        # Compute by axis, because NumPy is slow on rows of three numbers.
-        first, second = [], []
-        for axis in self.vertices.T:
-            axis = np.ascontiguousarray(axis)
-            a, b, c = (axis[corner] for corner in self.faces.T)
-            first.append(b - a)
-            second.append(c - a)
+        """Return (F, 3) cross products of two sides, in parts to bound the memory."""
         crosses = np.empty((len(self.faces), 3))
-        for k in range(3):
-            i, j = (k + 1) % 3, (k + 2) % 3
-            np.subtract(first[i] * second[j], first[j] * second[i], out=crosses[:, k])
+        axes = [np.ascontiguousarray(axis) for axis in self.vertices.T]
+        for begin in range(0, len(self.faces), _PART):
+            part = slice(begin, begin + _PART)
+            # Compute by axis, because NumPy is slow on rows of three numbers.
+            corners = [[axis[corner] for corner in self.faces[part].T] for axis in axes]
+            first, second = [b - a for a, b, _ in corners], [c - a for a, _, c in corners]
+            for k in range(3):
+                i, j = (k + 1) % 3, (k + 2) % 3
+                np.subtract(first[i] * second[j], first[j] * second[i], out=crosses[part, k])
         return crosses
 
     @cached_property
     def areas(self) -> Floats:
         """Return the (F,) triangle areas, square metres."""
-        x, y, z = self._crosses.T
+        x, y, z = self._crosses().T
         return 0.5 * np.sqrt(x * x + y * y + z * z)
 
     @cached_property
     def normals(self) -> Floats:
         """Return the (F, 3) unit normals; zeros for triangles without area."""
-        lengths, normals = 2.0 * self.areas[:, None], np.zeros_like(self._crosses)
-        return np.divide(self._crosses, lengths, out=normals, where=lengths > 0)
+        lengths, normals = 2.0 * self.areas[:, None], self._crosses()
+        np.divide(normals, lengths, out=normals, where=lengths > 0)
+        normals[lengths[:, 0] == 0] = 0.0
+        return normals
 
     @cached_property
     def measured(self) -> NDArray[np.bool_]:

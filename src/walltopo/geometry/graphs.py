@@ -99,40 +99,41 @@ def _one_thread() -> Iterator[None]:
         networkit.setNumberOfThreads(threads)
 
 
-Longs = NDArray[np.int64]
-
-
-def grouped_edges(faces: NDArray[np.integer]) -> tuple[Longs, Longs, Longs]:
+def grouped_edges(faces: NDArray[np.integer]) -> tuple[Ints, Ints, Ints]:
     """Return the undirected edges of (F, 3) faces.
 
     Returns
     -------
-    (E, 2) vertices of each edge, smaller first, ascending; (E,) number of faces at each edge;
-    (F, 3) index of the edge from corner k to corner k + 1.
+    (E, 2) int32 vertices of each edge, smaller first, ascending; (E,) int32 number of faces at each
+    edge; (F, 3) int32 index of the edge from corner k to corner k + 1.
     """
     return _edges(np.ascontiguousarray(faces, np.int32), int(faces.max(initial=-1)) + 1)
 
 
 def duplicate_faces(faces: NDArray[np.integer]) -> NDArray[np.bool_]:
     """Return (F,) whether an earlier face has the same three vertices."""
-    corners = np.sort(faces, axis=1).astype(np.int32)
+    corners = np.ascontiguousarray(faces, np.int32).copy()
+    corners.sort(axis=1)
     return _repeated(corners, int(faces.max(initial=-1)) + 1)
 
 
-def linked(count: int, first: Longs, second: Longs) -> NDArray[np.int32]:
+def linked(count: int, first: NDArray[np.integer], second: NDArray[np.integer]) -> Ints:
     """Return (count,) the component of each vertex, numbered in the order of first vertices.
 
     Parameters
     ----------
     first, second : (E,) edges; a pair may be repeated.
     """
-    return _linked(count, np.ascontiguousarray(first), np.ascontiguousarray(second))
+    parent = np.arange(count, dtype=np.int32)
+    return _linked(
+        parent, np.ascontiguousarray(first, np.int32), np.ascontiguousarray(second, np.int32)
+    )
 
 
 @kernel
 def _sorted_by(keys: Any, order: Any, max_key: Any) -> Any:
     """Sort `order` stably by keys below `max_key`, by counting sort."""
-    place = np.zeros(max_key + 1, dtype=np.int64)
+    place = np.zeros(max_key + 1, dtype=np.int32)
     for key in keys:
         place[key + 1] += 1
     for key in range(max_key):
@@ -145,17 +146,30 @@ def _sorted_by(keys: Any, order: Any, max_key: Any) -> Any:
 
 
 @kernel
-def _edges(faces: Any, vertices: Any) -> Any:
-    count = 3 * len(faces)
-    low, high = np.zeros(count, dtype=np.int32), np.zeros(count, dtype=np.int32)
+def _ends(faces: Any, upper: Any) -> Any:
+    """Return (3 F,) the higher (`upper`) or lower vertex of each half-edge."""
+    found = np.zeros(3 * len(faces), dtype=np.int32)
     for f in range(len(faces)):
         for k in range(3):
             a, b = faces[f, k], faces[f, (k + 1) % 3]
-            low[3 * f + k], high[3 * f + k] = min(a, b), max(a, b)
-    slots = _sorted_by(low, _sorted_by(high, np.arange(count), vertices), vertices)
-    pairs = np.zeros((count, 2), dtype=np.int64)
-    face_count = np.zeros(count, dtype=np.int64)
-    of_face = np.zeros((len(faces), 3), dtype=np.int64)
+            found[3 * f + k] = max(a, b) if upper else min(a, b)
+    return found
+
+
+@kernel
+def _edges(faces: Any, vertices: Any) -> Any:
+    count = 3 * len(faces)
+    high = _ends(faces, True)
+    slots = _sorted_by(high, np.arange(count).astype(np.int32), vertices)
+    low = _ends(faces, False)
+    slots = _sorted_by(low, slots, vertices)
+    edges = 0
+    for at in range(count):
+        one, other = slots[at], slots[at - 1]
+        edges += at == 0 or low[one] != low[other] or high[one] != high[other]
+    pairs = np.zeros((edges, 2), dtype=np.int32)
+    face_count = np.zeros(edges, dtype=np.int32)
+    of_face = np.zeros((len(faces), 3), dtype=np.int32)
     edge = -1
     for at in range(count):
         slot = slots[at]
@@ -164,12 +178,12 @@ def _edges(faces: Any, vertices: Any) -> Any:
             pairs[edge, 0], pairs[edge, 1] = low[slot], high[slot]
         face_count[edge] += 1
         of_face[slot // 3, slot % 3] = edge
-    return pairs[: edge + 1].copy(), face_count[: edge + 1].copy(), of_face
+    return pairs, face_count, of_face
 
 
 @kernel
 def _repeated(corners: Any, vertices: Any) -> Any:
-    order = np.arange(len(corners))
+    order = np.arange(len(corners)).astype(np.int32)
     for k in range(2, -1, -1):
         order = _sorted_by(corners[:, k], order, vertices)
     found = np.zeros(len(corners), dtype=np.bool_)
@@ -184,14 +198,18 @@ def _repeated(corners: Any, vertices: Any) -> Any:
 
 
 @kernel
-def _linked(count: Any, first: Any, second: Any) -> Any:
-    parent = np.arange(count)
+def _linked(parent: Any, first: Any, second: Any) -> Any:
     for e in range(len(first)):
-        a, b = root_of(parent, first[e]), root_of(parent, second[e])
-        parent[max(a, b)] = min(a, b)
-    number = np.zeros(count, dtype=np.int32)
+        link(parent, first[e], second[e])
+    return numbered(parent)
+
+
+@kernel
+def numbered(parent: Any) -> Any:
+    """Return the component of each item, numbered in the order of first items."""
+    number = np.zeros(len(parent), dtype=np.int32)
     found = 0
-    for v in range(count):
+    for v in range(len(parent)):
         root = root_of(parent, v)
         if root == v:
             number[v] = found
@@ -208,3 +226,10 @@ def root_of(parent: Any, k: Any) -> Any:
         parent[k] = parent[parent[k]]
         k = parent[k]
     return k
+
+
+@kernel
+def link(parent: Any, one: Any, other: Any) -> None:
+    """Join the components of two items."""
+    a, b = root_of(parent, one), root_of(parent, other)
+    parent[max(a, b)] = min(a, b)

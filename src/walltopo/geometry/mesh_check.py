@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh, View
 from walltopo.geometry.graphs import duplicate_faces
-from walltopo.geometry.topology import Edges, edges_of, face_components, fans
+from walltopo.geometry.topology import Edges, edge_lengths, edges_of, face_components, fans
 
 # A component with fewer faces than this, and than this share of the mesh, is a fragment.
 _FRAGMENT_FACES = 100
@@ -82,9 +82,8 @@ def check_mesh(mesh: Mesh, views: Sequence[View] = ()) -> MeshReport:
     part = face_components(mesh.faces)
     sizes = np.bincount(part)
     crumb = (sizes < _FRAGMENT_FACES) & (sizes < _FRAGMENT_SHARE * len(mesh.faces))
-    ends = mesh.vertices[edges.pairs]
-    length = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
-    p05, median, p95 = np.percentile(length, [5, 50, 95]).tolist()
+    lengths = edge_lengths(mesh.vertices, edges)
+    p05, median, p95 = np.percentile(lengths, [5, 50, 95]).tolist()
     fan_count = _fan_counts(mesh, edges)
     return MeshReport(
         vertices=len(mesh.vertices),

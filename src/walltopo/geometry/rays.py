@@ -39,14 +39,15 @@ class Bvh:
         if len(self._faces) == 0:
             self._offset, self._factor, self._scene = np.zeros(3), 1.0, None
             return
-        used = self._vertices[self._faces]
-        low, high = used.min(axis=(0, 1)), used.max(axis=(0, 1))
+        used = np.zeros(len(self._vertices), dtype=np.bool_)
+        used[self._faces] = True
+        low, high = self._vertices[used].min(axis=0), self._vertices[used].max(axis=0)
         self._offset = (low + high) / 2
         extent = float((high - low).max())
         self._factor = 1.0 / extent if extent > 0 else 1.0
         self._scene = EmbreeScene()
-        small = ((used - self._offset) * self._factor).astype(np.float32)
-        self._mesh = TriangleMesh(self._scene, np.ascontiguousarray(small))
+        small = ((self._vertices - self._offset) * self._factor).astype(np.float32)
+        self._mesh = TriangleMesh(self._scene, small[self._faces])
 
     def first_hit(
         self, origins: Floats, directions: Floats

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.geometry.topology import edges_of
+from walltopo.geometry.topology import Edges, edge_lengths, edges_of, side_lengths
 
 
 def split_faces(faces: NDArray[np.int32], middle: NDArray[np.int64]) -> NDArray[np.int32]:
@@ -41,7 +41,7 @@ def split_faces(faces: NDArray[np.int32], middle: NDArray[np.int64]) -> NDArray[
 
 def drop_long_triangles(mesh: Mesh, longest: float) -> Mesh:
     """Drop the triangles with an edge longer than `longest`; all vertices stay."""
-    return Mesh(mesh.vertices, mesh.faces[_lengths(mesh).max(axis=1) <= longest])
+    return Mesh(mesh.vertices, mesh.faces[side_lengths(mesh).max(axis=1) <= longest])
 
 
 def split_long_edges(mesh: Mesh, longest: float) -> Mesh:
@@ -67,20 +67,21 @@ def halve_edges(mesh: Mesh, longest: float, border: bool = True) -> Mesh:
     border : whether boundary edges are halved too.
     """
     edges = edges_of(mesh.faces)
-    a, b = mesh.vertices[edges.pairs[:, 0]], mesh.vertices[edges.pairs[:, 1]]
-    split = np.linalg.norm(a - b, axis=1) > longest
+    split = edge_lengths(mesh.vertices, edges) > longest
     if not border:
         split &= edges.count > 1
-    middle = np.full(len(split), -1, dtype=np.int64)
-    middle[split] = len(mesh.vertices) + np.arange(int(split.sum()))
-    vertices = np.concatenate([mesh.vertices, 0.5 * (a[split] + b[split])])
-    return Mesh(vertices, split_faces(mesh.faces, middle[edges.of_face]))
+    vertices, middle = _halved(mesh, edges, split)
+    return Mesh(vertices, split_faces(mesh.faces, middle))
 
 
-def _lengths(mesh: Mesh) -> NDArray[np.float64]:
-    """Return (F, 3) lengths of the edges from corner k to corner k + 1."""
-    corners = mesh.vertices[mesh.faces]
-    return np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2)
+def _halved(
+    mesh: Mesh, edges: Edges, split: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return the vertices with the middles of the `split` edges, and `split_faces`'s `middle`."""
+    a, b = (mesh.vertices[end] for end in edges.pairs[split].T)
+    number = np.full(len(split), -1, dtype=np.int64)
+    number[split] = len(mesh.vertices) + np.arange(len(a))
+    return np.concatenate([mesh.vertices, 0.5 * (a + b)]), number[edges.of_face]
 
 
 def split_long_edges_with_uv(
@@ -94,13 +95,10 @@ def split_long_edges_with_uv(
     """
     while True:
         edges = edges_of(mesh.faces)
-        a, b = mesh.vertices[edges.pairs[:, 0]], mesh.vertices[edges.pairs[:, 1]]
-        split = np.linalg.norm(a - b, axis=1) > longest
+        split = edge_lengths(mesh.vertices, edges) > longest
         if not split.any():
             return mesh, uv
-        middle = np.full(len(split), -1, dtype=np.int64)
-        middle[split] = len(mesh.vertices) + np.arange(int(split.sum()))
-        of_face = middle[edges.of_face]
+        vertices, of_face = _halved(mesh, edges, split)
         # Each corner and each halved edge of each triangle has a texture coordinate of its own.
         rows, k = np.nonzero(of_face >= 0)
         own = np.full(of_face.shape, -1, dtype=np.int64)
@@ -109,5 +107,4 @@ def split_long_edges_with_uv(
         corners = np.arange(uv.size // 2, dtype=np.int32).reshape(-1, 3)
         all_uv = np.concatenate([uv.reshape(-1, 2), halves])
         uv = all_uv[split_faces(corners, own)]
-        vertices = np.concatenate([mesh.vertices, 0.5 * (a[split] + b[split])])
         mesh = Mesh(vertices, split_faces(mesh.faces, of_face))

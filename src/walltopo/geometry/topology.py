@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.geometry.graphs import grouped_edges, linked, root_of
-from walltopo.geometry.kernels import kernel
+from walltopo.geometry.graphs import grouped_edges, link, linked, numbered, root_of
+from walltopo.geometry.kernels import in_ranges, kernel
 
 Floats = NDArray[np.float64]
 Faces = NDArray[np.int32]
@@ -23,14 +23,14 @@ class Edges:
 
     Parameters
     ----------
-    pairs : (E, 2) int64 vertices, smaller first.
-    count : (E,) faces at each edge; 1 = boundary, > 2 = non-manifold.
-    of_face : (F, 3) index of the edge from corner k to corner k + 1.
+    pairs : (E, 2) int32 vertices, smaller first.
+    count : (E,) int32 faces at each edge; 1 = boundary, > 2 = non-manifold.
+    of_face : (F, 3) int32 index of the edge from corner k to corner k + 1.
     """
 
-    pairs: NDArray[np.int64]
-    count: NDArray[np.int64]
-    of_face: NDArray[np.int64]
+    pairs: NDArray[np.int32]
+    count: NDArray[np.int32]
+    of_face: NDArray[np.int32]
 
 
 def edges_of(faces: NDArray[np.integer]) -> Edges:
@@ -38,10 +38,44 @@ def edges_of(faces: NDArray[np.integer]) -> Edges:
     return Edges(*grouped_edges(faces))
 
 
+def edge_lengths(vertices: Floats, edges: Edges) -> NDArray[np.float64]:
+    """Return the (E,) lengths of the edges of a mesh with (V, 3) vertices."""
+    lengths = np.empty(len(edges.pairs))
+    in_ranges(_edge_lengths, len(lengths), vertices, edges.pairs, lengths)
+    return lengths
+
+
+def side_lengths(mesh: Mesh) -> NDArray[np.float64]:
+    """Return (F, 3) lengths of the sides from corner k to corner k + 1."""
+    lengths = np.empty((len(mesh.faces), 3))
+    in_ranges(_side_lengths, len(lengths), mesh.vertices, mesh.faces, lengths)
+    return lengths
+
+
+@kernel
+def _distance(vertices: Any, a: Any, b: Any) -> Any:
+    x, y = vertices[a, 0] - vertices[b, 0], vertices[a, 1] - vertices[b, 1]
+    z = vertices[a, 2] - vertices[b, 2]
+    return np.sqrt(x * x + y * y + z * z)
+
+
+@kernel
+def _edge_lengths(begin: Any, end: Any, vertices: Any, pairs: Any, lengths: Any) -> None:
+    for e in range(begin, end):
+        lengths[e] = _distance(vertices, pairs[e, 0], pairs[e, 1])
+
+
+@kernel
+def _side_lengths(begin: Any, end: Any, vertices: Any, faces: Any, lengths: Any) -> None:
+    for f in range(begin, end):
+        for k in range(3):
+            lengths[f, k] = _distance(vertices, faces[f, k], faces[f, (k + 1) % 3])
+
+
 def vertex_components(faces: NDArray[np.integer], count: int) -> NDArray[np.int32]:
     """Return (count,) the component of each vertex; faces that share a vertex are connected."""
     first, second = faces[:, [0, 1]].ravel(), faces[:, [1, 2]].ravel()
-    return linked(count, first.astype(np.int64), second.astype(np.int64))
+    return linked(count, first, second)
 
 
 def fans(faces: Faces, edges: Edges | None = None) -> NDArray[np.int32]:
@@ -50,11 +84,8 @@ def fans(faces: Faces, edges: Edges | None = None) -> NDArray[np.int32]:
     A vertex with more than one fan is non-manifold.
     """
     edges = edges if edges is not None else edges_of(faces)
-    edge = edges.of_face.ravel()
-    slots = np.arange(len(edge))
-    # With repeated indices NumPy keeps the last value, so the reversed order keeps the first.
-    first, second = np.zeros((2, len(edges.count)), dtype=np.int64)
-    first[edge[::-1]], second[edge] = slots[::-1], slots
+    first, second = np.zeros((2, len(edges.count)), dtype=np.int32)
+    _two_of_each(edges.of_face, first, second)
     shared = edges.count == 2
     return glued_fans(faces, first[shared], second[shared])
 
@@ -69,16 +100,34 @@ def glued_fans(
     first, second : (n,) pairs of half-edges that form one edge; half-edge 3 f + k runs from corner
         k of face f to corner k + 1.
     """
-    slot = np.arange(3 * len(faces), dtype=np.int64)
-    following = slot - slot % 3 + (slot + 1) % 3
-    # Both faces share both ends of an edge: link the corners at the same vertex.
-    flat = faces.ravel()
-    aligned = flat[first] == flat[second]
-    mate_start = np.where(aligned, second, following[second])
-    mate_stop = np.where(aligned, following[second], second)
-    rows = np.concatenate([first, following[first]])
-    columns = np.concatenate([mate_start, mate_stop])
-    return linked(len(slot), rows, columns).reshape(-1, 3)
+    parent = np.arange(3 * len(faces), dtype=np.int32)
+    one, other = np.ascontiguousarray(first, np.int32), np.ascontiguousarray(second, np.int32)
+    return _glued(np.ascontiguousarray(faces, np.int32), one, other, parent).reshape(-1, 3)
+
+
+@kernel
+def _two_of_each(of_face: Any, first: Any, second: Any) -> None:
+    """Fill the first and the last half-edge of each edge."""
+    edge = of_face.ravel()
+    for slot in range(len(edge)):
+        second[edge[slot]] = slot
+    for slot in range(len(edge) - 1, -1, -1):
+        first[edge[slot]] = slot
+
+
+@kernel
+def _glued(faces: Any, first: Any, second: Any, parent: Any) -> Any:
+    """Return the fan of each corner; `parent` holds the corners' own numbers."""
+    vertex = faces.ravel()
+    for e in range(len(first)):
+        # Both faces share both ends of an edge: link the corners at the same vertex.
+        start, mate = first[e], second[e]
+        stop, mate_stop = start - start % 3 + (start + 1) % 3, mate - mate % 3 + (mate + 1) % 3
+        if vertex[start] != vertex[mate]:
+            mate, mate_stop = mate_stop, mate
+        link(parent, start, mate)
+        link(parent, stop, mate_stop)
+    return numbered(parent)
 
 
 def opposite_half_edges(faces: NDArray[np.integer]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -107,7 +156,7 @@ def split_fans(mesh: Mesh, fan: Faces | None = None) -> Mesh:
     """
     fan = fans(mesh.faces) if fan is None else fan
     flat = fan.ravel()
-    corner = np.zeros(int(flat.max(initial=-1)) + 1, dtype=np.int64)
+    corner = np.zeros(int(flat.max(initial=-1)) + 1, dtype=np.int32)
     corner[flat] = mesh.faces.ravel()
     return Mesh(mesh.vertices[corner], fan)
 
@@ -219,8 +268,7 @@ def _patches(neighbours: Any, label: Any, parent: Any) -> Any:
         for k in range(3):
             other = neighbours[f, k]
             if other >= 0 and label[other] == label[f]:
-                a, b = root_of(parent, f), root_of(parent, other)
-                parent[max(a, b)] = min(a, b)
+                link(parent, f, other)
     number = np.zeros(len(label), dtype=np.int32)
     first = np.zeros(len(label), dtype=np.int32)
     count = 0

@@ -43,10 +43,10 @@ def painted_sheet(
     painted = np.zeros(atlas.shape[:2], dtype=np.uint8)
     ramp = np.zeros_like(atlas)
     ramp[..., 0], ramp[..., 1] = np.minimum(np.arange(2 * SIDE) * 2, 255), 90
-    plain = np.zeros((len(mesh.faces), 3, 3), dtype=np.float32)
+    node, plain = np.zeros((len(mesh.faces), 3), np.int32), np.zeros((1, 3), np.float32)
     white = np.ones(3, dtype=np.float32)
     there = np.flatnonzero(~gone)
-    paint_photo(ramp, white, there, texels, texels, plain, atlas, painted)
+    paint_photo(ramp, white, there, texels, texels, node, plain, atlas, painted)
     return atlas, painted
 
 

@@ -59,7 +59,7 @@ def test_seams_close_and_fade() -> None:
     unique, inverse = np.unique(keys, return_inverse=True)
     vertex, side = unique // 2, unique % 2
     colour = np.where(side[:, None] == 0, 100.0, 120.0) * np.ones(3)
-    shift = level_seams(inverse.reshape(-1, 3), vertex, colour, len(unique))
+    shift = level_seams(inverse.reshape(-1, 3).astype(np.int32), vertex, colour)
     total = colour + shift
     order = np.argsort(vertex, kind="stable")
     same = vertex[order[1:]] == vertex[order[:-1]]
@@ -101,14 +101,15 @@ def test_the_last_triangle_has_the_last_word_whatever_the_threads_do() -> None:
     large = np.broadcast_to([[260.0, 260.0], [500.0, 260.0], [260.0, 500.0]], small.shape)
     apart = small + [0.0, 260.0]
     texels = np.concatenate([large, small, small, apart]).astype(np.float32)
-    correction = np.zeros((len(texels), 3, 3), dtype=np.float32)
-    correction[2 * part :] = 100.0
+    correction = np.array([[0.0] * 3, [100.0] * 3], dtype=np.float32)
+    node = np.zeros((len(texels), 3), dtype=np.int32)
+    node[2 * part :] = 1
     photo = np.full((8, 8, 3), 50, dtype=np.uint8)
     pixels = np.full((len(texels), 3, 2), 4.0, dtype=np.float32)
     gain, which = np.ones(3, dtype=np.float32), np.arange(len(texels))
     atlas = np.zeros((side, side, 3), dtype=np.uint8)
     painted = np.zeros((side, side), dtype=np.uint8)
-    paint_photo(photo, gain, which, pixels, texels, correction, atlas, painted)
+    paint_photo(photo, gain, which, pixels, texels, node, correction, atlas, painted)
     assert set(np.unique(atlas[:250, :250][painted[:250, :250] == 1])) == {150}
 
 

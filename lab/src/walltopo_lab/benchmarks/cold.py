@@ -38,6 +38,8 @@ def main() -> int:
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         root = Path(temporary)
+        if args.record:
+            TABLE.write_text("", encoding="utf-8")  # so that the scan compiles all itself
         cold = _scan(args.photos, root, "cold", args.installed)
         if args.record:
             TABLE.write_text("".join(f"{line}\n" for line in cold["kernels"]), encoding="utf-8")

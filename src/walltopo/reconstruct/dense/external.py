@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from walltopo.core import EnvironmentLacksError, Mesh, Progress, StageError
 from walltopo.geometry.mesh_files import read_mesh
 from walltopo.geometry.subdivision import drop_long_triangles, split_long_edges
-from walltopo.geometry.topology import compact
+from walltopo.geometry.topology import compact, side_lengths
 from walltopo.reconstruct.dense.guess import guess_holes
 from walltopo.reconstruct.dense.remesh import finish
 from walltopo.reconstruct.dense.scene import (
@@ -283,8 +283,7 @@ def make_mesh(
         f"dense: {backend} ({reason}), edges of about {_format_length(edge, metric)}"
     )
     measured = _run_backend(photos, sparse, scene, backend, settings, edge, unit, context)
-    sides = measured.vertices[measured.faces] - measured.vertices[np.roll(measured.faces, -1, 1)]
-    length = float(np.median(np.linalg.norm(sides, axis=2)))
+    length = float(np.median(side_lengths(measured)))
     largest = settings.max_guess * unit
     guesses = guess_holes(measured, scene, largest, length, context.progress)
     mesh = guesses.mesh

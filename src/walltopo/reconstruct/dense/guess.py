@@ -96,10 +96,10 @@ def _boundary_normals(mesh: Mesh, edges: Edges) -> dict[tuple[int, int], Floats]
     face, corner = np.nonzero((edges.count == 1)[edges.of_face])
     start, stop = mesh.faces[face, corner], mesh.faces[face, (corner + 1) % 3]
     pairs = zip(start.tolist(), stop.tolist(), strict=True)
-    return dict(zip(pairs, mesh.normals[face], strict=True))
+    return dict(zip(pairs, Mesh(mesh.vertices, mesh.faces[face]).normals, strict=True))
 
 
-def _inner_edges(edges: Edges, count: int) -> Ints:
+def _inner_edges(edges: Edges, count: int) -> NDArray[np.int32]:
     """Return the (E, 2) interior edges that join two boundary vertices."""
     at_boundary = np.zeros(count, dtype=np.bool_)
     at_boundary[edges.pairs[edges.count == 1]] = True
@@ -110,7 +110,7 @@ def _span(
     mesh: Mesh,
     opening: Opening,
     normals: dict[tuple[int, int], Floats],
-    inner: Ints,
+    inner: NDArray[np.int32],
     edge: float,
 ) -> _Span | None:
     """Return a span that continues the surface around an opening, or None."""
@@ -154,7 +154,9 @@ def _rim_normals(
     return outer, own
 
 
-def _find_barred(rim: Ints, points: Floats, inner: Ints, apart: float) -> NDArray[np.bool_]:
+def _find_barred(
+    rim: Ints, points: Floats, inner: NDArray[np.int32], apart: float
+) -> NDArray[np.bool_]:
     """Return the (n, n) pairs of points that coincide or already share an edge of the mesh.
 
     Parameters

@@ -8,6 +8,7 @@ the surface has no holes (the flaw of the classic table).
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -203,31 +204,62 @@ def extract(volumes: Iterable[Volume], min_weight: float) -> Mesh:
     volumes : fused distances, one or more parts of a space; only one part is in memory at a time.
     min_weight : voxels that were observed less than this bound no triangle.
     """
-    edges = np.array([(a, c, int(a ^ c).bit_length() - 1) for a, c in _EDGES], dtype=np.int64)
-    keys, fraction = [], []
+    parts = []
     for volume in volumes:
-        origin, voxel = volume.origin, volume.voxel
-        counts = np.array(volume.grid.shape, dtype=np.int64) * BLOCK + 1
-        strides = np.array([counts[1] * counts[2], counts[2]], dtype=np.int64)
-        found = _march(
-            volume.distance,
-            volume.weight,
-            volume.grid,
-            volume.blocks[: volume.own].astype(np.int64),
-            np.float32(min_weight),
-            cube_table(),
-            edges,
-            strides,
-        )
-        keys.append(found[0])
-        fraction.append(found[1])
+        origin, voxel, grid = volume.origin, volume.voxel, volume.grid.shape
+        parts.append(_part_of(volume, min_weight))
         del volume
     # Parts that meet on a grid edge use the same key for the edge, so they share its vertex.
-    unique, first, inverse = np.unique(np.concatenate(keys), return_index=True, return_inverse=True)
-    corner, axis = unique // 3, unique % 3
+    keys, first, number = np.unique(
+        np.concatenate([part.keys for part in parts]), return_index=True, return_inverse=True
+    )
+    borders = np.cumsum([len(part.keys) for part in parts])[:-1]
+    of_part = np.split(number.astype(np.int32), borders)
+    faces = [own[part.faces] for own, part in zip(of_part, parts, strict=True)]
+    fraction = np.concatenate([part.fraction for part in parts])[first]
+    del parts
+    corner, axis = keys // 3, keys % 3
+    strides = _strides(grid)
     x, rest = np.divmod(corner, strides[0])
     y, z = np.divmod(rest, strides[1])
     position = np.stack([x, y, z], axis=1).astype(np.float64)
-    position[np.arange(len(axis)), axis] += np.concatenate(fraction)[first]
-    vertices = origin + voxel * position
-    return Mesh(vertices, inverse.reshape(-1, 3)[:, ::-1].astype(np.int32))
+    position[np.arange(len(axis)), axis] += fraction
+    return Mesh(origin + voxel * position, np.concatenate(faces)[:, ::-1])
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """The surface in one volume.
+
+    Parameters
+    ----------
+    keys : (N,) int64, ascending, grid edge of each vertex.
+    fraction : (N,) float32, place of the vertex along the edge, 0 to 1.
+    faces : (F, 3) int32.
+    """
+
+    keys: NDArray[np.int64]
+    fraction: Singles
+    faces: NDArray[np.int32]
+
+
+def _part_of(volume: Volume, min_weight: float) -> _Part:
+    """Return the zero surface of one volume."""
+    keys, fraction = _march(
+        volume.distance,
+        volume.weight,
+        volume.grid,
+        volume.blocks[: volume.own].astype(np.int64),
+        np.float32(min_weight),
+        cube_table(),
+        np.array([(a, c, int(a ^ c).bit_length() - 1) for a, c in _EDGES], dtype=np.int64),
+        _strides(volume.grid.shape),
+    )
+    unique, first, number = np.unique(keys, return_index=True, return_inverse=True)
+    return _Part(unique, fraction[first], number.reshape(-1, 3).astype(np.int32))
+
+
+def _strides(grid: tuple[int, ...]) -> NDArray[np.int64]:
+    """Return the steps of a grid corner's number along x and y, for blocks of a `grid` shape."""
+    counts = np.array(grid, dtype=np.int64) * BLOCK + 1
+    return np.array([counts[1] * counts[2], counts[2]], dtype=np.int64)

@@ -84,8 +84,8 @@ def _flipped(vertices: Floats, faces: Faces, barred: NDArray[np.bool_]) -> Faces
     result = faces.copy()
     a, b = np.nonzero(barred)
     count = len(vertices)
-    edges = edges_of(faces).pairs
-    keys = np.concatenate([a * count + b, edges[:, 0] * count + edges[:, 1]]).astype(np.int64)
+    edges = edges_of(faces).pairs.astype(np.int64)
+    keys = np.concatenate([a * count + b, edges[:, 0] * count + edges[:, 1]])
     _flip(vertices, result, face_neighbours(faces), keys)
     return result
 

@@ -17,8 +17,10 @@ from walltopo.geometry.topology import (
     boundary_loops,
     close_loops,
     compact,
+    edge_lengths,
     edges_of,
     face_components,
+    fans,
     split_fans,
 )
 from walltopo.reconstruct.dense.gaps import sew_gaps
@@ -60,8 +62,8 @@ def _accepts(
     vertices: Floats,
     faces: Faces,
     alive: NDArray[np.bool_],
-    head: NDArray[np.int64],
-    following: NDArray[np.int64],
+    head: NDArray[np.int32],
+    following: NDArray[np.int32],
     moved: int,
     other: int,
     place: Floats,
@@ -96,9 +98,9 @@ def _accepts(
 def _link_holds(
     faces: Faces,
     alive: NDArray[np.bool_],
-    head: NDArray[np.int64],
-    following: NDArray[np.int64],
-    stamp: NDArray[np.int64],
+    head: NDArray[np.int32],
+    following: NDArray[np.int32],
+    stamp: NDArray[np.int32],
     mark: int,
     u: int,
     v: int,
@@ -138,14 +140,14 @@ def _collapse(
     faces: Faces,
     alive: NDArray[np.bool_],
     rim: NDArray[np.bool_],
-    pairs: NDArray[np.int64],
+    pairs: NDArray[np.int32],
     is_boundary: NDArray[np.bool_],
     longest: float,
 ) -> int:
     """Collapse the allowed edges in the given order, in place; return the number collapsed."""
     count = len(vertices)
-    head, tail = np.full(count, -1, np.int64), np.full(count, -1, np.int64)
-    following = np.full(3 * len(faces), -1, np.int64)
+    head, tail = np.full(count, -1, np.int32), np.full(count, -1, np.int32)
+    following = np.full(3 * len(faces), -1, np.int32)
     for face in range(len(faces)):
         for k in range(3):
             v = faces[face, k]
@@ -156,7 +158,7 @@ def _collapse(
                 following[tail[v]] = corner
             tail[v] = corner
     difference, place = np.zeros(3), np.zeros(3)
-    stamp = np.full(count, -1, np.int64)
+    stamp = np.full(count, -1, np.int32)
     removed = np.zeros(count, np.bool_)
     collapsed = 0
     mark = 0
@@ -210,19 +212,18 @@ def collapse_short_edges(mesh: Mesh, shortest: float, border: bool = True) -> Me
     """
     for _ in range(_PASSES):
         edges = edges_of(mesh.faces)
-        ends = mesh.vertices[edges.pairs]
-        length = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
+        length = edge_lengths(mesh.vertices, edges)
         rim = np.zeros(len(mesh.vertices), dtype=np.bool_)
         rim[edges.pairs[edges.count == 1].ravel()] = True
         short = np.flatnonzero((length < shortest) & (border | ~rim[edges.pairs].any(axis=1)))
         if len(short) == 0:
             break
         short = short[np.argsort(length[short], kind="stable")]
+        pairs, is_boundary = edges.pairs[short], edges.count[short] == 1
+        del edges, length
         vertices, faces = mesh.vertices.copy(), mesh.faces.copy()
         alive = np.ones(len(faces), dtype=np.bool_)
-        collapsed = _collapse(
-            vertices, faces, alive, rim, edges.pairs[short], edges.count[short] == 1, shortest
-        )
+        collapsed = _collapse(vertices, faces, alive, rim, pairs, is_boundary, shortest)
         mesh = Mesh(*compact(vertices, faces[alive]))
         if collapsed < 0.02 * len(short):
             break
@@ -279,12 +280,14 @@ def make_manifold(mesh: Mesh) -> Mesh:
     while True:
         edges = edges_of(faces)
         if not (crowded := edges.count > 2).any():
-            return split_fans(Mesh(mesh.vertices, faces))
+            fan = fans(faces, edges)
+            del edges
+            return split_fans(Mesh(mesh.vertices, faces), fan)
         faces = _drop_at_crowded_edges(mesh.vertices, faces, edges.of_face, crowded)
 
 
 def _drop_at_crowded_edges(
-    vertices: Floats, faces: Faces, of_face: NDArray[np.int64], crowded: NDArray[np.bool_]
+    vertices: Floats, faces: Faces, of_face: NDArray[np.int32], crowded: NDArray[np.bool_]
 ) -> Faces:
     """Remove the smallest face at every edge with more than two faces."""
     area = Mesh(vertices, faces).areas

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, StageError, View
 from walltopo.core.parallel import ahead
-from walltopo.geometry.topology import face_neighbours, patches
+from walltopo.geometry.topology import face_neighbours, patches, shared_corners
 from walltopo.images.packing import fit_scale
 from walltopo.reconstruct.settings import TextureSettings
 from walltopo.reconstruct.texture.candidates import Hidden, choose_labels, find_candidates
@@ -80,21 +80,8 @@ def make_texture(
     ------
     StageError : no photo sees the mesh, or the charts do not fit the atlas.
     """
-    progress.step("finding photos of each triangle", len(views))
-    candidates = find_candidates(mesh, views, load, progress, hidden)
-    progress.step("choosing one photo per triangle")
-    adjacent = face_neighbours(mesh.faces)
-    label = choose_labels(candidates, adjacent, _SMOOTHNESS)
-    if not (label >= 0).any():
-        raise StageError(
-            "no photo sees any triangle of the mesh",
-            "The mesh and the photos' poses are not in the same frame, or its normals point "
-            "inwards: run `walltopo mesh check` on it.",
-        )
-    gains = photo_gains(candidates, len(views)) if settings.blend else np.ones((len(views), 3))
-    del candidates
+    label, chart, gains = _choose_photos(mesh, views, load, settings, progress, hidden)
     blank = (label < 0) & ~mesh.measured
-    chart, _ = patches(adjacent, np.where(blank, -2, label))
     painted_from = _faces_by_label(label, len(views))
     pixels = _photo_positions(mesh, views, painted_from)
     # A tiny chart needs more texels for its border than for its triangles.
@@ -105,32 +92,61 @@ def make_texture(
     texels, charts, scale = _layout(pixels, chart, flat, settings)
     progress.step("levelling colours", len(views))
     node, vertex = _nodes(mesh.faces, chart, label)
+    del chart
     colour = _node_colours(views, load, painted_from, pixels, node, len(vertex), gains, progress)
     shift = np.zeros_like(colour)
     if settings.blend:
-        shift = level_seams(node[label >= 0], vertex, colour, len(vertex))
+        shift = level_seams(node[label >= 0], vertex, colour)
     progress.step("painting", len(views))
     atlas = np.zeros((settings.size, settings.size, 3), dtype=np.uint8)
     painted = np.zeros(atlas.shape[:2], dtype=np.uint8)
-    correction = np.zeros((len(mesh.faces), 3, 3), dtype=np.float32)
-    correction[label >= 0] = shift[node[label >= 0]]
 
     def loaded(k: int) -> tuple[Ints, Image | None]:
         which = painted_from[k][~flat[painted_from[k]]]
         return which, load(views[k].name) if len(which) else None
 
+    correction = shift.astype(np.float32)
     for gain, (which, photo) in zip(gains, ahead(loaded, range(len(views))), strict=True):
         if photo is not None:
             own = gain.astype(np.float32)
-            paint_photo(photo, own, which, pixels, texels, correction, atlas, painted)
+            paint_photo(photo, own, which, pixels, texels, node, correction, atlas, painted)
         progress.advance()
+    del pixels, node, correction
     if flat.any():
         known = spread_colours(mesh.faces, len(mesh.vertices), vertex, colour + shift)
         tint = np.clip(known[mesh.faces[flat]].mean(axis=1), 0, 255).astype(np.float32)
         paint_colours(np.flatnonzero(flat), texels, tint, atlas, painted)
     continue_colours(mesh, continued, texels, atlas, painted)
-    uv = (texels / np.float32(settings.size)).astype(np.float32)
-    return Texture(fill_gaps(atlas, painted), uv, label, charts, scale)
+    texels /= np.float32(settings.size)
+    return Texture(fill_gaps(atlas, painted), texels, label, charts, scale)
+
+
+def _choose_photos(
+    mesh: Mesh,
+    views: Sequence[View],
+    load: Load,
+    settings: TextureSettings,
+    progress: Progress,
+    hidden: Hidden | None,
+) -> tuple[NDArray[np.int16], NDArray[np.int32], Floats]:
+    """Return the view and the chart of each triangle (F,), and the gain of each photo (n, 3)."""
+    progress.step("finding photos of each triangle", len(views))
+    # What the copy of the mesh caches is freed with it: a hall has millions of triangles.
+    copy = Mesh(mesh.vertices, mesh.faces)
+    candidates = find_candidates(copy, views, load, progress, hidden)
+    del copy
+    progress.step("choosing one photo per triangle")
+    adjacent = face_neighbours(mesh.faces)
+    label = choose_labels(candidates, adjacent, _SMOOTHNESS)
+    if not (label >= 0).any():
+        raise StageError(
+            "no photo sees any triangle of the mesh",
+            "The mesh and the photos' poses are not in the same frame, or its normals point "
+            "inwards: run `walltopo mesh check` on it.",
+        )
+    gains = photo_gains(candidates, len(views)) if settings.blend else np.ones((len(views), 3))
+    chart, _ = patches(adjacent, np.where((label < 0) & ~mesh.measured, -2, label))
+    return label, chart, gains
 
 
 def _faces_by_label(label: NDArray[np.int16], count: int) -> list[NDArray[np.int64]]:
@@ -195,18 +211,18 @@ def _layout(
 
 def _nodes(
     faces: NDArray[np.int32], chart: NDArray[np.int32], label: NDArray[np.int16]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
     """Return the (F, 3) node of each corner (-1 if unseen) and the (N,) vertex of each node.
 
     A node is a vertex in one chart; a vertex on a seam has several nodes.
     """
     seen = label >= 0
-    size = int(chart.max()) + 1
-    keys = faces[seen].astype(np.int64) * size + chart[seen, None]
-    unique, inverse = np.unique(keys, return_inverse=True)
-    node = np.full(faces.shape, -1, dtype=np.int64)
-    node[seen] = inverse.reshape(-1, 3)
-    return node, unique // size
+    some = faces[seen]
+    charts = np.broadcast_to(chart[seen, None], some.shape)
+    first, number = shared_corners(some, charts, int(some.max()) + 1)
+    node = np.full(faces.shape, -1, dtype=np.int32)
+    node[seen] = number
+    return node, some.ravel()[first].astype(np.int64)
 
 
 def _node_colours(
@@ -214,7 +230,7 @@ def _node_colours(
     load: Load,
     painted_from: Sequence[NDArray[np.int64]],
     pixels: NDArray[np.float32],
-    node: NDArray[np.int64],
+    node: NDArray[np.int32],
     count: int,
     gains: Floats,
     progress: Progress,
@@ -222,10 +238,10 @@ def _node_colours(
     """Return the (N, 3) blurred colour of each node in its photo, times the photo's gain."""
     colour = np.zeros((count, 3))
 
-    def sampled(k: int) -> tuple[Ints, Floats]:
+    def sampled(k: int) -> tuple[NDArray[np.int32], Floats]:
         which = painted_from[k]
         if len(which) == 0:
-            return which, np.zeros((0, 3))
+            return np.zeros(0, dtype=np.int32), np.zeros((0, 3))
         nodes, first = np.unique(node[which].ravel(), return_index=True)
         points = pixels[which].reshape(-1, 2)[first]
         return nodes, sample_points(load(views[k].name), points) * gains[k]

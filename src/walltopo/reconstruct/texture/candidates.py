@@ -128,7 +128,7 @@ def find_candidates(
     colour = np.zeros((count, CANDIDATES, 3), dtype=np.uint8)
     # Tolerance of the depth test: half an edge; more would paint a hold's colour onto the wall.
     tolerance = 0.5 * float(np.sqrt(np.median(mesh.areas) * 4.0 / np.sqrt(3.0)))
-    normals = _smooth_normals(mesh)
+    normals = _smooth_normals(Mesh(mesh.vertices, mesh.faces))
 
     def drawn(item: View) -> _VisibleFaces | None:
         return _draw(mesh, normals, item, load, hidden)

@@ -10,15 +10,18 @@ from numpy.typing import NDArray
 
 from walltopo.core.parallel import cores
 from walltopo.geometry.kernels import kernel
+from walltopo.geometry.topology import edges_of
 from walltopo.reconstruct.texture.candidates import Candidates
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int32]
 
 # Darker or brighter colours are clipped and say nothing about the exposure.
 _DARK, _BRIGHT = 12, 243
 # Maximum log ratio; a larger one is due to a highlight, not to exposure.
 _MAX_LOG_RATIO = 0.7
-# Seam levelling: weights of smoothness and of small corrections.
+# Seam levelling: weights of closed seams, smoothness and small corrections.
+_SEAM = 10.0
 _SMOOTH = 1.0
 _DAMP = 2e-3
 
@@ -61,12 +64,7 @@ def _sum_ratios(view: Any, colour: Any, logs: Any, total: Any, number: Any) -> N
                         total[i, j, channel] += ratio
 
 
-def level_seams(
-    corner_node: NDArray[np.int64],
-    node_vertex: NDArray[np.int64],
-    node_colour: Floats,
-    node_count: int,
-) -> Floats:
+def level_seams(corner_node: Ints, node_vertex: NDArray[np.int64], node_colour: Floats) -> Floats:
     """Return the (N, 3) colour correction per node that closes the seams between charts.
 
     A node is a vertex in one chart; a vertex on a seam has several. The solution minimises the
@@ -75,30 +73,27 @@ def level_seams(
 
     Parameters
     ----------
-    corner_node : (F, 3) node of each triangle's corner.
-    node_vertex : (N,) vertex of each node.
+    corner_node : (F, 3) int32 node of each triangle's corner.
+    node_vertex : (N,) vertex of each node, ascending.
     node_colour : (N, 3) colour of the node in its own photo.
-    node_count : N.
     """
-    from scipy.sparse import coo_matrix, diags, identity
-    from scipy.sparse.linalg import cg
+    from scipy.sparse.linalg import LinearOperator, cg
 
-    order = np.argsort(node_vertex, kind="stable")
-    same = node_vertex[order[1:]] == node_vertex[order[:-1]]
-    one, two = order[:-1][same], order[1:][same]
-    edges = np.concatenate([corner_node[:, [0, 1]], corner_node[:, [1, 2]], corner_node[:, [2, 0]]])
-
-    def laplacian(i: NDArray[np.int64], j: NDArray[np.int64]) -> object:
-        ones = np.ones(len(i))
-        graph = coo_matrix((ones, (i, j)), shape=(node_count, node_count)).tocsr()
-        graph = graph + graph.T
-        return diags(np.asarray(graph.sum(axis=1)).ravel()) - graph
-
-    seams = laplacian(one, two)
-    smooth = laplacian(edges[:, 0], edges[:, 1])
-    system = (10.0 * seams + _SMOOTH * smooth + _DAMP * identity(node_count)).tocsr()  # type: ignore[operator]
-    inverse = diags(1.0 / system.diagonal())
-    right = -10.0 * (seams @ node_colour)  # type: ignore[operator]
+    count = len(node_vertex)
+    one = np.flatnonzero(node_vertex[1:] == node_vertex[:-1])
+    edges = edges_of(corner_node)
+    pairs = np.concatenate([np.stack([one, one + 1], axis=1).astype(np.int32), edges.pairs])
+    weights = np.concatenate([np.full(len(one), _SEAM), _SMOOTH * edges.count])
+    del edges
+    graph = weighted_graph(count, pairs, weights)
+    del pairs, weights
+    diagonal = np.asarray(graph.sum(axis=1)).ravel() + _DAMP
+    system = LinearOperator((count, count), matvec=lambda x: diagonal * x - graph @ x)
+    inverse = LinearOperator((count, count), matvec=lambda x: x / diagonal)
+    step = _SEAM * (node_colour[one + 1] - node_colour[one])
+    right = np.zeros_like(node_colour)
+    right[one] += step
+    right[one + 1] -= step
 
     def solved(channel: int) -> Floats:
         start = right[:, channel]
@@ -106,3 +101,17 @@ def level_seams(
 
     with ThreadPoolExecutor(cores()) as pool:
         return np.stack(list(pool.map(solved, range(3))), axis=1)
+
+
+def weighted_graph(count: int, pairs: Ints, weights: Floats) -> Any:
+    """Return the sparse (count, count) symmetric matrix of the weights of undirected edges.
+
+    Parameters
+    ----------
+    pairs : (E, 2) different vertices of each edge, each pair once.
+    weights : (E,).
+    """
+    from scipy.sparse import coo_matrix
+
+    graph = coo_matrix((weights, tuple(pairs.T)), shape=(count, count)).tocsr()
+    return graph + graph.T

@@ -32,6 +32,7 @@ def paint_photo(
     which: NDArray[np.int64],
     pixels: Single,
     texels: Single,
+    node: NDArray[np.int32],
     correction: Single,
     atlas: Image,
     painted: NDArray[np.uint8],
@@ -45,7 +46,8 @@ def paint_photo(
     which : (n,) indices of the triangles, into the next three arrays.
     pixels : (F, 3, 2) position of each corner in the photo.
     texels : (F, 3, 2) position of each corner in the atlas, texels.
-    correction : (F, 3, 3) colour added at each corner.
+    node : (F, 3) row of each corner in `correction`.
+    correction : (N, 3) colours that are added at the corners.
     atlas, painted : (S, S, 3) and (S, S), written.
     """
     side = atlas.shape[0]
@@ -54,7 +56,7 @@ def paint_photo(
     # order of the triangles, make the result independent of the threads.
     in_ranges(
         _paint_bands, (side + _BAND - 1) // _BAND,
-        photo, gain, which, rows, pixels, texels, correction, atlas, painted,
+        photo, gain, which, rows, pixels, texels, node, correction, atlas, painted,
     )  # fmt: skip
 
 
@@ -68,6 +70,7 @@ def _paint_bands(
     rows: NDArray[np.int32],
     pixels: Single,
     texels: Single,
+    node: NDArray[np.int32],
     correction: Single,
     atlas: Image,
     painted: NDArray[np.uint8],
@@ -80,7 +83,7 @@ def _paint_bands(
             if y0 <= y1:
                 f = which[n]
                 _paint_rows(
-                    photo, gain, pixels[f], texels[f], correction[f], y0, y1, atlas, painted
+                    photo, gain, pixels[f], texels[f], node[f], correction, y0, y1, atlas, painted
                 )
 
 
@@ -101,6 +104,7 @@ def _paint_rows(
     gain: Single,
     p: Single,
     t: Single,
+    n: NDArray[np.int32],
     g: Single,
     y0: int,
     y1: int,
@@ -109,7 +113,7 @@ def _paint_rows(
 ) -> None:
     """Paint rows y0 to y1 of one triangle.
 
-    p, t : (3, 2) corners in the photo and in the atlas. g : (3, 3) colour correction at them.
+    p, t : (3, 2) corners in the photo and in the atlas. n : (3,) their rows in the corrections g.
     """
     side = atlas.shape[1]
     det = (t[1, 0] - t[0, 0]) * (t[2, 1] - t[0, 1]) - (t[1, 1] - t[0, 1]) * (t[2, 0] - t[0, 0])
@@ -129,7 +133,7 @@ def _paint_rows(
             py = a * p[0, 1] + b * p[1, 1] + c * p[2, 1]
             for channel in range(3):
                 value = _sample(photo, px, py, channel) * gain[channel]
-                value += a * g[0, channel] + b * g[1, channel] + c * g[2, channel]
+                value += a * g[n[0], channel] + b * g[n[1], channel] + c * g[n[2], channel]
                 atlas[y, x, channel] = np.uint8(min(max(value + 0.5, 0.0), 255.0))
             painted[y, x] = 1
 

@@ -39,11 +39,13 @@ def plane_positions(mesh: Mesh, chart: NDArray[np.int32], pixels_per_unit: float
     pixels_per_unit : photo pixels per world unit.
     """
     result = np.zeros((len(mesh.faces), 3, 2), dtype=np.float32)
-    for faces in _members(chart):
-        normal = mesh.areas[faces] @ mesh.normals[faces]
+    own = np.flatnonzero(chart >= 0)
+    part = Mesh(mesh.vertices, mesh.faces[own])
+    for faces in _members(chart[own]):
+        normal = part.areas[faces] @ part.normals[faces]
         # The last two right singular vectors of a normal span its plane.
         axes = np.linalg.svd(normal[None])[2][1:]
-        result[faces] = mesh.vertices[mesh.faces[faces]] @ axes.T * pixels_per_unit
+        result[own[faces]] = part.vertices[part.faces[faces]] @ axes.T * pixels_per_unit
     return result
 
 
@@ -58,11 +60,12 @@ def continue_colours(
     texels : (F, 3, 2) corners of all faces in the atlas.
     atlas, painted : (S, S, 3) and (S, S).
     """
-    incidence = _incidence(mesh)
+    near = _near(mesh, chart >= 0)
+    incidence = _incidence(mesh.faces[near], len(mesh.vertices))
     incidence_t = incidence.T.tocsr()
     source = atlas.copy()
     for faces in _members(chart):
-        ring = _ring(incidence, incidence_t, faces)
+        ring = near[_ring(incidence, incidence_t, np.searchsorted(near, faces))]
         ring = ring[chart[ring] < 0]
         low = np.floor(texels[faces].min(axis=(0, 1))) - _MARGIN
         width, height = (np.ceil(texels[faces].max(axis=(0, 1))) + _MARGIN - low).astype(int)
@@ -95,14 +98,22 @@ def _members(chart: NDArray[np.int32]) -> list[Ints]:
     return np.split(own, np.flatnonzero(np.diff(chart[own])) + 1) if len(own) else []
 
 
-def _incidence(mesh: Mesh) -> Any:
-    """Return the sparse (F, V) incidence matrix of faces and vertices."""
+def _near(mesh: Mesh, chosen: NDArray[np.bool_]) -> Ints:
+    """Return the chosen faces and those within the vertex rings of `_ring` around them."""
+    for _ in range(_RINGS):
+        touched = np.zeros(len(mesh.vertices), dtype=np.bool_)
+        touched[mesh.faces[chosen]] = True
+        chosen = np.asarray(touched[mesh.faces].any(axis=1))
+    return np.flatnonzero(chosen)
+
+
+def _incidence(faces: NDArray[np.int32], vertices: int) -> Any:
+    """Return the sparse (F, vertices) incidence matrix of faces and vertices."""
     from scipy.sparse import csr_matrix
 
-    count = len(mesh.faces)
-    starts = np.arange(0, 3 * count + 1, 3)
-    ones = np.ones(3 * count, dtype=np.int32)
-    return csr_matrix((ones, mesh.faces.ravel(), starts), shape=(count, len(mesh.vertices)))
+    starts = np.arange(0, faces.size + 1, 3)
+    ones = np.ones(faces.size, dtype=np.int32)
+    return csr_matrix((ones, faces.ravel(), starts), shape=(len(faces), vertices))
 
 
 def _ring(incidence: Any, incidence_t: Any, faces: Ints) -> Ints:
@@ -140,8 +151,8 @@ def _copy(
     painted: NDArray[np.uint8],
 ) -> None:
     """Paint triangles `which` of one image into another, without colour changes."""
-    plain = np.zeros((len(pixels), 3, 3), dtype=np.float32)
-    paint_photo(photo, _WHITE, which, pixels, texels, plain, canvas, painted)
+    node, plain = np.zeros((len(pixels), 3), dtype=np.int32), np.zeros((1, 3), dtype=np.float32)
+    paint_photo(photo, _WHITE, which, pixels, texels, node, plain, canvas, painted)
 
 
 _CELL = 2
@@ -182,8 +193,9 @@ def spread_colours(
     np.add.at(number, known_vertex, 1.0)
     colour = total / np.maximum(number, 1.0)[:, None]
     known = number > 0
-    i = np.concatenate([faces[:, 0], faces[:, 1], faces[:, 2]])
-    j = np.concatenate([faces[:, 1], faces[:, 2], faces[:, 0]])
+    # Only the edges of unknown vertices count.
+    around = faces[~known[faces].all(axis=1)]
+    i, j = around.ravel(), np.roll(around, -1, axis=1).ravel()
     shape = (vertex_count, vertex_count)
     graph = coo_matrix((np.ones(len(i), dtype=np.float32), (i, j)), shape=shape).tocsr()
     graph = graph + graph.T
