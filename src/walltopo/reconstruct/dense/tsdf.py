@@ -22,8 +22,8 @@ Depth = NDArray[np.float32]
 BLOCK = 8
 # Blocks with fewer depth pixels are noise, not surface.
 _MIN_HITS = 24
-# 2 GB of voxels (8 bytes each) are in memory at once; the total is limited to 16 times as many.
-_MAX_BLOCKS_IN_MEMORY = 500_000
+# 1 GB of voxels (8 bytes each) is in memory at once; the total is limited to 32 times as many.
+_MAX_BLOCKS_IN_MEMORY = 250_000
 _MAX_BLOCKS = 8_000_000
 _MAX_GRID = 200_000_000
 

@@ -131,7 +131,7 @@ def _choose_photos(
 ) -> tuple[NDArray[np.int16], NDArray[np.int32], Floats]:
     """Return the view and the chart of each triangle (F,), and the gain of each photo (n, 3)."""
     progress.step("finding photos of each triangle", len(views))
-    # What the copy of the mesh caches is freed with it: a hall has millions of triangles.
+    # The copy of the mesh is freed with all that it caches: a hall has millions of triangles.
     copy = Mesh(mesh.vertices, mesh.faces)
     candidates = find_candidates(copy, views, load, progress, hidden)
     del copy
