@@ -23,6 +23,7 @@ from walltopo.core import EnvironmentLacksError
 from walltopo.core.files import atomic_path
 from walltopo.images.networks import open_network
 from walltopo_lab.onnx_file import label_export
+from walltopo_lab.train.attention import fuse_attention
 from walltopo_lab.train.export import store_half
 
 _CELL = 8
@@ -151,6 +152,7 @@ def _export(
         verbose=False,
     ).model_proto
     label_export(model, facts)
+    fuse_attention(model)
     model = store_half(model)
     onnx.checker.check_model(model)
     with atomic_path(path) as temporary:
