@@ -103,7 +103,7 @@ class Mesh:
         """Return the (F, 3) unit normals; zeros for triangles without area."""
         lengths, normals = 2.0 * self.areas[:, None], self._crosses()
         np.divide(normals, lengths, out=normals, where=lengths > 0)
-        normals[lengths[:, 0] == 0] = 0.0
+        normals[~(lengths[:, 0] > 0)] = 0.0
         return normals
 
     @cached_property

@@ -85,7 +85,7 @@ def level_seams(corner_node: Ints, node_vertex: NDArray[np.int64], node_colour: 
     pairs = np.concatenate([np.stack([one, one + 1], axis=1).astype(np.int32), edges.pairs])
     weights = np.concatenate([np.full(len(one), _SEAM), _SMOOTH * edges.count])
     del edges
-    graph = weighted_graph(count, pairs, weights)
+    graph = _weighted_graph(count, pairs, weights)
     del pairs, weights
     diagonal = np.asarray(graph.sum(axis=1)).ravel() + _DAMP
     system = LinearOperator((count, count), matvec=lambda x: diagonal * x - graph @ x)
@@ -103,7 +103,7 @@ def level_seams(corner_node: Ints, node_vertex: NDArray[np.int64], node_colour: 
         return np.stack(list(pool.map(solved, range(3))), axis=1)
 
 
-def weighted_graph(count: int, pairs: Ints, weights: Floats) -> Any:
+def _weighted_graph(count: int, pairs: Ints, weights: Floats) -> Any:
     """Return the sparse (count, count) symmetric matrix of the weights of undirected edges.
 
     Parameters
