@@ -112,9 +112,27 @@ def grouped_edges(faces: NDArray[np.integer]) -> tuple[Ints, Ints, Ints]:
 
 def duplicate_faces(faces: NDArray[np.integer]) -> NDArray[np.bool_]:
     """Return (F,) whether an earlier face has the same three vertices."""
-    corners = np.ascontiguousarray(faces, np.int32).copy()
+    corners = np.array(faces, np.int32, order="C")
     corners.sort(axis=1)
     return _repeated(corners, int(faces.max(initial=-1)) + 1)
+
+
+def symmetric_matrix(
+    count: int,
+    first: NDArray[np.integer],
+    second: NDArray[np.integer],
+    weight: NDArray[np.number],
+) -> Any:
+    """Return the sparse (count, count) matrix of the weights of undirected edges.
+
+    Parameters
+    ----------
+    first, second, weight : (E,) edges; the weights of a repeated pair, in either direction, add up.
+    """
+    from scipy.sparse import coo_matrix
+
+    graph = coo_matrix((weight, (first, second)), shape=(count, count)).tocsr()
+    return graph + graph.T
 
 
 def linked(count: int, first: NDArray[np.integer], second: NDArray[np.integer]) -> Ints:
@@ -157,23 +175,29 @@ def _ends(faces: Any, upper: Any) -> Any:
 
 
 @kernel
+def _starts_edge(slots: Any, low: Any, high: Any, at: Any) -> Any:
+    """Return whether a half-edge, in the order `slots`, has other vertices than the one before."""
+    one, other = slots[at], slots[at - 1]
+    return at == 0 or low[one] != low[other] or high[one] != high[other]
+
+
+@kernel
 def _edges(faces: Any, vertices: Any) -> Any:
     count = 3 * len(faces)
     high = _ends(faces, True)
-    slots = _sorted_by(high, np.arange(count).astype(np.int32), vertices)
+    slots = _sorted_by(high, np.arange(count, dtype=np.int32), vertices)
     low = _ends(faces, False)
     slots = _sorted_by(low, slots, vertices)
     edges = 0
     for at in range(count):
-        one, other = slots[at], slots[at - 1]
-        edges += at == 0 or low[one] != low[other] or high[one] != high[other]
+        edges += _starts_edge(slots, low, high, at)
     pairs = np.zeros((edges, 2), dtype=np.int32)
     face_count = np.zeros(edges, dtype=np.int32)
     of_face = np.zeros((len(faces), 3), dtype=np.int32)
     edge = -1
     for at in range(count):
         slot = slots[at]
-        if edge < 0 or pairs[edge, 0] != low[slot] or pairs[edge, 1] != high[slot]:
+        if _starts_edge(slots, low, high, at):
             edge += 1
             pairs[edge, 0], pairs[edge, 1] = low[slot], high[slot]
         face_count[edge] += 1
@@ -183,7 +207,7 @@ def _edges(faces: Any, vertices: Any) -> Any:
 
 @kernel
 def _repeated(corners: Any, vertices: Any) -> Any:
-    order = np.arange(len(corners)).astype(np.int32)
+    order = np.arange(len(corners), dtype=np.int32)
     for k in range(2, -1, -1):
         order = _sorted_by(corners[:, k], order, vertices)
     found = np.zeros(len(corners), dtype=np.bool_)

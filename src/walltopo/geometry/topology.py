@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.geometry.graphs import grouped_edges, link, linked, numbered, root_of
+from walltopo.geometry.graphs import grouped_edges, link, linked, numbered
 from walltopo.geometry.kernels import in_ranges, kernel
 
 Floats = NDArray[np.float64]
@@ -180,6 +180,18 @@ def part_of_mesh(mesh: Mesh, chosen: NDArray[np.bool_]) -> Mesh:
     return Mesh(vertices, faces, colours, ~mesh.measured[chosen])
 
 
+def touching(mesh: Mesh, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return (F,) whether each face shares a vertex with the chosen ones; these do.
+
+    Parameters
+    ----------
+    chosen : (F,) bool, or indices of faces.
+    """
+    touched = np.zeros(len(mesh.vertices), dtype=np.bool_)
+    touched[mesh.faces[chosen]] = True
+    return np.asarray(touched[mesh.faces].any(axis=1))
+
+
 def joined_meshes(meshes: Sequence[Mesh]) -> Mesh:
     """Return several meshes as one, their faces in that order; coloured if all of them are."""
     first = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
@@ -269,18 +281,11 @@ def _patches(neighbours: Any, label: Any, parent: Any) -> Any:
             other = neighbours[f, k]
             if other >= 0 and label[other] == label[f]:
                 link(parent, f, other)
-    number = np.zeros(len(label), dtype=np.int32)
-    first = np.zeros(len(label), dtype=np.int32)
-    count = 0
-    for f in range(len(label)):
-        root = root_of(parent, f)
-        if root == f:
-            first[count] = f
-            number[f] = count
-            count += 1
-        else:
-            number[f] = number[root]
-    return number, first[:count].copy()
+    number = numbered(parent)
+    first = np.zeros(number.max() + 1 if len(number) else 0, dtype=np.int32)
+    for f in range(len(number) - 1, -1, -1):
+        first[number[f]] = f
+    return number, first
 
 
 AnyFaces = NDArray[np.integer]

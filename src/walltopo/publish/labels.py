@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
+from walltopo.geometry.topology import touching
 from walltopo.scans.page_labels import LabelledPlaces, SurfaceLabels
 
 Ints = NDArray[np.int64]
@@ -65,8 +66,6 @@ def _labels_of_patches(patches: Labels, labels: Labels) -> Labels:
 
 def _around(mesh: Mesh, rows: Ints) -> Ints:
     """Return the triangles that share a vertex with the given ones, without these."""
-    touched = np.zeros(len(mesh.vertices), dtype=bool)
-    touched[mesh.faces[rows]] = True
-    beside: NDArray[np.bool_] = np.asarray(touched[mesh.faces].any(axis=1))
+    beside = touching(mesh, rows)
     beside[rows] = False
     return np.flatnonzero(beside)

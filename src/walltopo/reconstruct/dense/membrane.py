@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
+from walltopo.geometry.graphs import symmetric_matrix
 from walltopo.geometry.kernels import kernel
 from walltopo.geometry.subdivision import halve_edges
 from walltopo.geometry.topology import edges_of, face_neighbours
@@ -65,13 +66,12 @@ def membrane(
 
 def _relax(vertices: Floats, faces: Faces, fixed: int) -> Floats:
     """Move all vertices but the first `fixed` to the mean of their neighbours."""
-    from scipy.sparse import coo_matrix, diags
+    from scipy.sparse import diags
     from scipy.sparse.linalg import splu
 
     i, j = edges_of(faces).pairs.T
     count = len(vertices)
-    graph = coo_matrix((np.ones(len(i)), (i, j)), shape=(count, count)).tocsr()
-    graph = graph + graph.T
+    graph = symmetric_matrix(count, i, j, np.ones(len(i)))
     degree = np.asarray(graph.sum(axis=1)).ravel()
     free = graph[fixed:]
     system = (diags(degree[fixed:]) - free[:, fixed:]).tocsc()

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, StageError
-from walltopo.geometry.graphs import duplicate_faces
+from walltopo.geometry.graphs import duplicate_faces, symmetric_matrix
 from walltopo.geometry.kernels import kernel
 from walltopo.geometry.topology import (
     boundary_loops,
@@ -318,13 +318,12 @@ def smooth(mesh: Mesh, steps: int, inward: float = 0.5, outward: float = -0.53) 
 
     Taubin, "A signal processing approach to fair surface design", 1995.
     """
-    from scipy.sparse import coo_matrix, diags
+    from scipy.sparse import diags
 
     edges = edges_of(mesh.faces)
     n = len(mesh.vertices)
     i, j = edges.pairs.T
-    graph = coo_matrix((np.ones(len(i)), (i, j)), shape=(n, n)).tocsr()
-    graph = graph + graph.T
+    graph = symmetric_matrix(n, i, j, np.ones(len(i)))
     degree = np.asarray(graph.sum(axis=1)).ravel()
     mean = diags(1.0 / np.maximum(degree, 1.0)) @ graph
     free = (degree > 0)[:, None].copy()

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core.parallel import cores
+from walltopo.geometry.graphs import symmetric_matrix
 from walltopo.geometry.kernels import kernel
 from walltopo.geometry.topology import edges_of
 from walltopo.reconstruct.texture.candidates import Candidates
@@ -85,7 +86,7 @@ def level_seams(corner_node: Ints, node_vertex: NDArray[np.int64], node_colour: 
     pairs = np.concatenate([np.stack([one, one + 1], axis=1).astype(np.int32), edges.pairs])
     weights = np.concatenate([np.full(len(one), _SEAM), _SMOOTH * edges.count])
     del edges
-    graph = _weighted_graph(count, pairs, weights)
+    graph = symmetric_matrix(count, pairs[:, 0], pairs[:, 1], weights)
     del pairs, weights
     diagonal = np.asarray(graph.sum(axis=1)).ravel() + _DAMP
     system = LinearOperator((count, count), matvec=lambda x: diagonal * x - graph @ x)
@@ -101,17 +102,3 @@ def level_seams(corner_node: Ints, node_vertex: NDArray[np.int64], node_colour: 
 
     with ThreadPoolExecutor(cores()) as pool:
         return np.stack(list(pool.map(solved, range(3))), axis=1)
-
-
-def _weighted_graph(count: int, pairs: Ints, weights: Floats) -> Any:
-    """Return the sparse (count, count) symmetric matrix of the weights of undirected edges.
-
-    Parameters
-    ----------
-    pairs : (E, 2) different vertices of each edge, each pair once.
-    weights : (E,).
-    """
-    from scipy.sparse import coo_matrix
-
-    graph = coo_matrix((weights, tuple(pairs.T)), shape=(count, count)).tocsr()
-    return graph + graph.T

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
+from walltopo.geometry.graphs import symmetric_matrix
+from walltopo.geometry.topology import touching
 from walltopo.reconstruct.texture.paint import paint_photo
 
 Floats = NDArray[np.float64]
@@ -101,9 +103,7 @@ def _members(chart: NDArray[np.int32]) -> list[Ints]:
 def _near(mesh: Mesh, chosen: NDArray[np.bool_]) -> Ints:
     """Return the chosen faces and those within the vertex rings of `_ring` around them."""
     for _ in range(_RINGS):
-        touched = np.zeros(len(mesh.vertices), dtype=np.bool_)
-        touched[mesh.faces[chosen]] = True
-        chosen = np.asarray(touched[mesh.faces].any(axis=1))
+        chosen = touching(mesh, chosen)
     return np.flatnonzero(chosen)
 
 
@@ -185,8 +185,6 @@ def spread_colours(
     known_vertex, known_colour : (N,) and (N, 3); a repeated vertex gets the mean. Components
         without a known colour get the mean of all.
     """
-    from scipy.sparse import coo_matrix
-
     total = np.zeros((vertex_count, 3))
     number = np.zeros(vertex_count)
     np.add.at(total, known_vertex, known_colour)
@@ -196,9 +194,7 @@ def spread_colours(
     # Only the edges of unknown vertices count.
     around = faces[~known[faces].all(axis=1)]
     i, j = around.ravel(), np.roll(around, -1, axis=1).ravel()
-    shape = (vertex_count, vertex_count)
-    graph = coo_matrix((np.ones(len(i), dtype=np.float32), (i, j)), shape=shape).tocsr()
-    graph = graph + graph.T
+    graph = symmetric_matrix(vertex_count, i, j, np.ones(len(i), dtype=np.float32))
     while True:
         unknown = np.flatnonzero(~known)
         if len(unknown) == 0:
