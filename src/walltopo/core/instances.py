@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -71,3 +72,24 @@ class Instances:
     def faces_of(self, instance_id: int) -> NDArray[np.int64]:
         """Return the indices of the faces of one instance."""
         return np.flatnonzero(self.face_instance == instance_id)
+
+
+def triangles_of(
+    face_instance: NDArray[np.int32], ids: Iterable[int]
+) -> Iterator[tuple[int, NDArray[np.int64]]]:
+    """Yield id and (n,) ascending triangle indices of each instance that has any.
+
+    Parameters
+    ----------
+    face_instance : (F,) int32.
+    ids : the ids to look for, in the order of the results.
+    """
+    # A search for ids of another type would convert all labels.
+    numbers = np.fromiter(ids, dtype=face_instance.dtype)
+    rows = np.flatnonzero(np.isin(face_instance, numbers))
+    rows = rows[np.argsort(face_instance[rows], kind="stable")]
+    labels = face_instance[rows]
+    first, last = np.searchsorted(labels, numbers), np.searchsorted(labels, numbers, "right")
+    for number, begin, end in zip(numbers.tolist(), first.tolist(), last.tolist(), strict=True):
+        if end > begin:
+            yield number, rows[begin:end]

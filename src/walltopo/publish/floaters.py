@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
+from walltopo.core.instances import triangles_of
 from walltopo.core.parallel import cores
 from walltopo.geometry.topology import face_neighbours, patches, vertex_components
 from walltopo.publish.coverage import MAX_COUNTED, MIN_PHOTOS
@@ -88,8 +89,8 @@ class Floaters:
         if len(holds) == 0:
             return near
         all_holds = np.unique(labels[labels > 0])
-        rows = [np.flatnonzero(labels == number) for number in all_holds]
-        places = np.array([self._mesh.centroids[row].mean(axis=0) for row in rows])
+        own = [rows for _, rows in triangles_of(labels, all_holds)]
+        places = np.array([self._mesh.centroids[rows].mean(axis=0) for rows in own])
         if len(places) < 2:
             return ~near
         apart, _ = cKDTree(places).query(places, k=2)
@@ -113,13 +114,15 @@ class Floaters:
             return found
         wall = wall[:: max(1, len(wall) // MAX_COUNTED)]
         centres, normals = self._mesh.centroids, self._mesh.normals
-        _, near = cKDTree(centres[wall]).query(centres[rows], k=NEAREST, workers=cores())
-        plane = normals[wall][near].mean(axis=1)
-        plane /= np.maximum(np.linalg.norm(plane, axis=1, keepdims=True), 1e-9)
-        away = centres[rows] - centres[wall][near].mean(axis=1)
-        rise = np.abs((away * plane).sum(axis=1))
-        level = rise <= np.sin(LEVEL) * np.linalg.norm(away, axis=1)
-        found[rows] = level & ((normals[rows] * plane).sum(axis=1) >= np.cos(LEVEL))
+        tree = cKDTree(centres[wall])
+        for part in np.array_split(rows, 1 + len(rows) // MAX_COUNTED):
+            _, near = tree.query(centres[part], k=NEAREST, workers=cores())
+            plane = normals[wall][near].mean(axis=1)
+            plane /= np.maximum(np.linalg.norm(plane, axis=1, keepdims=True), 1e-9)
+            away = centres[part] - centres[wall][near].mean(axis=1)
+            rise = np.abs((away * plane).sum(axis=1))
+            level = rise <= np.sin(LEVEL) * np.linalg.norm(away, axis=1)
+            found[part] = level & ((normals[part] * plane).sum(axis=1) >= np.cos(LEVEL))
         return found
 
     @cached_property

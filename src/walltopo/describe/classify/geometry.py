@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
+from walltopo.core.instances import triangles_of
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -148,18 +148,6 @@ def _shape(mesh: Mesh, rows: Ints, wall: _WallSurface | None) -> Shape:
         area=total,
         steepness_deg=float(np.degrees(np.arcsin(np.clip(-normal[2], -1, 1)))),
     )
-
-
-def triangles_of(
-    face_instance: NDArray[np.int32], ids: Iterable[int]
-) -> Iterator[tuple[int, Ints]]:
-    """Yield id and (n,) triangle indices of each instance that has any, in the order of `ids`."""
-    order = np.argsort(face_instance, kind="stable")
-    labels = face_instance[order]
-    for number in ids:
-        first, last = np.searchsorted(labels, [number, number + 1])
-        if last > first:
-            yield number, order[first:last]
 
 
 def measure_shapes(

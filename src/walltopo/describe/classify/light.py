@@ -108,11 +108,13 @@ def observe(
     def hidden(view: View, width: int, height: int) -> NDArray[np.bool_] | None:
         return photos.people_mask(view.name, width, height)
 
+    patch_of = wall_patches(mesh, face_instance, PATCHES)
     stream = read_hold_views(
         views,
         load,
         mesh,
         face_instance,
+        patch_of,
         long_side=LONG_SIDE,
         erode=ERODE,
         crop_px=settings.cutout_px,
@@ -123,14 +125,12 @@ def observe(
             hold_views.setdefault(hold.hold, []).append(hold)
         lights.append(light)
         progress.advance()
-    centres = _patch_centres(mesh, face_instance)
-    return hold_views, solve_light(lights, len(views), centres)
+    return hold_views, solve_light(lights, len(views), _patch_centres(mesh, patch_of))
 
 
-def _patch_centres(mesh: Mesh, face_instance: NDArray[np.int32]) -> Floats:
-    patch = wall_patches(mesh, face_instance, PATCHES)
-    rows = patch >= 0
-    count = int(patch.max(initial=-1)) + 1
-    total = np.maximum(np.bincount(patch[rows], minlength=count), 1)
-    sums = [np.bincount(patch[rows], mesh.centroids[rows, k], count) for k in range(3)]
+def _patch_centres(mesh: Mesh, patch_of: NDArray[np.int32]) -> Floats:
+    """Return the (n, 3) centres of the patches."""
+    number = patch_of + 1  # holds first
+    total = np.bincount(number)[1:]
+    sums = [np.bincount(number, axis)[1:] for axis in mesh.centroids.T]
     return np.asarray(np.stack(sums, axis=1) / total[:, None])

@@ -11,7 +11,8 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.describe.classify.geometry import Shape, rim_normal, triangles_of
+from walltopo.core.instances import triangles_of
+from walltopo.describe.classify.geometry import Shape, rim_normal
 from walltopo.describe.classify.observations import HoldView, best_views
 from walltopo.describe.settings import ClassifySettings
 from walltopo.geometry.similarity import fit_plane

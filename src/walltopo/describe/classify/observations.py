@@ -120,25 +120,26 @@ def paint_of(pixels: Image) -> tuple[Floats, float]:
     return np.median(linear[kept], axis=0), clipped
 
 
-def wall_patches(
-    mesh: Mesh, face_instance: NDArray[np.int32], cells: int = 60
-) -> NDArray[np.int64]:
-    """Return the (F,) number of the wall patch of each face, -1 for faces of holds.
+def wall_patches(mesh: Mesh, face_instance: NDArray[np.int32], cells: int) -> NDArray[np.int32]:
+    """Return the (F,) int32 number of the wall patch of each face, -1 for faces of holds.
 
     Patches are cubes, `cells` of them along the longest side of the wall.
     """
     low = mesh.vertices.min(axis=0)
     side = max(float(np.ptp(mesh.vertices, axis=0).max()), 1e-9) / cells
-    cell = np.floor((mesh.centroids - low) / side).astype(np.int64)
-    key = (cell[:, 0] * (cells + 1) + cell[:, 1]) * (cells + 1) + cell[:, 2]
-    patch = np.full(len(key), -1, dtype=np.int64)
+    key = np.zeros(len(mesh.faces), dtype=np.int32)
+    for axis, least in zip(mesh.centroids.T, low, strict=True):
+        key *= cells + 1
+        key += ((axis - least) / side).astype(np.int32)
     wall = face_instance == 0
-    _, patch[wall] = np.unique(key[wall], return_inverse=True)
-    return patch
+    present = np.flatnonzero(np.bincount(key[wall]))
+    number = np.zeros((cells + 1) ** 3, dtype=np.int32)
+    number[present] = np.arange(len(present))
+    return np.where(wall, number[key], np.int32(-1))
 
 
 def _wall_light(
-    photo: int, picture: Image, face_id: NDArray[np.int32], patch_of: NDArray[np.int64]
+    photo: int, picture: Image, face_id: NDArray[np.int32], patch_of: NDArray[np.int32]
 ) -> WallLight:
     faces = face_id[::WALL_STEP, ::WALL_STEP].ravel()
     pixels = picture[::WALL_STEP, ::WALL_STEP].reshape(-1, 3)
@@ -248,6 +249,7 @@ def read_hold_views(
     load: Callable[[View, int, int], Image],
     mesh: Mesh,
     face_instance: NDArray[np.int32],
+    patch_of: NDArray[np.int32],
     *,
     long_side: int,
     erode: int,
@@ -262,15 +264,13 @@ def read_hold_views(
     Parameters
     ----------
     views : posed photos; `load(view, width, height)` returns the photo as (h, w, 3) uint8 RGB.
-    face_instance : (F,) int32, 0 = wall.
+    face_instance : (F,) int32, 0 = wall; patch_of : (F,) see `wall_patches`.
     long_side : maximum length of a photo in pixels; longer photos are downscaled.
     erode : pixels removed from the rim, at that size.
     crop_px : maximum length of a crop, pixels.
     hidden : returns the pixels of people in the photo, as `load`; None without any.
     """
     from walltopo.geometry.zbuffer import render_culled
-
-    patch_of = wall_patches(mesh, face_instance)
 
     def read(number: int) -> tuple[list[HoldView], WallLight]:
         view = views[number]

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core.files import atomic_path
+from walltopo.core.instances import triangles_of
 from walltopo.images.colour import linear_from_srgb8
 from walltopo.publish.surface import Surface
 
@@ -105,12 +106,8 @@ def _y_up(vectors: NDArray[np.float32]) -> NDArray[np.float32]:
 def _subsets(surface: Surface) -> Iterator[str]:
     """Yield a named group of faces per hold."""
     label = surface.feature[surface.triangles[:, 0]]
-    order = np.argsort(label, kind="stable")
-    ids, first = np.unique(label[order], return_index=True)
     yield '        uniform token subsetFamily:holds:familyType = "nonOverlapping"\n'
-    for id_, rows in zip(ids.tolist(), np.split(order, first[1:]), strict=True):
-        if id_ == 0:
-            continue
+    for id_, rows in triangles_of(label, np.unique(label[label > 0])):
         yield f"""
         def GeomSubset "hold_{id_}"
         {{

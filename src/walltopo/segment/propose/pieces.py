@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from walltopo.core import Mesh
+from walltopo.core.instances import triangles_of
 from walltopo.geometry.panels import NO_PANEL, Heights, Panel, find_panels, heights_over
 from walltopo.geometry.topology import face_neighbours, patches
 from walltopo.scans.detections import Detections
@@ -185,13 +186,7 @@ def gather_pieces(
 def _reliefs(ground: Ground, label: Labels, confident: Sequence[int]) -> dict[int, Relief]:
     """Return the relief of each piece, by ascending id; `confident` are ids of instances."""
     around = Surroundings(ground.mesh, ground.heights, ground.panels, label, ground.unit)
-    present = np.unique(label[label > 0]).tolist()
-    order = np.argsort(label, kind="stable")
-    ends = np.searchsorted(label[order], [[number, number + 1] for number in present])
-    rows = {
-        number: order[first:last]
-        for number, (first, last) in zip(present, ends.tolist(), strict=True)
-    }
+    rows = dict(triangles_of(label, np.unique(label[label > 0]).tolist()))
     places = {number: ground.mesh.centroids[own].mean(axis=0) for number, own in rows.items()}
     known = np.array([places[number] for number in confident if number in places]).reshape(-1, 3)
     tree = cKDTree(known)
