@@ -101,7 +101,8 @@ class Bvh:
 
 Ints = NDArray[np.int64]
 
-CELLS = 60  # along the mesh's longest side; gives some thousand cells of about 100 triangles
+CELL = 100  # triangles of a cell on a square wall
+MIN_CELLS, MAX_CELLS = 60, 500  # along the mesh's longest side
 
 
 class TriangleIndex:
@@ -181,13 +182,13 @@ class _Cells:
 
     Parameters
     ----------
-    rows : (F,) triangles, grouped by cell.
+    rows : (F,) int32, triangles, grouped by cell.
     begin : (C + 1,) start of each cell in `rows`.
     middle : (C, 3) centre of the cell's ball.
     radius : (C,) of the cell's ball.
     """
 
-    rows: Ints
+    rows: NDArray[np.int32]
     begin: Ints
     middle: Floats
     radius: Floats
@@ -195,27 +196,32 @@ class _Cells:
     @classmethod
     def of(cls, vertices: Floats, faces: NDArray[np.int32], centroids: Floats) -> _Cells:
         """Divide a mesh into cubes by the triangles' centroids."""
-        size = max(float(np.ptp(centroids, axis=0).max()) / CELLS, 1e-9)
-        cube = ((centroids - centroids.min(axis=0)) / size).astype(np.int64)
-        number = (cube[:, 0] * (CELLS + 1) + cube[:, 1]) * (CELLS + 1) + cube[:, 2]
-        rows = np.argsort(number, kind="stable")
+        low = centroids.min(axis=0)
+        along = int(np.clip(np.sqrt(len(faces) / CELL), MIN_CELLS, MAX_CELLS))
+        size = max(float((centroids.max(axis=0) - low).max()) / along, 1e-9)
+        # Compute by axis, because tables of three numbers per triangle fill the memory.
+        number = np.zeros(len(faces), dtype=np.int64)
+        for axis, least in zip(centroids.T, low, strict=True):
+            number *= along + 1
+            number += ((axis - least) / size).astype(np.int64)
+        rows = np.argsort(number, kind="stable").astype(np.int32)
         first = np.flatnonzero(np.diff(number[rows], prepend=-1))
+        del number
         count = np.diff(first, append=len(rows))
-        places = centroids[rows]
-        middle = np.add.reduceat(places, first) / count[:, None]
-        own = np.repeat(middle, count, axis=0)
+        middle = np.stack([np.add.reduceat(axis[rows], first) / count for axis in centroids.T], 1)
         radius = np.zeros(len(first))
-        for corner in faces[rows].T:
-            reach = np.linalg.norm(vertices[corner] - own, axis=1)
-            radius = np.maximum(radius, np.maximum.reduceat(reach, first))
+        for corner in faces.T:
+            square = np.zeros(len(rows))
+            for axis, own in zip(vertices.T, middle.T, strict=True):
+                square += (axis[corner[rows]] - np.repeat(own, count)) ** 2
+            radius = np.maximum(radius, np.sqrt(np.maximum.reduceat(square, first)))
         return cls(rows, np.append(first, len(rows)), middle, radius)
 
     def triangles_of(self, chosen: NDArray[np.bool_]) -> Ints:
         """Return the triangles of the (C,) chosen cells, ascending."""
-        found = np.zeros(len(self.rows), dtype=np.bool_)
-        for k in np.flatnonzero(chosen).tolist():
-            found[self.rows[self.begin[k] : self.begin[k + 1]]] = True
-        return np.flatnonzero(found)
+        begin, count = self.begin[:-1][chosen], np.diff(self.begin)[chosen]
+        shift = np.repeat(begin - np.cumsum(count) + count, count)
+        return np.sort(self.rows[shift + np.arange(len(shift))]).astype(np.int64)
 
 
 _INDEX_OF_MESH: WeakKeyDictionary[Mesh, TriangleIndex] = WeakKeyDictionary()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -223,12 +224,30 @@ def faces_in_view(mesh: Mesh, camera: Camera, cam_from_world: Floats) -> Ints:
 
 
 def submesh(mesh: Mesh, rows: Ints) -> tuple[Floats, NDArray[np.int32]]:
-    """Return the vertices of some triangles (V, 3), in order, and these triangles' faces (n, 3)."""
-    corners = mesh.faces[rows]
-    used = np.zeros(len(mesh.vertices), dtype=np.bool_)
-    used[corners.ravel()] = True
-    place = np.cumsum(used, dtype=np.int32) - 1
-    return mesh.vertices[used], place[corners].astype(np.int32)
+    """Return the (V, 3) vertices of some triangles, by first use, and their (n, 3) int32 faces."""
+    faces = mesh.faces[rows]
+    # The system provides the zeros page by page, so vertices elsewhere in the mesh cost nothing.
+    used = _number_vertices(faces, np.zeros(len(mesh.vertices), dtype=np.int32))
+    return mesh.vertices[used], faces
+
+
+@kernel
+def _number_vertices(faces: Any, number: Any) -> Any:
+    """Renumber vertices in (n, 3) faces by first use; return (V,) old numbers.
+
+    `number` is a work space of zeros, one per old vertex.
+    """
+    corner = faces.ravel()
+    used = np.empty(len(corner), dtype=np.int32)
+    count = 0
+    for k in range(len(corner)):
+        vertex = corner[k]
+        if number[vertex] == 0:
+            used[count] = vertex
+            count += 1
+            number[vertex] = count
+        corner[k] = number[vertex] - 1
+    return used[:count].copy()
 
 
 @lru_cache(maxsize=256)
