@@ -88,3 +88,16 @@ def test_vertex_colours_survive() -> None:
     np.testing.assert_array_equal(
         surface.colours[surface.triangles], painted.vertex_colours[mesh.faces]
     )
+
+
+def test_normals_are_means_by_area_and_point_up_without_any() -> None:
+    mesh, ids, _ = grid(6, 3, 0)
+    mesh = Mesh(np.vstack([mesh.vertices, [[9.0, 9.0, 9.0]]]), mesh.faces)
+    total = np.zeros_like(mesh.vertices)
+    for corner in mesh.faces.T:
+        np.add.at(total, corner, mesh.normals * mesh.areas[:, None])
+    expected = total[:-1] / np.linalg.norm(total[:-1], axis=1, keepdims=True)
+    flat = Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]], dtype=np.int32))
+    np.testing.assert_allclose(split_at_borders(mesh, ids).normals, expected, atol=1e-6)
+    alone = split_at_borders(flat, np.zeros(1, np.int32)).normals
+    np.testing.assert_array_equal(alone, [[0.0, 0.0, 1.0]] * 3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -78,32 +79,19 @@ class Mesh:
         total /= 3.0
         return total
 
-    def _crosses(self) -> Floats:
-        """Return (F, 3) cross products of two sides, in parts to bound the memory."""
-        crosses = np.empty((len(self.faces), 3))
-        axes = [np.ascontiguousarray(axis) for axis in self.vertices.T]
-        for begin in range(0, len(self.faces), _PART):
-            part = slice(begin, begin + _PART)
-            # Compute by axis, because NumPy is slow on rows of three numbers.
-            corners = [[axis[corner] for corner in self.faces[part].T] for axis in axes]
-            first, second = [b - a for a, b, _ in corners], [c - a for a, _, c in corners]
-            for k in range(3):
-                i, j = (k + 1) % 3, (k + 2) % 3
-                np.subtract(first[i] * second[j], first[j] * second[i], out=crosses[part, k])
-        return crosses
-
     @cached_property
     def areas(self) -> Floats:
         """Return the (F,) triangle areas, square metres."""
-        x, y, z = self._crosses().T
-        return 0.5 * np.sqrt(x * x + y * y + z * z)
+        return triangle_areas(self.vertices, self.faces)
 
     @cached_property
     def normals(self) -> Floats:
         """Return the (F, 3) unit normals; zeros for triangles without area."""
-        lengths, normals = 2.0 * self.areas[:, None], self._crosses()
-        np.divide(normals, lengths, out=normals, where=lengths > 0)
-        normals[~(lengths[:, 0] > 0)] = 0.0
+        normals = np.zeros((len(self.faces), 3))
+        for part, crosses in _crosses(self.vertices, self.faces):
+            lengths = 2.0 * self.areas[part]
+            for k, cross in enumerate(crosses):
+                np.divide(cross, lengths, out=normals[part, k], where=lengths > 0)
         return normals
 
     @cached_property
@@ -124,3 +112,25 @@ class Mesh:
         number = np.cumsum(kept, dtype=np.int32) - 1
         colours = None if self.vertex_colours is None else self.vertex_colours[kept]
         return Mesh(self.vertices[kept], number[self.faces[self.measured]], colours)
+
+
+def triangle_areas(vertices: NDArray[np.floating], faces: NDArray[np.integer]) -> Floats:
+    """Return the (F,) areas of triangles with (V, 3) vertices."""
+    areas = np.empty(len(faces))
+    for part, (x, y, z) in _crosses(vertices, faces):
+        areas[part] = 0.5 * np.sqrt(x * x + y * y + z * z)
+    return areas
+
+
+def _crosses(
+    vertices: NDArray[np.floating], faces: NDArray[np.integer]
+) -> Iterator[tuple[slice, list[Floats]]]:
+    """Yield the cross products of two sides, by axis, of `_PART` triangles at a time."""
+    # NumPy is slow on rows of three numbers.
+    axes = [np.ascontiguousarray(axis, dtype=np.float64) for axis in vertices.T]
+    for begin in range(0, len(faces), _PART):
+        part = slice(begin, begin + _PART)
+        corners = [[axis[corner] for corner in faces[part].T] for axis in axes]
+        first, second = [b - a for a, b, _ in corners], [c - a for a, _, c in corners]
+        turns = ((1, 2), (2, 0), (0, 1))
+        yield part, [first[i] * second[j] - first[j] * second[i] for i, j in turns]

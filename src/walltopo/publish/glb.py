@@ -31,7 +31,8 @@ class GlbWriter:
 
     def __init__(self, compress: bool = False) -> None:
         self.compress = compress
-        self.binary = bytearray()
+        self.parts: list[bytes | memoryview] = []
+        self.length = 0  # bytes of `parts`
         self.fallback_length = 0
         self.views: list[dict[str, Any]] = []
         self.accessors: list[dict[str, Any]] = []
@@ -44,15 +45,16 @@ class GlbWriter:
         if required:
             self.required.add(name)
 
-    def _append(self, data: bytes) -> int:
+    def _append(self, data: bytes | memoryview) -> int:
         # Property tables need 8-byte alignment; accessors accept it.
-        self.binary += b"\0" * (-len(self.binary) % 8)
-        offset = len(self.binary)
-        self.binary += data
+        padding = b"\0" * (-self.length % 8)
+        offset = self.length + len(padding)
+        self.parts += [padding, data]
+        self.length = offset + len(data)
         return offset
 
-    def view(self, data: bytes, **fields: Any) -> int:
-        """Add a plain buffer view; return its index."""
+    def view(self, data: bytes | memoryview, **fields: Any) -> int:
+        """Add a plain buffer view of bytes, which are not copied; return its index."""
         offset = self._append(data)
         entry = {"buffer": 0, "byteOffset": offset, "byteLength": len(data), **fields}
         self.views.append(entry)
@@ -94,8 +96,10 @@ class GlbWriter:
         table = values.reshape(len(values), -1)
         width = table.shape[1] * table.itemsize
         stride = width + (-width % 4)
-        padded = np.zeros((len(table), stride // table.itemsize), dtype=table.dtype)
-        padded[:, : table.shape[1]] = table
+        padded = np.ascontiguousarray(table)
+        if stride > width:
+            padded = np.zeros((len(table), stride // table.itemsize), dtype=table.dtype)
+            padded[:, : table.shape[1]] = table
         fields: dict[str, Any] = {"target": ARRAY_BUFFER, "byteStride": stride}
         if self.compress:
             from meshoptimizer import encoder
@@ -104,7 +108,7 @@ class GlbWriter:
             packed = encoder.encode_vertex_buffer(padded, len(padded), stride)
             view = self._packed_view(packed, padded.nbytes, len(padded), stride, **fields)
         else:
-            view = self.view(padded.tobytes(), **fields)
+            view = self.view(_bytes_of(padded), **fields)
         more: dict[str, Any] = {"normalized": True} if normalized else {}
         if bounds:
             more |= {"min": table.min(axis=0).tolist(), "max": table.max(axis=0).tolist()}
@@ -123,7 +127,7 @@ class GlbWriter:
             stride = narrow.itemsize
             view = self._packed_view(packed, narrow.nbytes, len(flat), stride, **fields)
         else:
-            view = self.view(narrow.tobytes(), **fields)
+            view = self.view(_bytes_of(narrow), **fields)
         return self._accessor(view, narrow, len(flat), "SCALAR")
 
     def _strings(self, texts: Sequence[str]) -> dict[str, Any]:
@@ -161,7 +165,7 @@ class GlbWriter:
 
     def finish(self, document: dict[str, Any]) -> bytes:
         """Return the GLB of `document` (all but buffers, views, accessors, extensions)."""
-        buffers: list[dict[str, Any]] = [{"byteLength": len(self.binary)}]
+        buffers: list[dict[str, Any]] = [{"byteLength": self.length}]
         if self.fallback_length:
             fallback = {"EXT_meshopt_compression": {"fallback": True}}
             buffers.append({"byteLength": self.fallback_length, "extensions": fallback})
@@ -177,9 +181,14 @@ class GlbWriter:
             complete["extensionsRequired"] = sorted(self.required)
         text = json.dumps(complete, separators=(",", ":"), allow_nan=False).encode("utf-8")
         text += b" " * (-len(text) % 4)
-        binary = bytes(self.binary) + b"\0" * (-len(self.binary) % 4)
-        total = 12 + 8 + len(text) + 8 + len(binary)
-        head = struct.pack("<4sII", b"glTF", 2, total)
+        padding = b"\0" * (-self.length % 4)
+        binary = self.length + len(padding)
+        head = struct.pack("<4sII", b"glTF", 2, 12 + 8 + len(text) + 8 + binary)
         chunk_json = struct.pack("<I4s", len(text), b"JSON")
-        chunk_bin = struct.pack("<I4s", len(binary), b"BIN\0")
-        return head + chunk_json + text + chunk_bin + binary
+        chunk_bin = struct.pack("<I4s", binary, b"BIN\0")
+        return b"".join([head, chunk_json, text, chunk_bin, *self.parts, padding])
+
+
+def _bytes_of(values: NDArray[Any]) -> memoryview:
+    """Return the bytes of an array in memory, without a copy if it is contiguous."""
+    return np.ascontiguousarray(values).reshape(-1).view(np.uint8).data

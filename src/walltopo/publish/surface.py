@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
+from walltopo.geometry.kernels import kernel
 from walltopo.geometry.topology import shared_corners
 from walltopo.publish.meshopt import available, simplify_indices
 
@@ -47,7 +49,7 @@ class Surface:
     @cached_property
     def mesh(self) -> Mesh:
         """Return the mesh without attributes."""
-        return Mesh(self.positions.astype(np.float64), self.triangles.astype(np.int32))
+        return Mesh(self.positions.astype(np.float64), self.triangles.view(np.int32))
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,16 +61,29 @@ class TexturedSurface:
 
 
 def _smooth_normals(mesh: Mesh) -> NDArray[np.float32]:
-    weighted = mesh.normals * mesh.areas[:, None]
-    total = np.zeros_like(mesh.vertices)
-    for corner in range(3):
-        for axis in range(3):
-            total[:, axis] += np.bincount(
-                mesh.faces[:, corner], weighted[:, axis], minlength=len(mesh.vertices)
-            )
-    length = np.linalg.norm(total, axis=1, keepdims=True)
-    up = np.array([0.0, 0.0, 1.0])
-    return np.where(length > 0, total / np.where(length > 0, length, 1.0), up).astype(np.float32)
+    """Return (V, 3) unit normals of vertices, weighted by area; up without any area."""
+    normals = np.zeros((len(mesh.vertices), 3), dtype=np.float32)
+    _fill_normals(mesh.vertices, mesh.faces, np.zeros((len(normals), 3)), normals)
+    return normals
+
+
+@kernel
+def _fill_normals(vertices: Any, faces: Any, total: Any, normals: Any) -> None:
+    """Sum the cross products of the triangles' sides at their corners, and normalise."""
+    for f in range(len(faces)):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        for k in range(3):
+            i, j = (k + 1) % 3, (k + 2) % 3
+            cross = (vertices[b, i] - vertices[a, i]) * (vertices[c, j] - vertices[a, j])
+            cross -= (vertices[b, j] - vertices[a, j]) * (vertices[c, i] - vertices[a, i])
+            total[a, k] += cross
+            total[b, k] += cross
+            total[c, k] += cross
+    for v in range(len(normals)):
+        length = np.sqrt(total[v, 0] ** 2 + total[v, 1] ** 2 + total[v, 2] ** 2)
+        for k in range(3):
+            up = 1.0 if k == 2 else 0.0
+            normals[v, k] = total[v, k] / length if length > 0.0 else up
 
 
 def split_at_borders(
@@ -90,11 +105,14 @@ def split_at_borders(
     ids = face_instance.astype(np.uint64)
     if guessed is not None:
         ids = 2 * ids + guessed
-    values = np.broadcast_to(ids[:, None], mesh.faces.shape)
+    values = np.empty(mesh.faces.shape, dtype=np.uint64)
+    values[:] = ids[:, None] << np.uint64(32)
     if uv is not None:
-        grid = np.rint(np.clip(uv, 0.0, 1.0) * 65535.0).astype(np.uint64)
-        values = (values << np.uint64(32)) | (grid[..., 0] << np.uint64(16)) | grid[..., 1]
+        for k in range(3):  # by corner, to bound the memory
+            u, v = np.rint(np.clip(uv[:, k], 0.0, 1.0) * 65535.0).astype(np.uint32).T
+            values[:, k] |= (u << np.uint32(16)) | v
     first, triangles = shared_corners(mesh.faces, values, len(mesh.vertices))
+    del values, ids
     source = mesh.faces.ravel()[first]
     colours = mesh.vertex_colours
     return Surface(

@@ -14,6 +14,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from walltopo.core.mesh import triangle_areas
 from walltopo.publish.surface import Surface
 from walltopo.scans.holds import Hold
 from walltopo.scans.routes import Route
@@ -139,7 +140,8 @@ def origin_columns(surface: Surface) -> list[Column]:
     """
     assert surface.guessed is not None
     of_face = surface.guessed[surface.triangles[:, 0]]
-    areas = np.bincount(of_face, surface.mesh.areas, minlength=2)
+    each = triangle_areas(surface.positions, surface.triangles)
+    areas = np.bincount(of_face, each, minlength=2)
     rows = [
         {"origin": "measured", "area_m2": float(areas[0])},
         {"origin": "guessed", "area_m2": float(areas[1])},

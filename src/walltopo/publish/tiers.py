@@ -62,12 +62,13 @@ class TierBuilder:
 
     @cached_property
     def _shown(self) -> WallModel:
-        return Floaters(self.wall, self.coverage).without(self.wall)
+        own = replace(self.wall, mesh=replace(self.wall.mesh))  # its areas and normals are freed
+        return Floaters(own, self.coverage).without(self.wall)
 
     @cached_property
     def coverage(self) -> NDArray[np.int32]:
         """Return the (F,) number of photos that see each triangle."""
-        return face_coverage(self.wall.mesh, self.wall.views)
+        return face_coverage(replace(self.wall.mesh), self.wall.views)
 
     def _full(self, wall: WallModel, guessed: NDArray[np.bool_] | None) -> TexturedSurface:
         picture = None if wall.texture is None else read_rgb(wall.texture)
@@ -105,23 +106,33 @@ class TierBuilder:
         longest = getattr(self.settings, f"{name}_texture")
         return encode_picture(built.picture, longest, TIERS[name].picture)
 
+    def _finer(self, name: str) -> TexturedSurface:
+        """Return the surface that a tier simplifies."""
+        if name == "first":
+            return self.textured_surface("detail")
+        if name == "archive":
+            # Programs can tell guesses apart in the archive; the page draws them like all else.
+            return self._full(self.wall, self.wall.mesh.guessed)
+        return self._full(self._shown, None)
+
+    def _is_small(self, name: str, triangles: int) -> bool:
+        """Return whether the surface that a tier simplifies has at most that many triangles."""
+        if name == "first":
+            return len(self.textured_surface("detail").surface.triangles) <= triangles
+        wall = self.wall if name == "archive" else self._shown
+        return len(wall.mesh.faces) <= triangles
+
     def _build(self, name: str) -> TexturedSurface:
         triangles = getattr(self.settings, f"{name}_triangles")
-        if name == "first":
-            finer = self.textured_surface("detail")
-        elif name == "archive":
-            # Programs can tell guesses apart in the archive; the page draws them like all else.
-            finer = self._full(self.wall, self.wall.mesh.guessed)
-        else:
-            finer = self._full(self._shown, None)
-        if triangles <= 0 or len(finer.surface.triangles) <= triangles or not available():
+        if triangles <= 0 or not available() or self._is_small(name, triangles):
+            finer = self._finer(name)
             return TexturedSurface(simplify(finer.surface, 0), finer.picture)
-        if finer.picture is None:
-            return TexturedSurface(simplify(self._plain, triangles), None)
         # Simplification would tear the source's charts: simplify without them, then retexture.
-        side = getattr(self.settings, f"{name}_texture")
         coarse = simplify(self._plain, triangles)
-        new = retexture(coarse, finer, side, oversample=2 if side <= 2048 else 1)
+        if self.wall.texture is None:
+            return TexturedSurface(coarse, None)
+        side = getattr(self.settings, f"{name}_texture")
+        new = retexture(coarse, self._finer(name), side, oversample=2 if side <= 2048 else 1)
         return TexturedSurface(simplify(new.surface, 0), new.picture)
 
     def glb(self, name: str) -> bytes:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh
 from walltopo.geometry.kernels import in_ranges, kernel
+from walltopo.geometry.topology import side_lengths
 from walltopo.geometry.zbuffer import draw_screen
 
 Floats = NDArray[np.float64]
@@ -22,15 +23,14 @@ TILE = 16  # pixels
 
 
 @kernel
-def _in_reach(
-    begin: Any, end: Any, faces: Any, screen: Any, slope: Any, tiles: Any, found: Any
-) -> None:
+def _in_reach(begin: Any, end: Any, faces: Any, screen: Any, tiles: Any, found: Any) -> None:
     """Set `found` for faces that face the viewer and whose bounds contain a wanted tile."""
     rows, columns = tiles.shape
     for f in range(begin, end):
-        if not slope[f] < 0.0:
-            continue
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        across = (screen[b, 0] - screen[a, 0]) * (screen[c, 1] - screen[a, 1])
+        if not across < (screen[b, 1] - screen[a, 1]) * (screen[c, 0] - screen[a, 0]):
+            continue
         left = min(screen[a, 0], screen[b, 0], screen[c, 0]) / TILE
         right = max(screen[a, 0], screen[b, 0], screen[c, 0]) / TILE
         top = min(screen[a, 1], screen[b, 1], screen[c, 1]) / TILE
@@ -87,8 +87,7 @@ class FaceRenderer:
 
     def __init__(self, detailed: Mesh, coarse: Mesh) -> None:
         self._detailed, self._coarse = detailed, coarse
-        start, end = (detailed.vertices[detailed.faces[:, k]] for k in range(2))
-        self._slack = SLACK * float(np.linalg.norm(end - start, axis=1).mean())
+        self._slack = SLACK * float(side_lengths(detailed).mean())
 
     def faces_on(
         self,
@@ -120,8 +119,7 @@ class FaceRenderer:
         surface[~wanted] = 0.0
         screen = on_screen(detailed.vertices, axes, low, scale, far)
         shown = np.zeros(len(detailed.faces), dtype=bool)
-        slope, tiles = detailed.normals @ axes.towards, _tiles(wanted)
-        in_ranges(_in_reach, len(shown), detailed.faces, screen, slope, tiles, shown)
+        in_ranges(_in_reach, len(shown), detailed.faces, screen, _tiles(wanted), shown)
         kept = np.flatnonzero(shown)
         for number in range(PASSES):
             face, near = draw_screen(screen, detailed.faces[kept], width, height)
