@@ -26,22 +26,31 @@ def obj(path: Path, text: str) -> Path:
     return path
 
 
-def ply(path: Path, polygons: list[list[int]], kind: str = "binary_little_endian") -> Path:
-    """Write a PLY with a number before and after each list."""
+def ply(
+    path: Path,
+    polygons: list[list[int]],
+    kind: str = "binary_little_endian",
+    flags: list[int] | None = None,
+) -> Path:
+    """Write a PLY with a number, that of `flags` or 7, before each list, and one after it."""
+    flags = flags or [7] * len(polygons)
     head = f"ply\nformat {kind} 1.0\nelement vertex 6\n"
     head += "".join(f"property float {axis}\n" for axis in "xyz")
     head += f"element face {len(polygons)}\nproperty uchar flags\n"
     head += "property list uchar int vertex_indices\nproperty float area\nend_header\n"
     if kind == "ascii":
         rows = [" ".join(map(str, row)) for row in CORNERS]
-        rows += [f"7 {len(p)} {' '.join(map(str, p))} 0.5" for p in polygons]
+        rows += [
+            f"{flag} {len(p)} {' '.join(map(str, p))} 0.5"
+            for flag, p in zip(flags, polygons, strict=True)
+        ]
         path.write_text(head + "\n".join(rows) + "\n")
         return path
     order = "<" if "little" in kind else ">"
     body = CORNERS.astype(f"{order}f4").tobytes()
-    for polygon in polygons:
+    for flag, polygon in zip(flags, polygons, strict=True):
         count = len(polygon)
-        body += struct.pack(f"{order}BB{count}if", 7, count, *polygon, 0.5)
+        body += struct.pack(f"{order}BB{count}if", flag, count, *polygon, 0.5)
     path.write_bytes(head.encode() + body)
     return path
 
@@ -109,6 +118,17 @@ def test_a_ply_of_triangles_is_read_as_before(tmp_path: Path, kind: str) -> None
     assert found.file_face is None
     write_ply(tmp_path / "b.ply", found.mesh)
     assert read_mesh(tmp_path / "b.ply").faces.tolist() == POLYGONS[1:3]
+
+
+@pytest.mark.parametrize("kind", ["ascii", "binary_little_endian", "binary_big_endian"])
+@pytest.mark.parametrize("polygons", [POLYGONS, POLYGONS[1:3]])
+def test_guesses_of_polygons_are_those_of_their_triangles(
+    tmp_path: Path, kind: str, polygons: list[list[int]]
+) -> None:
+    path = ply(tmp_path / "a.ply", polygons, kind, flags=[k % 2 for k in range(len(polygons))])
+    path.write_bytes(path.read_bytes().replace(b"uchar flags", b"uchar guessed"))
+    expected = [k % 2 == 1 for k, polygon in enumerate(polygons) for _ in polygon[2:]]
+    assert (~read_mesh(path).measured).tolist() == expected
 
 
 def test_a_cut_ply_is_refused(tmp_path: Path) -> None:

@@ -16,9 +16,7 @@ from numpy.typing import NDArray
 from walltopo.core import InputError, Mesh
 from walltopo.core.errors import naming
 from walltopo.core.files import atomic_path, join_inside
-from walltopo.geometry.polygon_files import PolygonFile, read_obj, read_ply
-
-_GUESSED = "guessed"
+from walltopo.geometry.polygon_files import GUESSED, read_obj, read_ply
 
 
 def write_ply(path: Path, mesh: Mesh, instance: NDArray[np.int32] | None = None) -> None:
@@ -49,14 +47,14 @@ def write_ply(path: Path, mesh: Mesh, instance: NDArray[np.int32] | None = None)
         face_fields.append(("instance", "<i4"))
         header.append("property int instance")
     if mesh.guessed is not None:
-        face_fields.append((_GUESSED, "u1"))
-        header.append(f"property uchar {_GUESSED}")
+        face_fields.append((GUESSED, "u1"))
+        header.append(f"property uchar {GUESSED}")
     faces = np.zeros(len(mesh.faces), dtype=face_fields)
     faces["n"], faces["v"] = 3, mesh.faces
     if instance is not None:
         faces["instance"] = instance
     if mesh.guessed is not None:
-        faces[_GUESSED] = mesh.guessed
+        faces[GUESSED] = mesh.guessed
     with atomic_path(path) as temporary, temporary.open("wb") as stream:
         stream.write(("\n".join([*header, "end_header"]) + "\n").encode("ascii"))
         stream.write(vertices.tobytes())
@@ -93,27 +91,22 @@ def read_mesh(path: Path) -> Mesh:
 def read_mesh_file(path: Path) -> MeshFile:
     """Read a mesh as `read_mesh`, with the face of the file for each triangle."""
     path = Path(path)
-    found = _read_polygons(path)
-    if found is None:
-        return MeshFile(_read_by_trimesh(path))
-    triangles, polygon = found.triangles()
-    if len(triangles) == 0:
-        raise InputError(f"{path}: holds no triangles", "A point cloud must be meshed first.")
-    with naming(path):
-        mesh = Mesh(found.vertices, int32_faces(triangles), found.colours)
-    return MeshFile(mesh, None if (found.counts == 3).all() else polygon)
-
-
-def _read_polygons(path: Path) -> PolygonFile | None:
-    """Return the polygons of a file whose faces trimesh would reorder; else None."""
-    readers = {".obj": read_obj, ".ply": read_ply}
-    reader = readers.get(path.suffix.lower())
+    reader = {".obj": read_obj, ".ply": read_ply}.get(path.suffix.lower())
     if reader is None or not path.is_file():
-        return None
+        return MeshFile(_read_by_trimesh(path))
     if path.suffix.lower() == ".ply":
         _check_counts(path)
     with naming(path):
-        return reader(path.read_bytes())
+        found = reader(path.read_bytes())
+        triangles, polygon = found.triangles()
+        if len(triangles) == 0:
+            raise InputError("holds no triangles", "A point cloud must be meshed first.")
+        guessed = found.guessed
+        if guessed is not None and polygon is not None:
+            guessed = guessed[polygon]
+        return MeshFile(
+            Mesh(found.vertices, int32_faces(triangles), found.colours, guessed), polygon
+        )
 
 
 def _read_by_trimesh(path: Path) -> Mesh:
@@ -131,22 +124,7 @@ def _read_by_trimesh(path: Path) -> Mesh:
     if loaded.visual.kind == "vertex":
         colours = np.ascontiguousarray(np.asarray(loaded.visual.vertex_colors)[:, :3], np.uint8)
     with naming(path):
-        faces = int32_faces(loaded.faces)
-        return Mesh(np.asarray(loaded.vertices), faces, colours, _guessed(loaded))
-
-
-def _guessed(loaded: Any) -> NDArray[np.bool_] | None:
-    """Return (F,) the faces' property `guessed` of a PLY, or None if absent."""
-    table = loaded.metadata.get("_ply_raw", {}).get("face", {}).get("data")
-    names = table if isinstance(table, dict) else getattr(table, "dtype", np.dtype("f4")).names
-    if table is None or _GUESSED not in (names or ()):
-        return None
-    values = np.asarray(table[_GUESSED])
-    if values.dtype.kind not in "iuf":
-        raise InputError(
-            f"face property `guessed`: expected one number per face, got {values.dtype}"
-        )
-    return values != 0
+        return Mesh(np.asarray(loaded.vertices), int32_faces(loaded.faces), colours)
 
 
 # trimesh reads more formats, including archives, which are not accepted.
@@ -305,5 +283,8 @@ def _check_accessors(path: Path) -> None:
 
 def int32_faces(faces: object) -> NDArray[np.int32]:
     """Return (F, 3) int32 faces; indices beyond int32 are clipped instead of wrapped."""
-    wide = np.asarray(faces, dtype=np.int64)
+    given = np.asarray(faces)
+    if given.dtype == np.int32:
+        return given
+    wide = given.astype(np.int64)
     return np.clip(wide, -1, 2**31 - 1).astype(np.int32)

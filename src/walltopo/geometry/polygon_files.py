@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from walltopo.core import InputError
 
 Ints = NDArray[np.int64]
+GUESSED = "guessed"  # number of a PLY's face, not 0 if it spans a hole
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,16 +29,21 @@ class PolygonFile:
     vertices : (V, 3) float.
     colours : (V, 3) uint8 sRGB, or None.
     counts : (P,) corners of each polygon, at least 3.
-    corners : (sum of counts,) vertex of each corner, polygon after polygon.
+    corners : (sum of counts,) int, vertex of each corner, polygon after polygon.
+    guessed : (P,) bool, whether a polygon spans a hole (see `Mesh`), or None if unknown.
     """
 
     vertices: NDArray[np.float64]
     colours: NDArray[np.uint8] | None
     counts: Ints
-    corners: Ints
+    corners: NDArray[np.integer]
+    guessed: NDArray[np.bool_] | None = None
 
-    def triangles(self) -> tuple[Ints, Ints]:
-        """Return (F, 3) triangles, a fan for each polygon in place, and (F,) their polygons."""
+    def triangles(self) -> tuple[NDArray[np.integer], Ints | None]:
+        """Return (F, 3) triangles, a fan for each polygon in place, and (F,) their polygons, None
+        if all are triangles."""
+        if (self.counts == 3).all():
+            return self.corners.reshape(-1, 3), None
         fans = self.counts - 2
         polygon = np.repeat(np.arange(len(fans)), fans)
         first = np.repeat(np.cumsum(self.counts) - self.counts, fans)
@@ -133,9 +139,29 @@ class _Element:
         """Whether there is no list among the properties."""
         return all(prop.count is None for prop in self.properties)
 
+    @property
+    def vertex_list(self) -> str | None:
+        """The name of the list of a face's vertices, None without one."""
+        return next(
+            (name for name in ("vertex_indices", "vertex_index") if self.is_list(name)), None
+        )
 
-def read_ply(content: bytes) -> PolygonFile | None:
-    """Return the polygons of a PLY file; None if all of its faces are triangles, or it has none.
+    def is_list(self, name: str) -> bool:
+        """Return whether there is a list of that name."""
+        return any(prop.name == name and prop.count is not None for prop in self.properties)
+
+    @property
+    def numbers(self) -> list[str]:
+        """The names of the properties that are no lists."""
+        return [prop.name for prop in self.properties if prop.count is None]
+
+
+# Length of each face's list of vertices, the vertices, and the numbers of the faces by name.
+_Faces = tuple[Ints, NDArray[np.integer], dict[str, NDArray[Any]]]
+
+
+def read_ply(content: bytes) -> PolygonFile:
+    """Return the polygons of a PLY file.
 
     Raises
     ------
@@ -152,20 +178,20 @@ def read_ply(content: bytes) -> PolygonFile | None:
     for element in elements:
         if element.name == "vertex":
             vertices, colours = _vertices(reader.table(element))
-        elif element.name == "face":
-            if reader.has_triangles_only(element):
-                return None
-            counts, corners = reader.lists(element)
-            if len(counts) == 0:
+        elif element.name == "face" and element.size:
+            name = element.vertex_list
+            if name is None:
                 raise InputError("its faces have no list of vertices")
-            if (counts == 3).all():
-                return None
+            if element.is_list(GUESSED):
+                raise InputError(f"face property `{GUESSED}`: expected one number per face")
+            counts, corners, values = reader.triangles(element, name) or reader.lists(element, name)
             if counts.min() < 3:
                 raise InputError(f"face {int(counts.argmin())} has {counts.min()} corners")
-            return _checked(PolygonFile(vertices, colours, counts, corners))
+            guessed = values[GUESSED] != 0 if GUESSED in values else None
+            return _checked(PolygonFile(vertices, colours, counts, corners, guessed))
         else:
             reader.skip(element)
-    return None
+    return PolygonFile(vertices, colours, np.zeros(0, np.int64), np.zeros(0, np.int64))
 
 
 def _header(text: str) -> tuple[str, list[_Element]]:
@@ -233,8 +259,8 @@ class _Binary:
         values = self._take(np.dtype(fields), element.size)
         return {name: values[name].astype(kind.newbyteorder("=")) for name, kind in fields}
 
-    def has_triangles_only(self, element: _Element) -> bool:
-        """Return whether each face is a list of three corners, without reading them one by one."""
+    def triangles(self, element: _Element, vertices: str) -> _Faces | None:
+        """Return the faces if each of their lists has three entries, else None."""
         fields: list[Any] = []
         for prop in element.properties:
             if prop.count is not None:
@@ -243,31 +269,41 @@ class _Binary:
             fields.append((prop.name, self._type(prop.kind), shape))
         kind = np.dtype(fields)
         if self.at + kind.itemsize * element.size > len(self.body):
-            return False
+            return None
         rows = np.frombuffer(self.body, kind, element.size, self.at)
         lists = [prop.name for prop in element.properties if prop.count is not None]
-        return all(bool((rows[f"number of {name}"] == 3).all()) for name in lists)
+        if not all(bool((rows[f"number of {name}"] == 3).all()) for name in lists):
+            return None
+        found = {
+            prop.name: rows[prop.name].astype(_TYPES[prop.kind])
+            for prop in element.properties
+            if prop.name in (vertices, *element.numbers)
+        }
+        corners = found.pop(vertices).reshape(-1)
+        return np.full(len(rows), 3), corners, found
 
-    def lists(self, element: _Element) -> tuple[Ints, Ints]:
-        """Return lengths and values of the lists `vertex_indices` of an element."""
+    def lists(self, element: _Element, vertices: str) -> _Faces:
+        """Return the faces, read one by one."""
         counts: list[int] = []
-        values: list[NDArray[Any]] = []
+        corners: list[NDArray[Any]] = []
+        numbers: dict[str, list[Any]] = {name: [] for name in element.numbers}
         for _ in range(element.size):
             for prop in element.properties:
                 if prop.count is None:
-                    self._take(self._type(prop.kind), 1)
+                    numbers[prop.name].append(self._take(self._type(prop.kind), 1)[0])
                     continue
                 count = int(self._take(self._type(prop.count), 1)[0])
                 row = self._take(self._type(prop.kind), count)
-                if prop.name in ("vertex_indices", "vertex_index"):
+                if prop.name == vertices:
                     counts.append(count)
-                    values.append(row)
-        flat = np.concatenate(values).astype(np.int64) if values else np.zeros(0, np.int64)
-        return np.array(counts, dtype=np.int64), flat
+                    corners.append(row)
+        flat = np.concatenate([np.zeros(0, np.int64), *corners]).astype(np.int64)
+        values = {name: np.array(column) for name, column in numbers.items()}
+        return np.array(counts, dtype=np.int64), flat, values
 
     def skip(self, element: _Element) -> None:
         """Step over an element."""
-        self.table(element) if element.is_plain else self.lists(element)
+        self.table(element) if element.is_plain else self.lists(element, "")
 
 
 class _Ascii:
@@ -294,32 +330,42 @@ class _Ascii:
         columns = enumerate(element.properties)
         return {prop.name: values[:, k].astype(_TYPES[prop.kind]) for k, prop in columns}
 
-    def has_triangles_only(self, element: _Element) -> bool:
-        """Return whether each face is a list of three corners and nothing else."""
+    def triangles(self, element: _Element, vertices: str) -> _Faces | None:
+        """Return the faces if each is a list of three corners and nothing else, else None."""
         rows = self.lines[self.at : self.at + element.size]
-        return all(len(row) == 4 and row[0] == b"3" for row in rows)
+        if len(rows) < element.size or any(len(row) != 4 or row[0] != b"3" for row in rows):
+            return None
+        try:
+            corners = np.array([row[1:] for row in rows], dtype=np.int64).reshape(-1)
+        except (OverflowError, ValueError) as error:
+            raise InputError("damaged: a face is no list of numbers") from error
+        return np.full(len(rows), 3), corners, {}
 
-    def lists(self, element: _Element) -> tuple[Ints, Ints]:
-        """Return lengths and values of the lists `vertex_indices` of an element."""
+    def lists(self, element: _Element, vertices: str) -> _Faces:
+        """Return the faces, read one by one."""
         counts: list[int] = []
         flat: list[int] = []
+        numbers: dict[str, list[float]] = {name: [] for name in element.numbers}
         try:
             for row in self._take(element.size):
                 at = 0
                 for prop in element.properties:
                     if prop.count is None:
+                        numbers[prop.name].append(float(row[at]))
                         at += 1
                         continue
                     count = int(row[at])
-                    if prop.name in ("vertex_indices", "vertex_index"):
+                    if prop.name == vertices:
                         counts.append(count)
                         flat += map(int, row[at + 1 : at + 1 + count])
                     at += 1 + count
-        except (IndexError, ValueError) as error:
+            corners = np.array(flat, dtype=np.int64)
+        except (IndexError, OverflowError, ValueError) as error:
             raise InputError("damaged: a face is no list of numbers") from error
         if sum(counts) != len(flat):
             raise InputError("damaged: a face has fewer corners than it declares")
-        return np.array(counts, dtype=np.int64), np.array(flat, dtype=np.int64)
+        values = {name: np.array(column) for name, column in numbers.items()}
+        return np.array(counts, dtype=np.int64), corners, values
 
     def skip(self, element: _Element) -> None:
         """Step over an element."""
