@@ -89,7 +89,9 @@ def run_stages(hall: Path, place: Path, count: int) -> dict[str, dict[str, float
 
 
 def exponent(counts: Sequence[int], values: Sequence[float]) -> float:
-    """Return e of the best fit of c * count ** e."""
+    """Return e of the best fit of c * count ** e; NaN for a single count."""
+    if len(counts) < 2:
+        return float("nan")
     return float(np.polyfit(np.log(counts), np.log(np.maximum(values, 1e-9)), 1)[0])
 
 
