@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -21,6 +22,7 @@ from scipy.ndimage import binary_fill_holes
 from scipy.spatial import cKDTree
 
 from walltopo.core import Mesh
+from walltopo.geometry.kernels import kernel
 from walltopo.geometry.rays import triangle_index_of
 from walltopo.geometry.similarity import fit_plane
 
@@ -129,7 +131,6 @@ def find_panels(
     free = np.ones(len(points), dtype=np.bool_)
     rng = np.random.default_rng(seed)
     found: list[Panel] = []
-    cosine = np.cos(np.radians(INLIER_ANGLE_DEG))
     tree = cKDTree(points)
     while weights[free].sum() >= min_area * unit**2:
         own = np.flatnonzero(free)
@@ -144,10 +145,8 @@ def find_panels(
             free[members] = False
             continue
         axis, offset = _fit_facing_plane(points[members], weights[members] @ normals[members])
-        away = np.abs(points @ axis - offset)
-        close = free & (away < 2 * INLIER_DISTANCE * unit) & (normals @ axis > cosine)
         panel = _make_panel(axis, offset, points[members], weights[members], unit)
-        used = np.flatnonzero(close)
+        used = _on_plane(points, normals, own, axis, offset, 2 * INLIER_DISTANCE * unit)
         free[used[panel.cells(points[used])[2]]] = False
         free[members] = False
         found.append(panel)
@@ -221,11 +220,7 @@ def _best_plane(
     if len(own) < MIN_POINTS:
         return None
     cosine = np.cos(np.radians(INLIER_ANGLE_DEG))
-
-    def is_inlier(rows: Ints, axis: Floats, offset: float) -> NDArray[np.bool_]:
-        near = np.abs(points[rows] @ axis - offset) < INLIER_DISTANCE * unit
-        return np.asarray(near & (normals[rows] @ axis > cosine))
-
+    reach = INLIER_DISTANCE * unit
     some = own if len(own) <= MAX_SCORERS else rng.choice(own, size=MAX_SCORERS, replace=False)
     best: tuple[float, Floats, float] | None = None
     for start in rng.choice(own, size=min(ITERATIONS, len(own)), replace=False).tolist():
@@ -236,18 +231,40 @@ def _best_plane(
         if len(around) < MIN_POINTS // 2:
             continue
         axis, offset = _fit_facing_plane(points[around], normals[start])
-        area = float(weights[some[is_inlier(some, axis, offset)]].sum())
+        area = float(weights[_on_plane(points, normals, some, axis, offset, reach)].sum())
         if best is None or area > best[0]:
             best = area, axis, offset
     if best is None:
         return None
     _, axis, offset = best
     for _ in range(3):
-        near = own[is_inlier(own, axis, offset)]
+        near = _on_plane(points, normals, own, axis, offset, reach)
         if len(near) < MIN_POINTS:
             return None
         axis, offset = _fit_facing_plane(points[near], axis)
-    return own[is_inlier(own, axis, offset)]
+    return _on_plane(points, normals, own, axis, offset, reach)
+
+
+def _on_plane(
+    points: Floats, normals: Floats, rows: Ints, axis: Floats, offset: float, reach: float
+) -> Ints:
+    """Return those of the rows whose points lie within `reach` of a plane and face as it does."""
+    cosine = np.cos(np.radians(INLIER_ANGLE_DEG))
+    return rows[_lies_on_plane(points, normals, rows, axis, offset, reach, cosine)]
+
+
+@kernel
+def _lies_on_plane(
+    points: Any, normals: Any, rows: Any, axis: Any, offset: Any, reach: Any, cosine: Any
+) -> Any:
+    found = np.empty(len(rows), dtype=np.bool_)
+    x, y, z = axis[0], axis[1], axis[2]
+    for k in range(len(rows)):
+        p = rows[k]
+        away = points[p, 0] * x + points[p, 1] * y + points[p, 2] * z - offset
+        facing = normals[p, 0] * x + normals[p, 1] * y + normals[p, 2] * z
+        found[k] = abs(away) < reach and facing > cosine
+    return found
 
 
 def _fit_facing_plane(points: Floats, towards: Floats) -> tuple[Floats, float]:
