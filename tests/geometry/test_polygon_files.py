@@ -131,6 +131,42 @@ def test_guesses_of_polygons_are_those_of_their_triangles(
     assert (~read_mesh(path).measured).tolist() == expected
 
 
+@pytest.mark.parametrize("faces", ["3 0 1 2\n3 0 2 3\n", "3 0 1 2\n4 0 2 3 1\n"])
+def test_faces_of_a_ply_may_stand_before_its_vertices(tmp_path: Path, faces: str) -> None:
+    head = "ply\nformat ascii 1.0\nelement face 2\nproperty list uchar int vertex_indices\n"
+    head += "element vertex 6\n" + "".join(f"property float {axis}\n" for axis in "xyz")
+    rows = "".join(f"{x} {y} {z}\n" for x, y, z in CORNERS)
+    path = tmp_path / "a.ply"
+    path.write_text(head + "end_header\n" + faces + rows)
+    assert read_mesh(path).faces[:2].tolist() == [[0, 1, 2], [0, 2, 3]]
+
+
+@pytest.mark.parametrize(
+    ("kind", "red", "expected"), [("float", "0.5", 128), ("int", "7", 7), ("int", "300", None)]
+)
+def test_colours_of_a_ply_are_bytes(
+    tmp_path: Path, kind: str, red: str, expected: int | None
+) -> None:
+    head = "ply\nformat ascii 1.0\nelement vertex 3\n"
+    head += "".join(f"property float {axis}\n" for axis in "xyz")
+    head += "".join(f"property {kind} {name}\n" for name in ("red", "green", "blue"))
+    head += "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    path = tmp_path / "a.ply"
+    path.write_text(
+        head + "".join(f"{x} {y} 0 {red} 0 0\n" for x, y, _ in CORNERS[:3]) + "3 0 1 2\n"
+    )
+    colours = read_mesh(path).vertex_colours
+    assert (colours is None) == (expected is None)
+    assert colours is None or colours[0].tolist() == [expected, 0, 0]
+
+
+@pytest.mark.parametrize("kind", ["ascii", "binary_little_endian", "binary_big_endian"])
+def test_a_number_before_a_list_is_no_number_of_corners(tmp_path: Path, kind: str) -> None:
+    path = ply(tmp_path / "a.ply", [[0, 1], [1, 2]], kind, flags=[3, 3])
+    with pytest.raises(InputError, match=r"face 0 has 2 corners"):
+        read_mesh(path)
+
+
 def test_a_cut_ply_is_refused(tmp_path: Path) -> None:
     path = ply(tmp_path / "a.ply", POLYGONS)
     path.write_bytes(path.read_bytes()[:-9])

@@ -34,6 +34,7 @@ NO_PANEL = -1
 CELL = 0.04  # side of the cubes over which the mesh is averaged for the search
 INLIER_DISTANCE = 0.012  # maximum distance of an inlier from the plane
 INLIER_ANGLE_DEG = 18.0  # maximum angle between an inlier's normal and the plane's
+INLIER_COSINE = float(np.cos(np.radians(INLIER_ANGLE_DEG)))
 ITERATIONS = 160  # RANSAC iterations per panel, each from one neighbourhood
 NEIGHBOURHOOD = 0.25  # radius of a neighbourhood
 MAX_SCORERS = 12_000  # maximum number of points that score a candidate plane
@@ -219,7 +220,6 @@ def _best_plane(
     """
     if len(own) < MIN_POINTS:
         return None
-    cosine = np.cos(np.radians(INLIER_ANGLE_DEG))
     reach = INLIER_DISTANCE * unit
     some = own if len(own) <= MAX_SCORERS else rng.choice(own, size=MAX_SCORERS, replace=False)
     best: tuple[float, Floats, float] | None = None
@@ -227,7 +227,7 @@ def _best_plane(
         around = np.array(
             tree.query_ball_point(points[start], NEIGHBOURHOOD * unit), dtype=np.int64
         )
-        around = around[free[around] & (normals[around] @ normals[start] > cosine)]
+        around = around[free[around] & (normals[around] @ normals[start] > INLIER_COSINE)]
         if len(around) < MIN_POINTS // 2:
             continue
         axis, offset = _fit_facing_plane(points[around], normals[start])
@@ -249,8 +249,7 @@ def _on_plane(
     points: Floats, normals: Floats, rows: Ints, axis: Floats, offset: float, reach: float
 ) -> Ints:
     """Return those of the rows whose points lie within `reach` of a plane and face as it does."""
-    cosine = np.cos(np.radians(INLIER_ANGLE_DEG))
-    return rows[_lies_on_plane(points, normals, rows, axis, offset, reach, cosine)]
+    return rows[_lies_on_plane(points, normals, rows, axis, offset, reach, INLIER_COSINE)]
 
 
 @kernel

@@ -67,7 +67,7 @@ def read_obj(content: bytes) -> PolygonFile:
     colours = None
     if rows and min(map(len, rows)) >= 6:  # x y z r g b, each colour from 0 to 1
         shares = _numbers([row[3:6] for row in rows], vertex_lines, "vertex", 3)
-        colours = np.clip(np.rint(255 * shares), 0, 255).astype(np.uint8)
+        colours = _colours_of(shares)
     # A corner is vertex, vertex/texture, vertex//normal or vertex/texture/normal.
     corners = [re.sub(rb"/\S*", b"", lines[k]).split()[1:] for k in face_lines]
     counts = np.array([len(row) for row in corners], dtype=np.int64)
@@ -139,25 +139,13 @@ class _Element:
         """Whether there is no list among the properties."""
         return all(prop.count is None for prop in self.properties)
 
-    @property
-    def vertex_list(self) -> str | None:
-        """The name of the list of a face's vertices, None without one."""
-        return next(
-            (name for name in ("vertex_indices", "vertex_index") if self.is_list(name)), None
-        )
-
     def is_list(self, name: str) -> bool:
         """Return whether there is a list of that name."""
         return any(prop.name == name and prop.count is not None for prop in self.properties)
 
-    @property
-    def numbers(self) -> list[str]:
-        """The names of the properties that are no lists."""
-        return [prop.name for prop in self.properties if prop.count is None]
 
-
-# Length of each face's list of vertices, the vertices, and the numbers of the faces by name.
-_Faces = tuple[Ints, NDArray[np.integer], dict[str, NDArray[Any]]]
+# The corners of each face, their vertices, and whether each face is guessed; see `PolygonFile`.
+_Faces = tuple[Ints, NDArray[np.integer], NDArray[np.bool_] | None]
 
 
 def read_ply(content: bytes) -> PolygonFile:
@@ -175,23 +163,20 @@ def read_ply(content: bytes) -> PolygonFile:
     reader = _Ascii(body) if kind == "ascii" else _Binary(body, "<" if "little" in kind else ">")
     vertices: NDArray[np.float64] = np.zeros((0, 3))
     colours: NDArray[np.uint8] | None = None
+    faces: _Faces | None = None
     for element in elements:
         if element.name == "vertex":
             vertices, colours = _vertices(reader.table(element))
         elif element.name == "face" and element.size:
-            name = element.vertex_list
-            if name is None:
-                raise InputError("its faces have no list of vertices")
-            if element.is_list(GUESSED):
-                raise InputError(f"face property `{GUESSED}`: expected one number per face")
-            counts, corners, values = reader.triangles(element, name) or reader.lists(element, name)
-            if counts.min() < 3:
-                raise InputError(f"face {int(counts.argmin())} has {counts.min()} corners")
-            guessed = values[GUESSED] != 0 if GUESSED in values else None
-            return _checked(PolygonFile(vertices, colours, counts, corners, guessed))
+            faces = _faces(reader, element)
         else:
             reader.skip(element)
-    return PolygonFile(vertices, colours, np.zeros(0, np.int64), np.zeros(0, np.int64))
+        if len(vertices) and faces is not None:
+            break
+    if faces is None:
+        faces = np.zeros(0, np.int64), np.zeros(0, np.int64), None
+    counts, corners, guessed = faces
+    return _checked(PolygonFile(vertices, colours, counts, corners, guessed))
 
 
 def _header(text: str) -> tuple[str, list[_Element]]:
@@ -229,9 +214,34 @@ def _vertices(
         raise InputError("its vertices have no x, y, z")
     places = np.stack([table[axis].astype(np.float64) for axis in "xyz"], axis=1)
     names = ("red", "green", "blue")
-    if not all(name in table and table[name].dtype == np.uint8 for name in names):
+    if not all(name in table for name in names):
         return places, None
-    return places, np.stack([table[name] for name in names], axis=1)
+    return places, _colours_of(np.stack([table[name] for name in names], axis=1))
+
+
+def _colours_of(values: NDArray[Any]) -> NDArray[np.uint8] | None:
+    """Return (n, 3) colours, from 0 to 1 as floats and from 0 to 255 as integers, as bytes.
+
+    Return None if an integer is outside this range.
+    """
+    if values.dtype.kind == "f":
+        shares = np.nan_to_num(values.astype(np.float64), posinf=0.0, neginf=0.0)
+        return np.clip(np.rint(255 * shares), 0, 255).astype(np.uint8)
+    in_range = values.min(initial=0) >= 0 and values.max(initial=0) <= 255
+    return values.astype(np.uint8) if in_range else None
+
+
+def _faces(reader: _Binary | _Ascii, element: _Element) -> _Faces:
+    """Read the faces of a PLY file."""
+    vertices = next(filter(element.is_list, ("vertex_indices", "vertex_index")), "")
+    if not vertices:
+        raise InputError("its faces have no list of vertices")
+    if element.is_list(GUESSED):
+        raise InputError(f"face property `{GUESSED}`: expected one number per face")
+    faces = reader.triangles(element, vertices) or reader.lists(element, vertices)
+    if faces[0].min() < 3:
+        raise InputError(f"face {int(faces[0].argmin())} has {faces[0].min()} corners")
+    return faces
 
 
 class _Binary:
@@ -274,23 +284,22 @@ class _Binary:
         lists = [prop.name for prop in element.properties if prop.count is not None]
         if not all(bool((rows[f"number of {name}"] == 3).all()) for name in lists):
             return None
-        found = {
-            prop.name: rows[prop.name].astype(_TYPES[prop.kind])
-            for prop in element.properties
-            if prop.name in (vertices, *element.numbers)
-        }
-        corners = found.pop(vertices).reshape(-1)
-        return np.full(len(rows), 3), corners, found
+        self.at += rows.nbytes
+        corners = rows[vertices].astype(rows[vertices].dtype.newbyteorder("=")).reshape(-1)
+        guessed = rows[GUESSED] != 0 if GUESSED in (kind.names or ()) else None
+        return np.full(len(rows), 3), corners, guessed
 
     def lists(self, element: _Element, vertices: str) -> _Faces:
         """Return the faces, read one by one."""
         counts: list[int] = []
         corners: list[NDArray[Any]] = []
-        numbers: dict[str, list[Any]] = {name: [] for name in element.numbers}
+        guessed: list[bool] = []
         for _ in range(element.size):
             for prop in element.properties:
                 if prop.count is None:
-                    numbers[prop.name].append(self._take(self._type(prop.kind), 1)[0])
+                    value = self._take(self._type(prop.kind), 1)[0]
+                    if prop.name == GUESSED:
+                        guessed.append(value != 0)
                     continue
                 count = int(self._take(self._type(prop.count), 1)[0])
                 row = self._take(self._type(prop.kind), count)
@@ -298,8 +307,7 @@ class _Binary:
                     counts.append(count)
                     corners.append(row)
         flat = np.concatenate([np.zeros(0, np.int64), *corners]).astype(np.int64)
-        values = {name: np.array(column) for name, column in numbers.items()}
-        return np.array(counts, dtype=np.int64), flat, values
+        return np.array(counts, dtype=np.int64), flat, np.array(guessed) if guessed else None
 
     def skip(self, element: _Element) -> None:
         """Step over an element."""
@@ -332,6 +340,8 @@ class _Ascii:
 
     def triangles(self, element: _Element, vertices: str) -> _Faces | None:
         """Return the faces if each is a list of three corners and nothing else, else None."""
+        if len(element.properties) > 1:
+            return None
         rows = self.lines[self.at : self.at + element.size]
         if len(rows) < element.size or any(len(row) != 4 or row[0] != b"3" for row in rows):
             return None
@@ -339,19 +349,21 @@ class _Ascii:
             corners = np.array([row[1:] for row in rows], dtype=np.int64).reshape(-1)
         except (OverflowError, ValueError) as error:
             raise InputError("damaged: a face is no list of numbers") from error
-        return np.full(len(rows), 3), corners, {}
+        self.at += len(rows)
+        return np.full(len(rows), 3), corners, None
 
     def lists(self, element: _Element, vertices: str) -> _Faces:
         """Return the faces, read one by one."""
         counts: list[int] = []
         flat: list[int] = []
-        numbers: dict[str, list[float]] = {name: [] for name in element.numbers}
+        guessed: list[bool] = []
         try:
             for row in self._take(element.size):
                 at = 0
                 for prop in element.properties:
                     if prop.count is None:
-                        numbers[prop.name].append(float(row[at]))
+                        if prop.name == GUESSED:
+                            guessed.append(float(row[at]) != 0)
                         at += 1
                         continue
                     count = int(row[at])
@@ -364,8 +376,7 @@ class _Ascii:
             raise InputError("damaged: a face is no list of numbers") from error
         if sum(counts) != len(flat):
             raise InputError("damaged: a face has fewer corners than it declares")
-        values = {name: np.array(column) for name, column in numbers.items()}
-        return np.array(counts, dtype=np.int64), corners, values
+        return np.array(counts, dtype=np.int64), corners, np.array(guessed) if guessed else None
 
     def skip(self, element: _Element) -> None:
         """Step over an element."""

@@ -176,6 +176,24 @@ class TriangleIndex:
         return _Cells.of(self._vertices, self._faces, self._centroids)
 
 
+def cube_numbers(points: Floats, low: Floats, size: float, along: int) -> NDArray[np.int32]:
+    """Return the (n,) number of the cube that each point lies in.
+
+    Parameters
+    ----------
+    points : (n, 3).
+    low : (3,) corner of the first cube; no coordinate of a point is less.
+    size : side of a cube.
+    along : maximum number of sides between `low` and a point along an axis, at most 1,000.
+    """
+    # Compute by axis, because tables of three numbers per triangle fill the memory.
+    number = np.zeros(len(points), dtype=np.int32)
+    for axis, least in zip(points.T, low, strict=True):
+        number *= along + 1
+        number += ((axis - least) / size).astype(np.int32)
+    return number
+
+
 @dataclass(frozen=True, eq=False)
 class _Cells:
     """A mesh divided into cubes, each with the bounding ball of its triangles.
@@ -199,11 +217,7 @@ class _Cells:
         low = centroids.min(axis=0)
         along = int(np.clip(np.sqrt(len(faces) / CELL), MIN_CELLS, MAX_CELLS))
         size = max(float((centroids.max(axis=0) - low).max()) / along, 1e-9)
-        # Compute by axis, because tables of three numbers per triangle fill the memory.
-        number = np.zeros(len(faces), dtype=np.int64)
-        for axis, least in zip(centroids.T, low, strict=True):
-            number *= along + 1
-            number += ((axis - least) / size).astype(np.int64)
+        number = cube_numbers(centroids, low, size, along)
         rows = np.argsort(number, kind="stable").astype(np.int32)
         first = np.flatnonzero(np.diff(number[rows], prepend=-1))
         del number

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh, View
 from walltopo.core.parallel import ahead
+from walltopo.geometry.rays import cube_numbers
 from walltopo.images.colour import DARK, linear_from_srgb8, oklab_from_linear
 from walltopo.images.files import read_rgb
 from walltopo.scans.pictures import INDEX, Cutout, CutoutIndex, Cutouts
@@ -127,10 +128,7 @@ def wall_patches(mesh: Mesh, face_instance: NDArray[np.int32], cells: int) -> ND
     """
     low = mesh.vertices.min(axis=0)
     side = max(float(np.ptp(mesh.vertices, axis=0).max()), 1e-9) / cells
-    key = np.zeros(len(mesh.faces), dtype=np.int32)
-    for axis, least in zip(mesh.centroids.T, low, strict=True):
-        key *= cells + 1
-        key += ((axis - least) / side).astype(np.int32)
+    key = cube_numbers(mesh.centroids, low, side, cells)
     wall = face_instance == 0
     present = np.flatnonzero(np.bincount(key[wall]))
     number = np.zeros((cells + 1) ** 3, dtype=np.int32)
