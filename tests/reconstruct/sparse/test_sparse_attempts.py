@@ -16,16 +16,24 @@ from walltopo.scans.colmap_model import read_views
 SPARSE = [0, 3, 6, 9, 21, 24]  # every third photo of two rows, at half size
 
 
+MORE = [0, 3, 6, 9, 12, 15, 21, 24, 27, 30]  # enough for doubled photos to be tried first
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(("features", "means"), [("auto", "closer"), ("xfeat", "learned")])
-def test_photos_far_apart_register(features: str, means: str, gym_a: Path, tmp_path: Path) -> None:
-    scan = put_photos(tmp_path / "scan", chosen(gym_a, SPARSE), 474.0)
+@pytest.mark.parametrize(
+    ("features", "photos", "means"),
+    [("auto", SPARSE, "learned"), ("auto", MORE, "closer"), ("xfeat", SPARSE, "learned")],
+)
+def test_photos_far_apart_register(
+    features: str, photos: list[int], means: str, gym_a: Path, tmp_path: Path
+) -> None:
+    scan = put_photos(tmp_path / "scan", chosen(gym_a, photos), 474.0)
     settings = SparseSettings(features=features, threads=2)  # type: ignore[arg-type]
     metrics = run_stage(scan, "sparse", settings)
     assert metrics["means"] == means
     assert metrics["unregistered"] == {}
     found = np.array([view.centre for view in read_views(scan.sparse_raw)])
-    truth = true_centres(gym_a, SPARSE)
+    truth = true_centres(gym_a, photos)
     fit = fit_similarity(found, truth)
     away = np.linalg.norm(fit.apply(found) - truth, axis=1)
     assert away.max() < 0.05, "metres"

@@ -27,6 +27,9 @@ from walltopo_lab.train.attention import fuse_attention
 from walltopo_lab.train.export import store_half
 
 _CELL = 8
+# Layers of LighterGlue, of 6; each has a trained head. On six generated smooth walls of 5 and 6
+# photos, 3 layers place as many cameras right as 6 (64 and 63 of 66), in .6 of a pair's time.
+_LAYERS = 3
 _CLOSE = 0.02  # largest allowed difference of an exported network's probabilities
 
 
@@ -71,9 +74,9 @@ class _Match(nn.Module):
         net = self.network
         at0, at1 = net.posenc(points0), net.posenc(points1)
         a, b = net.input_proj(descriptors0), net.input_proj(descriptors1)
-        for layer in net.transformers:
+        for layer in net.transformers[:_LAYERS]:
             a, b = layer(a, b, at0, at1)
-        log, _ = net.log_assignment[len(net.transformers) - 1](a, b)
+        log, _ = net.log_assignment[_LAYERS - 1](a, b)
         inner = log[:, :-1, :-1]
         best, to1 = inner.max(2)
         return to1, best.exp(), inner.max(1).indices

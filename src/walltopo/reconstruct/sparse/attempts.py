@@ -3,8 +3,8 @@
 The first strategy, *sift*, is fast and sufficient on most walls. If photos stay unregistered,
 *closer* doubles them before SIFT, which finds four times as many features, including weaker ones;
 then *learned* adds the features of a network (XFeat), which finds some on smooth walls, but can
-match repeated structure wrongly (`lookalikes`). Both strategies process only the unregistered
-photos and their best-matching neighbours; other features are reused.
+match repeated structure wrongly (`lookalikes`). Very few photos skip *closer*. Both strategies
+process only the unregistered photos and their best-matching neighbours; other features are reused.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def best_attempt(
 
     best = attempt("learned" if settings.features == "xfeat" else "sift", job)
     tried = [best]
-    for strategy, make_job in _further_strategies(settings):
+    for strategy, make_job in _further_strategies(settings, len(job.images)):
         unregistered = set(wanted) - best.registered.keys()
         if not unregistered:
             break
@@ -138,12 +138,21 @@ _STEPS = {"closer": 1, "learned": 2}
 _DESCRIPTIONS = {"closer": "doubled in size", "learned": "by a network"}
 
 
+# For at most so many photos, the network costs little more than doubling them.
+_VERY_FEW_PHOTOS = 8
+
+
 def _further_strategies(
-    settings: SparseSettings,
+    settings: SparseSettings, photos: int
 ) -> Iterator[tuple[str, Callable[[ColmapJob, set[str]], ColmapJob]]]:
-    """Yield the name of each further strategy and the function that makes its job."""
+    """Yield the name of each further strategy and the function that makes its job.
+
+    Very few photos skip `closer`: on six generated smooth walls of 5 and 6 photos, it registered
+    all photos of one set in twelve, and `learned` placed as many cameras right without it, in .75
+    of the time.
+    """
     if settings.features == "auto":
-        if settings.first_octave > -1:
+        if settings.first_octave > -1 and photos > _VERY_FEW_PHOTOS:
             yield "closer", _closer
         yield "learned", _learned
 

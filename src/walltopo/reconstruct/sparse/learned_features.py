@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import combinations
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
@@ -93,8 +94,13 @@ def outside_mask(features: Features, mask: Path) -> Features:
 
 
 def partners(found: Mapping[int, Features], count: int) -> list[Pair]:
-    """Return the pairs of each photo with the `count` photos most similar to it."""
+    """Return the pairs of each photo with the `count` photos most similar to it.
+
+    If `count` covers all photos, no similarity is computed.
+    """
     numbers = sorted(found)
+    if len(numbers) <= count + 1:
+        return list(combinations([number for number in numbers if len(found[number].xy)], 2))
     similarity = np.zeros((len(numbers), len(numbers)), dtype=np.int64)
     for i, a in enumerate(numbers):
         for k in range(i + 1, len(numbers)):
