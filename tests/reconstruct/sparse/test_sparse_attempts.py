@@ -14,8 +14,6 @@ from walltopo.reconstruct.settings import SparseSettings
 from walltopo.scans.colmap_model import read_views
 
 SPARSE = [0, 3, 6, 9, 21, 24]  # every third photo of two rows, at half size
-
-
 MORE = [0, 3, 6, 9, 12, 15, 21, 24, 27, 30]  # enough for doubled photos to be tried first
 
 
