@@ -28,7 +28,8 @@ from walltopo_lab.train.export import store_half
 
 _CELL = 8
 # Layers of LighterGlue, of 6; each has a trained head. On six generated smooth walls of 5 and 6
-# photos, 3 layers place as many cameras right as 6 (64 and 63 of 66), in .6 of a pair's time.
+# photos, 3 layers place as many cameras right as 6 (64 and 63 of 66), in two thirds of the time
+# of a pair.
 _LAYERS = 3
 _CLOSE = 0.02  # largest allowed difference of an exported network's probabilities
 

@@ -138,7 +138,7 @@ _STEPS = {"closer": 1, "learned": 2}
 _DESCRIPTIONS = {"closer": "doubled in size", "learned": "by a network"}
 
 
-# For at most so many photos, the network costs little more than doubling them.
+# The network matches all pairs, so more photos cost it much more than doubling them does.
 _VERY_FEW_PHOTOS = 8
 
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from itertools import combinations
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
@@ -20,8 +19,7 @@ from walltopo.images.files import read_grey, read_rgb
 from walltopo.images.networks import Network, open_network
 from walltopo.reconstruct.sparse.database import add_matches, append_keypoints
 from walltopo.reconstruct.sparse.jobs import ColmapJob, LearnedTask
-
-Pair = tuple[int, int]
+from walltopo.reconstruct.sparse.pairs import Pair, exhaustive
 
 S = TypeVar("S")
 
@@ -100,7 +98,7 @@ def partners(found: Mapping[int, Features], count: int) -> list[Pair]:
     """
     numbers = sorted(found)
     if len(numbers) <= count + 1:
-        return list(combinations([number for number in numbers if len(found[number].xy)], 2))
+        return sorted(exhaustive([number for number in numbers if len(found[number].xy)]))
     similarity = np.zeros((len(numbers), len(numbers)), dtype=np.int64)
     for i, a in enumerate(numbers):
         for k in range(i + 1, len(numbers)):
