@@ -5,14 +5,17 @@
 People are cut out of eight photos of DATA/hold-boxes/train ("Climbing Holds and Volumes" by
 Blackcreed, CC BY 4.0; none of it is stored outside of OUT) and pasted into others of that folder,
 and into the photos of a generated gym, which is scanned without people, with people, and with
-people who are not hidden. Files that OUT has already are kept.
+people who are not hidden. Files that OUT has already are kept. The photos of
+hold-boxes/valid that show people were noted by eye (`people.json`).
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import time
 from collections.abc import Sequence
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +47,7 @@ _SHARE = 0.5  # of the generated photos that show people, more than the 28 % of 
 _HEIGHTS = (40, 60, 90, 140, 220, 350)  # pixels, in photos of 1280 px
 _BACKGROUNDS = 30
 _LONG_SIDE = 1280
+_SIDES = (1280, 480, 320)  # longer side of real photos, pixels
 _SEED = 11
 # Photos, and boxes x0, y0, x1, y1 of one person in each, chosen by eye.
 _PEOPLE = (
@@ -115,18 +119,37 @@ def print_recall(people: Sequence[Cutout], photos: Sequence[Image]) -> None:
 
 
 def print_false(name: str, folder: Path, count: int = 200) -> None:
-    """Print in how many photos of a folder people are found, and the seconds of a photo."""
-    files = sorted(file for file in folder.iterdir() if file.suffix == ".jpg")[:count]
+    """Print in how many photos of a folder without people some are found, and the seconds of one."""
+    photos = sorted(file for file in folder.iterdir() if file.suffix == ".jpg")[:count]
     seconds, found = [], 0
-    for file in files:
+    for file in photos:
         photo = read_rgb(file)
         begin = time.process_time()
         found += bool(find_people(photo))
         seconds.append(time.process_time() - begin)
     print(
-        f"{name}: people found in {found} of {len(files)} photos, "
+        f"{name}: people found in {found} of {len(photos)} photos, "
         f"{np.median(seconds):.3f} CPU-s a photo, mean {np.mean(seconds):.3f}"
     )
+
+
+def print_real(folder: Path) -> None:
+    """Print in how many photos that show people, and that show none, some are found."""
+    listed = json.loads(files(__package__).joinpath("people.json").read_text(encoding="utf-8"))
+    for side in _SIDES:
+        found: dict[bool, list[bool]] = {True: [], False: []}
+        for file in sorted(folder.iterdir()):
+            if file.name not in listed["unclear"]:
+                photo = read_rgb(file)
+                factor = min(1.0, side / max(photo.shape[:2]))
+                photo = np.asarray(
+                    cv2.resize(photo, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
+                )
+                found[file.name in listed["shown"]].append(bool(find_people(photo)))
+        print(
+            f"hold-boxes/valid in {side} px: people found in {sum(found[True])} of {len(found[True])} photos "
+            f"that show some, in {sum(found[False])} of {len(found[False])} that show none"
+        )
 
 
 def write_with_people(source: Path, target: Path, people: Sequence[Cutout]) -> dict[str, Bitmap]:
@@ -199,15 +222,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     print_recall(people, backgrounds(train))
     print_false("generated gym-a", args.data / "gym-a/photos", 12)
     print_false("spraywall", args.data / "spraywall/photos")
-    print_false("hold-boxes/valid", args.data / "hold-boxes/valid/images", 60)
+    print_real(args.data / "hold-boxes/valid/images")
     print_scans(people, args.out)
 
 
 def backgrounds(folder: Path) -> list[Image]:
     """Return photos of `_LONG_SIDE` in which nobody is found, spread over a folder."""
     chosen: list[Image] = []
-    files = sorted(folder.iterdir())
-    for file in files[:: max(1, len(files) // (2 * _BACKGROUNDS))]:
+    photos = sorted(folder.iterdir())
+    for file in photos[:: max(1, len(photos) // (2 * _BACKGROUNDS))]:
         photo = read_rgb(file)
         factor = _LONG_SIDE / max(photo.shape[:2])
         if factor > 1.6:
