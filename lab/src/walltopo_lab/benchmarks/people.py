@@ -47,7 +47,8 @@ _SHARE = 0.5  # of the generated photos that show people, more than the 28 % of 
 _HEIGHTS = (40, 60, 90, 140, 220, 350)  # pixels, in photos of 1280 px
 _BACKGROUNDS = 30
 _LONG_SIDE = 1280
-_SIDES = (1280, 480, 320)  # longer side of real photos, pixels
+_SIDES = (_LONG_SIDE, 480, 320)  # of real photos, pixels
+_TIMED = 12  # photos without people of a folder, at most
 _SEED = 11
 # Photos, and boxes x0, y0, x1, y1 of one person in each, chosen by eye.
 _PEOPLE = (
@@ -118,9 +119,9 @@ def print_recall(people: Sequence[Cutout], photos: Sequence[Image]) -> None:
         )
 
 
-def print_false(name: str, folder: Path, count: int = 200) -> None:
+def print_false(name: str, folder: Path) -> None:
     """Print in how many photos of a folder without people some are found, and the seconds of one."""
-    photos = sorted(file for file in folder.iterdir() if file.suffix == ".jpg")[:count]
+    photos = sorted(file for file in folder.iterdir() if file.suffix == ".jpg")[:_TIMED]
     seconds, found = [], 0
     for file in photos:
         photo = read_rgb(file)
@@ -136,20 +137,24 @@ def print_false(name: str, folder: Path, count: int = 200) -> None:
 def print_real(folder: Path) -> None:
     """Print in how many photos that show people, and that show none, some are found."""
     listed = json.loads(files(__package__).joinpath("people.json").read_text(encoding="utf-8"))
-    for side in _SIDES:
-        found: dict[bool, list[bool]] = {True: [], False: []}
-        for file in sorted(folder.iterdir()):
-            if file.name not in listed["unclear"]:
-                photo = read_rgb(file)
-                factor = min(1.0, side / max(photo.shape[:2]))
-                photo = np.asarray(
-                    cv2.resize(photo, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
-                )
-                found[file.name in listed["shown"]].append(bool(find_people(photo)))
+    photos = [file for file in sorted(folder.iterdir()) if file.name not in listed["unclear"]]
+    shown = np.array([file.name in listed["shown"] for file in photos])
+    found = np.array([_found_in_sizes(read_rgb(file)) for file in photos])
+    for side, one in zip(_SIDES, found.T, strict=True):
         print(
-            f"hold-boxes/valid in {side} px: people found in {sum(found[True])} of {len(found[True])} photos "
-            f"that show some, in {sum(found[False])} of {len(found[False])} that show none"
+            f"hold-boxes/valid in {side} px: people found in {one[shown].sum()} of {shown.sum()} photos "
+            f"that show some, in {one[~shown].sum()} of {(~shown).sum()} that show none"
         )
+
+
+def _found_in_sizes(photo: Image) -> list[bool]:
+    """Return for each of `_SIDES` whether people are found in a photo reduced to it."""
+    found = []
+    for side in _SIDES:
+        factor = min(1.0, side / max(photo.shape[:2]))
+        small = cv2.resize(photo, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
+        found.append(bool(find_people(np.asarray(small, dtype=np.uint8))))
+    return found
 
 
 def write_with_people(source: Path, target: Path, people: Sequence[Cutout]) -> dict[str, Bitmap]:
@@ -220,7 +225,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     train = args.data / "hold-boxes/train/images"
     people = [cut_out(read_rgb(train / name), box) for name, box in _PEOPLE]
     print_recall(people, backgrounds(train))
-    print_false("generated gym-a", args.data / "gym-a/photos", 12)
+    print_false("generated gym-a", args.data / "gym-a/photos")
     print_false("spraywall", args.data / "spraywall/photos")
     print_real(args.data / "hold-boxes/valid/images")
     print_scans(people, args.out)
