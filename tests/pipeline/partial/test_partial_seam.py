@@ -51,6 +51,13 @@ def test_a_wall_of_separate_surfaces_has_a_seam_only_in_the_cut_one() -> None:
     assert len(seam_lines(mesh, mesh.centroids[:, 0] > 3.0)) == 1
 
 
+def test_a_mesh_of_many_vertices_has_a_seam() -> None:
+    """An edge has the number vertex times vertices, which exceeds 32 bits."""
+    mesh, _ = Wall(x=(0.0, 10.0)).mesh()
+    assert len(mesh.vertices) ** 2 > 2**31
+    assert len(seam_lines(mesh, mesh.centroids[:, 0] > 9.5)) == 1
+
+
 def test_nothing_replaced_has_no_seam() -> None:
     mesh, _ = Wall().mesh()
     assert seam_lines(mesh, np.ones(len(mesh.faces), dtype=np.bool_)) == []

@@ -47,9 +47,9 @@ def seam_lines(mesh: Mesh, stays: Flags, unit: float = 1.0) -> list[Floats]:
     ]
 
 
-def _keys(first: NDArray[np.int64], second: NDArray[np.int64], count: int) -> NDArray[np.int64]:
+def _keys(first: NDArray[np.integer], second: NDArray[np.integer], count: int) -> NDArray[np.int64]:
     """Return one number for each undirected edge between two of `count` vertices."""
-    return np.minimum(first, second) * count + np.maximum(first, second)
+    return np.minimum(first, second).astype(np.int64) * count + np.maximum(first, second)
 
 
 def _runs(corners: NDArray[np.int64], chosen: Flags) -> list[NDArray[np.int64]]:
