@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 import cv2
 import numpy as np
@@ -17,22 +18,22 @@ Bitmap = NDArray[np.bool_]
 Floats = NDArray[np.float64]
 
 MODEL = "people.onnx"
-# Boxes from _CANDIDATE on are looked at again, enlarged, unless they have _CERTAIN.
-_CANDIDATE, _CERTAIN = 0.02, 0.5
-# Minimum score of a person whose box is at least _LARGE of the photo's longer side, and of a
-# smaller one: in 350 photos of `hold-boxes/train`, most small boxes of less than .8 were holds.
-MIN_SCORE, MIN_SCORE_SMALL = 0.5, 0.8
+# Minimum score of a person whose box is at least _LARGE of the photo's longer side, of a smaller
+# one, and of one that is looked at again, enlarged, which boxes from _CANDIDATE on are: chosen on
+# photos of `hold-boxes/train`, where many small boxes of a low score were holds.
+MIN_SCORE, MIN_SCORE_SMALL, MIN_SCORE_AGAIN = 0.5, 0.7, 0.6
 _LARGE = 0.25
+_CANDIDATE = 0.05
 _MAX_SECOND_LOOKS = 5  # per photo
 _ZOOM = 3.0  # side of a second look, in longer sides of the box
 _MIN_ZOOMED = 60  # pixels; a smaller second look shows nothing new
-_SIDE = 416  # side of the network's square input, pixels
+# The longer side of the pictures that the network is shown, pixels: for people near and far.
+_SIDES = (416, 736)
+_SIDE_AGAIN = 416  # the same of second looks
 _STRIDES = (8, 16, 32)  # pixels of a cell of the network's three grids
-_PADDING = 114  # grey beside a picture that is not square, as in training
-_TILES = 2  # per direction; people of 40 px in a photo of 1280 px are too small for one look
-_OVERLAP = 0.2  # share of a tile's side that neighbours have in common
+_PADDING = 114  # grey beside a picture whose sides are not multiples of 32
 _SAME = 0.5  # share of the smaller box above which two boxes are one person
-_SAME_AGAIN = 0.3  # the same between the looks, because small boxes are inexact
+_SAME_AGAIN = 0.3  # the same of a box and its second look, because small boxes are inexact
 # The outline is found in a picture of at most this many pixels along the box's longer side.
 _OUTLINE_SIDE = 96
 _MARGIN = 0.12  # of the box's sides: arms and feet reach beyond boxes
@@ -60,16 +61,15 @@ def find_people(photo: Image) -> list[Person]:
     photo : (H, W, 3) uint8 RGB.
     """
     height, width = photo.shape[:2]
-    parts = [(0, 0, width, height), *_tiles(width, height)]
-    candidates = _distinct(np.concatenate([_look(photo, part) for part in parts]))
-    found = candidates[candidates[:, 4] >= _CERTAIN]
-    for box in candidates[candidates[:, 4] < _CERTAIN][:_MAX_SECOND_LOOKS]:
-        again = _look(photo, _around(box, width, height))
-        same = [row for row in again if row[4] >= MIN_SCORE and _overlap(row, box) > _SAME_AGAIN]
-        found = np.concatenate([found, np.array(same).reshape(-1, 5)])
-    boxes = _distinct(found)
+    boxes = np.concatenate([_look(photo, (0, 0, width, height), side) for side in _SIDES])
     large = (boxes[:, 2:4] - boxes[:, :2]).max(axis=1, initial=0.0) >= _LARGE * max(width, height)
-    boxes = boxes[boxes[:, 4] >= np.where(large, MIN_SCORE, MIN_SCORE_SMALL)]
+    certain = boxes[:, 4] >= np.where(large, MIN_SCORE, MIN_SCORE_SMALL)
+    found = list(boxes[certain])
+    for box in _candidates(boxes[~certain], found):
+        again = _look(photo, _around(box, width, height), _SIDE_AGAIN)
+        again = again[again[:, 4] >= MIN_SCORE_AGAIN]
+        found += [row for row in again if _overlap(row, box) > _SAME_AGAIN]
+    boxes = _distinct(np.array(found).reshape(-1, 5))
     boxes[:, [0, 2]] = boxes[:, [0, 2]].clip(0, width)
     boxes[:, [1, 3]] = boxes[:, [1, 3]].clip(0, height)
     return [
@@ -111,55 +111,56 @@ def _network() -> Network:
     return open_network(shipped_file(MODEL), threads=1)
 
 
-@cache
-def _grid() -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+@lru_cache(maxsize=8)
+def _grid(height: int, width: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return the (n, 2) cells of the network's outputs, and the (n, 1) pixels of a cell."""
     cells, strides = [], []
     for stride in _STRIDES:
-        count = _SIDE // stride
-        y, x = np.mgrid[:count, :count]
+        y, x = np.mgrid[: height // stride, : width // stride]
         cells.append(np.stack([x, y], axis=-1).reshape(-1, 2))
-        strides.append(np.full((count * count, 1), stride))
+        strides.append(np.full((x.size, 1), stride))
     return np.concatenate(cells).astype(np.float32), np.concatenate(strides).astype(np.float32)
 
 
-def _tiles(width: int, height: int) -> list[tuple[int, int, int, int]]:
-    """Return the tiles x0, y0, x1, y1 of a photo; none for a photo that one look shows whole."""
-    if max(width, height) <= _SIDE:
-        return []
-    share = 1 / (_TILES - (_TILES - 1) * _OVERLAP)
-    across, down = round(width * share), round(height * share)
-    return [
-        (x, y, x + across, y + down)
-        for y in np.linspace(0, height - down, _TILES).round().astype(int).tolist()
-        for x in np.linspace(0, width - across, _TILES).round().astype(int).tolist()
-    ]
-
-
-def _look(photo: Image, part: tuple[int, int, int, int]) -> Floats:
+def _look(photo: Image, part: tuple[int, int, int, int], side: int) -> Floats:
     """Return (n, 5) boxes x0, y0, x1, y1 and scores of the people that the network may see.
 
     Parameters
     ----------
     part : x0, y0, x1, y1 of the rectangle to look at; the boxes are in pixels of the photo.
+    side : longer side of the picture that the network is shown, pixels.
     """
     x0, y0, x1, y1 = part
-    height, width = y1 - y0, x1 - x0
-    factor = _SIDE / max(height, width)
-    size = (max(1, round(width * factor)), max(1, round(height * factor)))
+    factor = side / max(y1 - y0, x1 - x0)
+    height, width = (max(1, round(length * factor)) for length in (y1 - y0, x1 - x0))
     method = cv2.INTER_AREA if factor < 1 else cv2.INTER_LINEAR
-    square = np.full((_SIDE, _SIDE, 3), _PADDING, dtype=np.uint8)
-    square[: size[1], : size[0]] = cv2.resize(photo[y0:y1, x0:x1], size, interpolation=method)
-    values = np.ascontiguousarray(square[..., ::-1].transpose(2, 0, 1)[None], dtype=np.float32)
+    shape = [-(-length // _STRIDES[-1]) * _STRIDES[-1] for length in (height, width)]
+    padded = np.full((*shape, 3), _PADDING, dtype=np.uint8)
+    padded[:height, :width] = cv2.resize(photo[y0:y1, x0:x1], (width, height), interpolation=method)
+    values = np.ascontiguousarray(padded[..., ::-1].transpose(2, 0, 1)[None], dtype=np.float32)
     rows = _network().session.run(None, {"images": values})[0][0]
     score = rows[:, 4] * rows[:, 5]  # that an object is there, and that it is a person
     good = score >= _CANDIDATE
-    cells, strides = _grid()
+    cells, strides = _grid(*shape)
     rows, middle = rows[good], (rows[good, :2] + cells[good]) * strides[good]
     half = np.exp(rows[:, 2:4]) * strides[good] / 2
     boxes = np.concatenate([middle - half, middle + half], axis=1) / factor
     boxes += np.array([x0, y0, x0, y0])
     return np.concatenate([boxes, score[good, None]], axis=1).astype(np.float64)
+
+
+def _candidates(boxes: Floats, found: Sequence[Floats]) -> list[Floats]:
+    """Return the boxes that deserve a second look, the highest score first.
+
+    Boxes of people found already, and of the same candidate, are left out.
+    """
+    chosen: list[Floats] = []
+    for box in boxes[np.argsort(-boxes[:, 4], kind="stable")]:
+        if len(chosen) == _MAX_SECOND_LOOKS:
+            break
+        if all(_overlap(box, other) <= _SAME for other in (*found, *chosen)):
+            chosen.append(box)
+    return chosen
 
 
 def _around(box: Floats, width: int, height: int) -> tuple[int, int, int, int]:
@@ -181,7 +182,7 @@ def _overlap(a: Floats, b: Floats) -> float:
 def _distinct(boxes: Floats) -> Floats:
     """Return the boxes of distinct people, the highest score first; (n, 5) as in `_look`.
 
-    The box of a person's part, from a tile that cuts the person, is joined to the larger box.
+    The box of a person's part is joined to that of the person.
     """
     kept: list[NDArray[np.float64]] = []
     for box in boxes[np.argsort(-boxes[:, 4], kind="stable")]:
