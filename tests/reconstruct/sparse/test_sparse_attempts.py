@@ -18,16 +18,12 @@ MORE = [0, 3, 6, 9, 12, 15, 21, 24, 27, 30]  # enough for doubled photos to be t
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("features", "photos", "means"),
-    [("auto", SPARSE, "learned"), ("auto", MORE, "closer"), ("xfeat", SPARSE, "learned")],
-)
+@pytest.mark.parametrize(("photos", "means"), [(SPARSE, "learned"), (MORE, "closer")])
 def test_photos_far_apart_register(
-    features: str, photos: list[int], means: str, gym_a: Path, tmp_path: Path
+    photos: list[int], means: str, gym_a: Path, tmp_path: Path
 ) -> None:
     scan = put_photos(tmp_path / "scan", chosen(gym_a, photos), 474.0)
-    settings = SparseSettings(features=features, threads=2)  # type: ignore[arg-type]
-    metrics = run_stage(scan, "sparse", settings)
+    metrics = run_stage(scan, "sparse", SparseSettings(threads=2))
     assert metrics["means"] == means
     assert metrics["unregistered"] == {}
     found = np.array([view.centre for view in read_views(scan.sparse_raw)])

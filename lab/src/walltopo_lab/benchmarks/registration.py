@@ -31,8 +31,8 @@ from walltopo.scans.folder import ScanFolder
 from walltopo.scans.photos import Photo, PhotoList
 from walltopo_lab.benchmarks.reconstruction_poses import centres, load_truth
 
-Features = Literal["sift", "auto", "xfeat"]
-FEATURES: tuple[Features, ...] = ("sift", "auto", "xfeat")
+Features = Literal["sift", "auto"]
+FEATURES: tuple[Features, ...] = ("sift", "auto")
 
 
 def put_photos(folder: Path, files: Sequence[Path], shrink: int) -> ScanFolder:

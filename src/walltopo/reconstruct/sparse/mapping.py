@@ -23,7 +23,6 @@ from walltopo.reconstruct.sparse.attempts import (
     best_attempt,
     camera_centres,
     describe_model,
-    learned_alone,
     other_models,
     why_unregistered,
 )
@@ -169,8 +168,6 @@ def _reconstruct(
     database, ids = database_of(context.cache), photo_ids(photos)
     job = features_job(database, folder.folder, settings, cameras, images, ids)
     job = replace(job, masks=write_masks({"": folder}, context.scratch / "masks"))
-    if settings.features == "xfeat":
-        job = learned_alone(job)
     posed = ""
     if views:
         posed = write_posed_model(photos, views, cameras, indices, context.scratch / "posed")
