@@ -18,15 +18,13 @@ SIDE, CLASSES = 64, 80
 def small_yolox() -> onnx.ModelProto:
     """Return a network with the names and the output of YOLOX, of one layer."""
     rng = np.random.default_rng(0)
-    weights = {
-        "head.reg_preds.0.weight": rng.normal(size=(5, 3, 32, 32)),
-        "head.cls_preds.0.weight": rng.normal(size=(CLASSES, 3, 32, 32)),
-        "shape": np.array([1, -1], dtype=np.int64),
+    counts = {"head.reg_preds.0.weight": 5, "head.cls_preds.0.weight": CLASSES}
+    arrays = {
+        name: rng.normal(size=(count, 3, 32, 32)).astype(np.float32) / 3e4
+        for name, count in counts.items()
     }
-    arrays = {k: v if k == "shape" else v.astype(np.float32) / 3e4 for k, v in weights.items()}
     convolve = [
-        helper.make_node("Conv", ["images", name], [name[5:8]], strides=[32, 32])
-        for name in list(arrays)[:2]
+        helper.make_node("Conv", ["images", name], [name[5:8]], strides=[32, 32]) for name in arrays
     ]
     nodes = [
         *convolve,
@@ -37,7 +35,6 @@ def small_yolox() -> onnx.ModelProto:
         helper.make_node("Transpose", ["flat"], ["output"], perm=[0, 2, 1]),
     ]
     arrays["rest"] = np.array([-1], dtype=np.int64)
-    del arrays["shape"]
     graph = helper.make_graph(
         nodes,
         "yolox",

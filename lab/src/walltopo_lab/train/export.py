@@ -11,9 +11,8 @@ import torch
 from torch import Tensor, nn
 
 from walltopo.core import StageError
-from walltopo.core.files import atomic_path
 from walltopo.images.networks import open_network
-from walltopo_lab.onnx_file import label_export
+from walltopo_lab.onnx_file import label_export, save_model
 from walltopo_lab.train.net import CLASSES, VoteNet
 
 
@@ -45,26 +44,6 @@ class _Deployed(nn.Module):
         return torch.sigmoid(heat), votes, torch.sigmoid(mask)
 
 
-def store_half(model: Any) -> Any:
-    """Store weights as float16 with casts on loading: half the file size, the same arithmetic."""
-    import onnx
-    from onnx import numpy_helper
-
-    graph = model.graph
-    casts = []
-    for initializer in graph.initializer:
-        array = numpy_helper.to_array(initializer)
-        if array.dtype != np.float32 or array.size < 256:
-            continue
-        name = initializer.name
-        half = numpy_helper.from_array(array.astype(np.float16), f"{name}_half")
-        initializer.CopyFrom(half)
-        casts.append(onnx.helper.make_node("Cast", [half.name], [name], to=onnx.TensorProto.FLOAT))
-    for k, node in enumerate(casts):
-        graph.node.insert(k, node)
-    return model
-
-
 def export_onnx(
     net: VoteNet, path: Path, metadata: dict[str, Any] | None = None, half: bool = True
 ) -> float:
@@ -78,7 +57,6 @@ def export_onnx(
     -------
     Largest difference of the heat and mask outputs from PyTorch's, on noise.
     """
-    import onnx
 
     deployed = _Deployed(fuse(net)).eval()
     example = torch.randint(0, 256, (2, 128, 160, 3), dtype=torch.uint8)
@@ -107,11 +85,7 @@ def export_onnx(
         **{k: v if isinstance(v, str) else json.dumps(v) for k, v in (metadata or {}).items()},
     }
     label_export(model, facts)
-    if half:
-        model = store_half(model)
-    onnx.checker.check_model(model)
-    with atomic_path(path) as temporary:
-        onnx.save(model, temporary)
+    save_model(model, path, half)
     return _difference(deployed, path, example)
 
 

@@ -20,11 +20,9 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from walltopo.core import EnvironmentLacksError
-from walltopo.core.files import atomic_path
 from walltopo.images.networks import open_network
-from walltopo_lab.onnx_file import label_export
+from walltopo_lab.onnx_file import label_export, save_model
 from walltopo_lab.train.attention import fuse_attention
-from walltopo_lab.train.export import store_half
 
 _CELL = 8
 # Layers of LighterGlue, of 6; each has a trained head. On six generated smooth walls of 5 and 6
@@ -144,7 +142,6 @@ def _export(
     facts: dict[str, str],
 ) -> None:
     """Write a network with float16 weights and compare it with the original."""
-    import onnx
 
     model = torch.onnx.export(
         network,
@@ -157,10 +154,7 @@ def _export(
     ).model_proto
     label_export(model, facts)
     fuse_attention(model)
-    model = store_half(model)
-    onnx.checker.check_model(model)
-    with atomic_path(path) as temporary:
-        onnx.save(model, temporary)
+    save_model(model, path)
     with torch.no_grad():
         expected = network(*inputs.values())
     found = open_network(path).session.run(None, {k: v.numpy() for k, v in inputs.items()})

@@ -14,9 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from walltopo.core.files import atomic_path
-from walltopo_lab.onnx_file import label_export
-from walltopo_lab.train.export import store_half
+from walltopo_lab.onnx_file import label_export, save_model
 
 _FACTS = {"license": "Apache-2.0", "source": "YOLOX-Nano by Megvii, trained on COCO"}
 _VALUES = 6  # of a cell: place, size, whether an object is there, whether it is a person
@@ -48,10 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     args = parser.parse_args(arguments)
     model = people_only(onnx.load(args.weights))
     label_export(model, _FACTS)
-    model = store_half(model)
-    onnx.checker.check_model(model)
-    with atomic_path(args.out) as temporary:
-        onnx.save(model, temporary)
+    save_model(model, args.out)
     return 0
 
 

@@ -8,13 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from walltopo.core import InputError, Progress
-from walltopo.core.files import atomic_path, read_json, write_json
+from walltopo.core.files import read_json, write_json
 from walltopo_lab.extras import need_ultralytics
-from walltopo_lab.onnx_file import set_metadata
+from walltopo_lab.onnx_file import save_model, set_metadata
 from walltopo_lab.train.calibrate import calibrate
 from walltopo_lab.train.card import yolo_card
 from walltopo_lab.train.detector import Job, OnCheck
-from walltopo_lab.train.export import store_half
 from walltopo_lab.train.params import AugmentSettings, YoloSettings
 from walltopo_lab.train.sets import LabelledSet, open_sets
 from walltopo_lab.train.yolo_data import write_yolo_set
@@ -134,10 +133,7 @@ def _export(job: Job, name: str, settings: YoloSettings) -> Path:
     network = _library().RTDETR(str(best)) if name.startswith("rtdetr") else _library().YOLO(best)
     written = network.export(format="onnx", imgsz=settings.size, simplify=False, opset=17)
     path = job.out / "holds.onnx"
-    model = store_half(onnx.load(written))
-    onnx.checker.check_model(model)
-    with atomic_path(path) as temporary:
-        onnx.save(model, temporary)
+    save_model(onnx.load(written), path)
     set_metadata(path, {"base": name, "preprocessing": "RGB / 255, letterboxed with grey 114"})
     return path
 

@@ -14,10 +14,8 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from walltopo.core import Progress
-from walltopo.core.files import atomic_path
 from walltopo.describe.classify.types import SIDE
-from walltopo_lab.onnx_file import label_export
-from walltopo_lab.train.export import store_half
+from walltopo_lab.onnx_file import label_export, save_model
 
 WIDTHS = (16, 24, 32, 48)
 NARROW, HIDDEN = 24, 48
@@ -124,7 +122,6 @@ def train(samples: Samples, classes: int, epochs: int, seed: int, progress: Prog
 
 def write_onnx(nets: Sequence[ReliefNet], path: Path, facts: Mapping[str, Any]) -> None:
     """Write the networks as one ONNX file with metadata."""
-    import onnx
 
     count = torch.export.Dim("holds", min=1, max=4096)
     program = torch.onnx.export(
@@ -138,7 +135,4 @@ def write_onnx(nets: Sequence[ReliefNet], path: Path, facts: Mapping[str, Any]) 
     )
     model = program.model_proto
     label_export(model, {key: json.dumps(value) for key, value in facts.items()})
-    model = store_half(model)
-    onnx.checker.check_model(model)
-    with atomic_path(path) as temporary:
-        onnx.save(model, temporary)
+    save_model(model, path)
