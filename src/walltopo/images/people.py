@@ -21,7 +21,7 @@ MODEL = "people.onnx"
 # Minimum score of a person whose box is at least _LARGE of the photo's longer side, of a smaller
 # one, and of one that is looked at again, enlarged, which boxes from _CANDIDATE on are: chosen on
 # photos of `hold-boxes/train`, where many small boxes of a low score were holds.
-MIN_SCORE, MIN_SCORE_SMALL, MIN_SCORE_AGAIN = 0.5, 0.7, 0.6
+_MIN_SCORE, _MIN_SCORE_SMALL, _MIN_SCORE_AGAIN = 0.5, 0.7, 0.6
 _LARGE = 0.25
 _CANDIDATE = 0.05
 _MAX_SECOND_LOOKS = 5  # per photo
@@ -63,11 +63,11 @@ def find_people(photo: Image) -> list[Person]:
     height, width = photo.shape[:2]
     boxes = np.concatenate([_look(photo, (0, 0, width, height), side) for side in _SIDES])
     large = (boxes[:, 2:4] - boxes[:, :2]).max(axis=1, initial=0.0) >= _LARGE * max(width, height)
-    certain = boxes[:, 4] >= np.where(large, MIN_SCORE, MIN_SCORE_SMALL)
+    certain = boxes[:, 4] >= np.where(large, _MIN_SCORE, _MIN_SCORE_SMALL)
     found = list(boxes[certain])
     for box in _candidates(boxes[~certain], found):
         again = _look(photo, _around(box, width, height), _SIDE_AGAIN)
-        again = again[again[:, 4] >= MIN_SCORE_AGAIN]
+        again = again[again[:, 4] >= _MIN_SCORE_AGAIN]
         found += [row for row in again if _overlap(row, box) > _SAME_AGAIN]
     boxes = _distinct(np.array(found).reshape(-1, 5))
     boxes[:, [0, 2]] = boxes[:, [0, 2]].clip(0, width)
