@@ -23,10 +23,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from walltopo.core import Silent
+from walltopo.geometry.mesh_files import read_mesh
 from walltopo.images.files import read_rgb
 from walltopo.images.people import find_people, people_mask
 from walltopo.pipeline.runner import scan
 from walltopo.pipeline.settings import load_settings
+from walltopo.reconstruct.settings import TextureSettings
+from walltopo.reconstruct.texture.atlas import make_texture
+from walltopo.scans.colmap_model import read_views
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.photos import PhotoSet
 from walltopo_lab.evaluate.scan import evaluate_scan
@@ -191,6 +196,8 @@ def print_scans(people: Sequence[Cutout], out: Path) -> None:
         figures = evaluate_scan(ScanFolder(folder), truth, similarity=False).figures
         print(f"{name}: {_summary(figures)}")
     _print_masks(PhotoSet(out / "people-hidden/photos"), shown)
+    for name in ("people-hidden", "people-not-hidden"):
+        print(f"{name}: {_painted(ScanFolder(out / name), shown):.4f} of the texture shows people")
 
 
 def _summary(figures: dict[str, Any]) -> str:
@@ -199,6 +206,21 @@ def _summary(figures: dict[str, Any]) -> str:
         f"mesh within 8 mm {mesh['accuracy_8mm']:.3f}, complete {mesh['completeness_10mm']:.3f}, "
         f"median {mesh['accuracy_median_mm']:.2f} mm; instances AP {instances['ap']:.3f}, AP50 {instances['ap50']:.3f}"
     )
+
+
+def _painted(folder: ScanFolder, shown: dict[str, Bitmap]) -> float:
+    """Return the share of a scan's painted surface whose photo shows a person there."""
+    mesh, views, photos = read_mesh(folder.mesh), read_views(folder.sparse), PhotoSet(folder.photos)
+    label = make_texture(
+        mesh, views, photos.read_rgb, TextureSettings(), Silent(), photos.people_mask
+    ).label
+    on_people = 0.0
+    for k, view in enumerate(views):
+        if view.name in shown:
+            faces = np.flatnonzero(label == k)
+            at = view.camera.project(view.to_camera(mesh.centroids[faces])).astype(np.int64)
+            on_people += mesh.areas[faces[shown[view.name][at[:, 1], at[:, 0]]]].sum()
+    return float(on_people / mesh.areas[label >= 0].sum())
 
 
 def _print_masks(photos: PhotoSet, shown: dict[str, Bitmap]) -> None:

@@ -59,7 +59,7 @@ def run(reads: Reads, settings: TextureSettings, context: Context) -> Writes:
     return paint(reads, settings, context)
 
 
-TEXTURE = Stage("texture", Reads, Writes, run, check, version=2, cost=Cost(19, 0.36))
+TEXTURE = Stage("texture", Reads, Writes, run, check, version=3, cost=Cost(19, 0.36))
 
 
 def _given(reads: Reads, picture: TextureImage, uv: TextureUv, context: Context) -> Writes:

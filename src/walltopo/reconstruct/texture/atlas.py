@@ -16,6 +16,7 @@ from walltopo.images.packing import fit_scale
 from walltopo.reconstruct.settings import TextureSettings
 from walltopo.reconstruct.texture.candidates import Hidden, choose_labels, find_candidates
 from walltopo.reconstruct.texture.colour import level_seams, photo_gains
+from walltopo.reconstruct.texture.consistency import leave_out_contradicted
 from walltopo.reconstruct.texture.paint import fill_gaps, paint_colours, paint_photo, sample_points
 from walltopo.reconstruct.texture.unseen import (
     continue_colours,
@@ -137,6 +138,8 @@ def _choose_photos(
     del copy
     progress.step("choosing one photo per triangle")
     adjacent = face_neighbours(mesh.faces)
+    gains = photo_gains(candidates, len(views))
+    leave_out_contradicted(candidates, gains, adjacent)
     label = choose_labels(candidates, adjacent, _SMOOTHNESS)
     if not (label >= 0).any():
         raise StageError(
@@ -144,7 +147,8 @@ def _choose_photos(
             "The mesh and the photos' poses are not in the same frame, or its normals point "
             "inwards: run `walltopo mesh check` on it.",
         )
-    gains = photo_gains(candidates, len(views)) if settings.blend else np.ones((len(views), 3))
+    if not settings.blend:
+        gains = np.ones_like(gains)
     chart, _ = patches(adjacent, np.where((label < 0) & ~mesh.measured, -2, label))
     return label, chart, gains
 
