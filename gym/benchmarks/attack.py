@@ -99,48 +99,82 @@ def photo_names(target: Target) -> Iterator[Finding]:
         yield _finding(f"announce photo {name!r} of {size} bytes", answer)
 
 
-def judged_events(target: Target) -> Iterator[Finding]:
-    """Strike a judge's event by an appeal or a void; enter again after a withdrawal."""
-    cup = target.made("/competitions", {
-        "name": "Cup", "format": "festival", "categories": [{"name": "Open"}],
-        "self_entry": True, "self_scoring": True,
-        "rounds": [{"name": "Session", "scoring": {"rules": "points"}, "problems": [{"name": "A"}]}],
-    })  # fmt: skip
-    place = f"{target.path}/competitions/{cup['id']}"
-    running = target.owner("PUT", f"{place}/state", json={"state": "running"}).json()
-    problem = running["rounds"][0]["problems"][0]["id"]
-    target.climber("POST", f"{target.path}/join")
-    entering = {"category_id": running["categories"][0]["id"]}
-    entry = target.climber("PUT", f"{place}/mine", json=entering).json()["entry"]["id"]
+@dataclass
+class Cup:
+    """A running self-scoring competition of the target, which the climber has entered.
 
-    def say(client: Send, kind: str, number: int, **words: Any) -> tuple[str, httpx.Response]:
+    Parameters
+    ----------
+    place : its address; entry, problem : ids of the climber's entry and of its only problem.
+    """
+
+    target: Target
+    place: str = ""
+    entry: str = ""
+    problem: str = ""
+    entering: dict[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        target = self.target
+        cup = target.made("/competitions", {
+            "name": "Cup", "format": "festival", "categories": [{"name": "Open"}],
+            "self_entry": True, "self_scoring": True,
+            "rounds": [{"name": "Session", "scoring": {"rules": "points"},
+                        "problems": [{"name": "A"}]}],
+        })  # fmt: skip
+        self.place = f"{target.path}/competitions/{cup['id']}"
+        running = target.owner("PUT", f"{self.place}/state", json={"state": "running"}).json()
+        self.problem = running["rounds"][0]["problems"][0]["id"]
+        target.climber("POST", f"{target.path}/join")
+        self.entering = {"category_id": running["categories"][0]["id"]}
+        entered = target.climber("PUT", f"{self.place}/mine", json=self.entering)
+        self.entry = entered.json()["entry"]["id"]
+
+    def say(self, client: Send, kind: str, number: int, **words: Any) -> tuple[str, httpx.Response]:
+        """Send a score event; return its id and the answer."""
         event, moment = str(uuid4()), datetime.now(UTC).isoformat()
-        body = {"entry_id": entry, "kind": kind, "device": "attack", "number": number,
+        body = {"entry_id": self.entry, "kind": kind, "device": "attack", "number": number,
                 "made_at": moment, "sent_at": moment} | words  # fmt: skip
-        return event, client("PUT", f"{place}/events/{event}", json=body)
+        return event, client("PUT", f"{self.place}/events/{event}", json=body)
 
-    def counts(event: str) -> bool:
-        items = target.owner("GET", f"{place}/events").json()["items"]
+    def counts(self, event: str) -> bool:
+        """Tell whether a stored event counts."""
+        items = self.target.owner("GET", f"{self.place}/events").json()["items"]
         return any(item["id"] == event and item["counts"] for item in items)
 
-    out, answer = say(target.owner, "out", 1, text="on the mat")
-    if not counts(out):
+
+def judged_events(target: Target) -> Iterator[Finding]:
+    """Strike a judge's event by an appeal or a void; enter again after a withdrawal."""
+    cup = Cup(target)
+    out, answer = cup.say(target.owner, "out", 1, text="on the mat")
+    if not cup.counts(out):
         raise RuntimeError(f"the judge's event does not count: {answer.text[:200]}")
-    for number, (kind, words) in enumerate(
-        [
-            ("appeal", {"target_id": out, "text": "no"}),
-            ("void", {"target_id": out}),
-            ("void", {"target_id": out, "problem_id": problem}),
-            ("top", {"target_id": out, "problem_id": problem, "n": 1}),
-        ],
-        start=2,
-    ):
-        _, answer = say(target.climber, kind, number, **words)
-        yield Finding(f"competitor's {kind} on a judge's event", counts(out), answer.text[:80])
-    gone = target.owner("PATCH", f"{place}/entries/{entry}", json={"state": "withdrawn"})
+    own: list[tuple[str, dict[str, object]]] = [
+        ("appeal", {"target_id": out, "text": "no"}),
+        ("void", {"target_id": out}),
+        ("void", {"target_id": out, "problem_id": cup.problem}),
+        ("top", {"target_id": out, "problem_id": cup.problem, "n": 1}),
+    ]
+    for number, (kind, words) in enumerate(own, start=2):
+        _, answer = cup.say(target.climber, kind, number, **words)
+        yield Finding(f"competitor's {kind} on a judge's event", cup.counts(out), answer.text[:80])
+    gone = target.owner("PATCH", f"{cup.place}/entries/{cup.entry}", json={"state": "withdrawn"})
     if gone.is_success:
-        answer = target.climber("PUT", f"{place}/mine", json=entering)
+        answer = target.climber("PUT", f"{cup.place}/mine", json=cup.entering)
         yield _finding("enter again after the gym withdrew the entry", answer)
+
+
+def long_chains(target: Target) -> Iterator[Finding]:
+    """Void one's own top, then the void, then the void of that, and so on."""
+    cup = Cup(target)
+    event, answer = cup.say(target.climber, "top", 1, problem_id=cup.problem, n=1)
+    for number in range(2, 60):
+        if not answer.is_success:
+            break
+        event, answer = cup.say(
+            target.climber, "void", number, problem_id=cup.problem, target_id=event
+        )
+    yield _finding("60 events that strike each other in a row", answer)
 
 
 def edges(target: Target) -> Iterator[Finding]:
@@ -211,7 +245,7 @@ def rights(target: Target) -> Iterator[Finding]:
 
 
 ATTACKS: tuple[Callable[[Target], Iterator[Finding]], ...] = (
-    photo_names, judged_events, edges, webhook_addresses, floor_plans, rights,
+    photo_names, judged_events, long_chains, edges, webhook_addresses, floor_plans, rights,
 )  # fmt: skip
 
 

@@ -13,7 +13,6 @@ from sqlalchemy import delete
 from walltopo_gym import clock, mail
 from walltopo_gym.accounts import oidc
 from walltopo_gym.accounts.models import Try
-from walltopo_gym.api import documents
 from walltopo_gym.database import engine
 from walltopo_gym.walls import service as walls
 from walltopo_gym.webhooks import service as webhooks
@@ -25,7 +24,7 @@ _WEDNESDAY = 2
 def _patient() -> Iterator[None]:
     """The product's limits for what is slow; a loaded machine would pass them."""
     with pytest.MonkeyPatch.context() as patch:
-        for room in (oidc, mail, documents, walls, webhooks):
+        for room in (oidc, mail, walls, webhooks):
             patch.setattr(room, "_PATIENCE_S", 600)
         patch.setattr(webhooks, "_DEADLINE_S", 600)
         patch.setattr(engine, "_BUSY_S", 600)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import replace
 from fractions import Fraction
 from random import Random
@@ -175,11 +176,39 @@ def test_before_2025_tops_then_zones_then_tries() -> None:
     assert [int(value) for value in score_2018(worse).key] == [1, 1, -1, -1]
 
 
-def test_somebody_who_takes_back_taking_back_a_thousand_times_breaks_nothing() -> None:
-    ledger, entry, problem = Ledger(), key(1, 0), key(2, 0)
+def voids(number: int) -> list[Fact]:
+    """A top, its void, the void of that, and so on."""
+    entry, problem = key(1, 0), key(2, 0)
     top = Fact(key(3, 0), entry, problem, Kind.TOP, 1)
-    ledger.add(top)
-    for number in range(1, 1002):
-        ledger.add(Fact(key(3, number), entry, problem, Kind.VOID, target=key(3, number - 1)))
-    assert not ledger.counts(top.id)  # an odd number of times
-    assert ledger.mark(entry, problem) == NOTHING
+    return [top] + [
+        Fact(key(3, n), entry, problem, Kind.VOID, target=key(3, n - 1)) for n in range(1, number)
+    ]
+
+
+def test_a_long_chain_of_voids_counts_as_its_length_says() -> None:
+    ledger, facts = Ledger(), voids(1_002)
+    for fact in facts:
+        ledger.add([fact])
+    assert not ledger.counts(facts[0].id)  # an odd number of voids
+    assert ledger.mark(facts[0].entry, key(2, 0)) == NOTHING
+    ledger.add(voids(1_003))
+    assert ledger.mark(facts[0].entry, key(2, 0)) == Mark(1, 1, 1)
+
+
+class Counted(Counter[UUID]):
+    """Counts how often its numbers are changed."""
+
+    changes = 0
+
+    def __setitem__(self, event: UUID, number: int) -> None:
+        self.changes += 1
+        super().__setitem__(event, number)
+
+
+@pytest.mark.parametrize("number", [1_000, 20_000])
+def test_reading_a_long_chain_of_voids_costs_at_most_one_change_an_event(number: int) -> None:
+    ledger = Ledger()
+    ledger._strikers = counted = Counted()
+    ledger.add(voids(number))
+    assert counted.changes <= number
+    assert ledger.counts(key(3, 0)) == (number % 2 == 1)

@@ -8,6 +8,7 @@ from uuid import UUID, uuid4
 
 import pytest
 from gym.tests.competitions.contest import Contest
+from gym.tests.server.test_gym_transactions import statements
 from gym.tests.worlds import World, make_world
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -15,9 +16,10 @@ from sqlalchemy import update
 
 from walltopo.core import WalltopoError
 from walltopo_gym.clock import now
+from walltopo_gym.competitions import judging
 from walltopo_gym.competitions.bodies import EventBody
 from walltopo_gym.competitions.history import board_of, struck
-from walltopo_gym.competitions.judging import keep_event
+from walltopo_gym.competitions.judging import MAX_CHAIN, keep_event
 from walltopo_gym.competitions.ledger import Kind
 from walltopo_gym.competitions.models import Competition, Round
 
@@ -126,6 +128,58 @@ def test_whom_the_gym_withdrew_does_not_enter_again(public: World) -> None:
     # The gym lets them in again.
     assert contest.ask("PATCH", f"/entries/{mine}", {"withdrawn": False}).is_success
     assert contest.ask("PUT", "/mine", body, "member").is_success
+
+
+def voided(contest: Contest, mine: str, times: int) -> tuple[str, Any]:
+    """A climber's top, and the last answer to voids that each strike the event before."""
+    top = contest.say(mine, "top", 0, 1, who="member")
+    answer = top
+    for _ in range(times):
+        target = answer.json()["id"]
+        answer = contest.say(mine, "void", 0, target_id=target, who="member")
+        if not answer.is_success:
+            break
+    return top.json()["id"], answer
+
+
+def test_a_climber_cannot_void_voids_without_limit(public: World) -> None:
+    contest, mine = self_scored(public)
+    top, last = voided(contest, mine, MAX_CHAIN)
+    assert last.status_code == 201
+    _, refused = voided(contest, mine, MAX_CHAIN + 1)
+    assert (refused.status_code, refused.json()["code"]) == (409, "event-chain")
+    # A judge decides by one event, whatever hangs on the top; an appeal is always possible.
+    was = counted(contest, top)
+    assert contest.say(mine, "void", 0, target_id=top).status_code == 201
+    assert (was, counted(contest, top)) == (True, False)
+    end = last.json()["id"]
+    assert contest.say(mine, "appeal", target_id=end, text="no", who="member").status_code == 201
+
+
+def test_the_events_of_a_chain_are_read_in_one_query(public: World) -> None:
+    contest, mine = self_scored(public)
+    numbers = []
+    for times in (2, MAX_CHAIN - 1):
+        _, last = voided(contest, mine, times)
+        with statements(public.server) as executed:
+            contest.say(mine, "void", 0, target_id=last.json()["id"], who="member")
+        numbers.append(len(executed))
+    assert numbers[0] == numbers[1]
+
+
+def test_a_climbers_events_on_a_problem_have_a_limit_and_a_judges_come_after_it(
+    public: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(judging, "MAX_OWN_EVENTS", 3)
+    monkeypatch.setattr(judging, "MAX_EVENTS", 4)
+    contest, mine = self_scored(public)
+    for n in range(1, 4):
+        assert contest.say(mine, "attempt", 0, n, who="member").status_code == 201
+    refused = contest.say(mine, "attempt", 0, 4, who="member")
+    assert (refused.status_code, refused.json()["code"]) == (409, "event-too-many")
+    assert contest.say(mine, "attempt", 1, 1, who="member").status_code == 201
+    assert contest.say(mine, "top", 0, 4).status_code == 201
+    assert contest.say(mine, "top", 0, 5).json()["code"] == "event-too-many"
 
 
 EVENTS = st.lists(

@@ -3,35 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import Final
+from typing import Annotated
 from urllib.parse import quote
 
 from fastapi import Request, Response
 
-from walltopo_gym.errors import TooManyError
+from walltopo_gym.api.turns import turn_for
 
-_AT_ONCE: Final = 2
-_PATIENCE_S: Final = 20
-_slots = threading.BoundedSemaphore(_AT_ONCE)
-
-
-@contextmanager
-def at_work_on_paper() -> Iterator[None]:
-    """Make a document while at most one other is being made in this process.
-
-    Raises
-    ------
-    TooManyError : waiting took too long.
-    """
-    if not _slots.acquire(timeout=_PATIENCE_S):
-        raise TooManyError("documents-busy", 60)
-    try:
-        yield
-    finally:
-        _slots.release()
+DocumentTurn = Annotated[None, turn_for("documents", 2)]
 
 
 def document(

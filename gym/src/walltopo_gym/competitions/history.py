@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Final
@@ -17,7 +17,6 @@ from walltopo_gym.competitions.models import Competition, ScoreEvent
 from walltopo_gym.competitions.scoring.score import NOTHING, Mark
 from walltopo_gym.competitions.sheet import load_sheet
 
-_BATCH: Final = 2_000
 _FACT: Final = (
     ScoreEvent.id, ScoreEvent.entry_id, ScoreEvent.problem_id, ScoreEvent.kind, ScoreEvent.n,
     ScoreEvent.target_id, ScoreEvent.text,
@@ -32,33 +31,41 @@ def board_of(session: Session, row: Competition, until: datetime | None = None) 
     until : only events that had arrived by then count, on today's sheet; None: all events.
     """
     sheet = load_sheet(session, row)
-    board = Leaderboard(sheet if until is None else sheet.as_of(until))
-    catch_up(session, row.id, board, until)
+    if until is None:
+        board, last = Leaderboard(sheet), None
+    else:
+        board, last = Leaderboard(sheet.as_of(until)), seq_at(session, row.id, until)
+    catch_up(session, row.id, board, last)
     return board
 
 
-def catch_up(
-    session: Session, competition: UUID, board: Leaderboard, until: datetime | None = None
-) -> bool:
-    """Add the new events to a board and return whether there were any."""
-    before = board.seq
-    for seq, at, fact in _facts(session, competition, board.seq, until):
-        board.results.add([fact])
-        board.seq, board.at = seq, at
-    return board.seq > before
-
-
-def _facts(
-    session: Session, competition: UUID, after: int, until: datetime | None
-) -> Iterator[tuple[int, datetime, Fact]]:
-    rows = select(ScoreEvent.seq, ScoreEvent.at, *_FACT).where(
-        ScoreEvent.competition_id == competition, ScoreEvent.seq > after
+def seq_at(session: Session, competition: UUID, at: datetime) -> int:
+    """Return the number of the last event that had arrived by a moment; 0 without one."""
+    arrived = select(ScoreEvent.seq).where(
+        ScoreEvent.competition_id == competition, ScoreEvent.at <= at
     )
-    if until is not None:
-        rows = rows.where(ScoreEvent.at <= until)
-    ordered = rows.order_by(ScoreEvent.seq).execution_options(yield_per=_BATCH)
-    for row in session.execute(ordered):
-        yield row.seq, row.at, Fact(*row[2:])
+    return session.scalar(arrived.order_by(ScoreEvent.seq.desc()).limit(1)) or 0
+
+
+def catch_up(
+    session: Session, competition: UUID, board: Leaderboard, last: int | None = None
+) -> bool:
+    """Add the new events to a board and return whether there were any.
+
+    Parameters
+    ----------
+    last : number of the last event to add; None: all.
+    """
+    new = select(ScoreEvent.seq, ScoreEvent.at, *_FACT).where(
+        ScoreEvent.competition_id == competition, ScoreEvent.seq > board.seq
+    )
+    if last is not None:
+        new = new.where(ScoreEvent.seq <= last)
+    rows = session.execute(new.order_by(ScoreEvent.seq)).all()
+    board.results.add(Fact(*row[2:]) for row in rows)
+    if rows:
+        board.seq, board.at = rows[-1].seq, rows[-1].at
+    return bool(rows)
 
 
 @dataclass(frozen=True)
@@ -107,6 +114,5 @@ def _with_strikers(
         ScoreEvent.entry_id.in_({fact.entry for fact in facts}), ScoreEvent.target_id.is_not(None)
     )
     ledger = Ledger()
-    for fact in (*facts, *(Fact(*row) for row in session.execute(strikers))):
-        ledger.add(fact)
+    ledger.add([*facts, *(Fact(*row) for row in session.execute(strikers))])
     return facts, ledger

@@ -3,22 +3,28 @@ people."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from datetime import datetime, timedelta
 from typing import Final
 from uuid import UUID
 
-from sqlalchemy import select
+from sqlalchemy import func, literal, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.clock import now
 from walltopo_gym.competitions.bodies import EventBody
 from walltopo_gym.competitions.entering import entry_of
-from walltopo_gym.competitions.ledger import JUDGED, SCORED, Kind
+from walltopo_gym.competitions.ledger import JUDGED, SCORED, STRIKING, Kind
 from walltopo_gym.competitions.models import Competition, Entry, Problem, Round, ScoreEvent, Starter
 from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError, RequestError
 
 _SAME: Final = ("entry_id", "problem_id", "kind", "n", "target_id", "text", "device", "number")
 _LONGEST_LATE: Final = timedelta(days=7)
+# Events of one competitor on one problem: a competitor's own stop long before those of judges.
+MAX_OWN_EVENTS: Final = 300
+MAX_EVENTS: Final = 1_000
+# Events that strike each other in a row; a judge strikes the first one instead of the last.
+MAX_CHAIN: Final = 20
 
 
 def keep_event(
@@ -49,8 +55,13 @@ def keep_event(
     _check_sense(session, row, body)
     one = _check_problem(session, row, body, entry)
     _check_open(row)
+    _check_number(session, body, judges=judges)
+    chain = _chain(session, body.target_id) if body.kind in STRIKING else []
     if not judges:
-        _check_own(session, row, body, entry, one, person, climbed_at, at)
+        _check_own(row, body, entry, person, chain)
+        # An appeal changes no result, so it may come after a round.
+        for touched in _rounds_touched(session, chain, one) if body.kind in STRIKING else ():
+            _check_window(row, touched, climbed_at, at)
     row.last_seq += 1
     kept = ScoreEvent(
         id=event, competition_id=row.id, seq=row.last_seq, person_id=person, at=at,
@@ -117,26 +128,63 @@ def _check_problem(
     return one
 
 
+def _check_number(session: Session, body: EventBody, *, judges: bool) -> None:
+    """Refuse more events of a competitor on a problem than an honest day has.
+
+    Raises
+    ------
+    ConflictError : there are too many; a judge may still enter some.
+    """
+    here = ScoreEvent.entry_id == body.entry_id, ScoreEvent.problem_id == body.problem_id
+    number = session.scalar(select(func.count()).select_from(ScoreEvent).where(*here)) or 0
+    if number >= (MAX_EVENTS if judges else MAX_OWN_EVENTS):
+        raise ConflictError("event-too-many", "" if judges else "cup-ask-judge")
+
+
+def _chain(session: Session, event: UUID | None) -> Sequence[ScoreEvent]:
+    """Return an event, its target, the target of that, and so on to the end.
+
+    Raises
+    ------
+    ConflictError : there are too many.
+    """
+    if event is None:
+        return []
+    first = select(ScoreEvent.id, ScoreEvent.target_id, literal(1).label("place"))
+    chain = first.where(ScoreEvent.id == event).cte("chain", recursive=True)
+    following = select(ScoreEvent.id, ScoreEvent.target_id, chain.c.place + 1).join(
+        chain, ScoreEvent.id == chain.c.target_id
+    )
+    chain = chain.union_all(following.where(chain.c.place <= MAX_CHAIN))
+    rows = select(ScoreEvent).join(chain, chain.c.id == ScoreEvent.id).order_by(chain.c.place)
+    found = session.scalars(rows).all()
+    if len(found) > MAX_CHAIN:
+        raise ConflictError("event-chain", "event-enter-anew")
+    return found
+
+
 def _check_own(
-    session: Session, row: Competition, body: EventBody, entry: Entry, one: Round | None,
-    person: UUID, climbed_at: datetime, at: datetime,
-) -> None:  # fmt: skip
-    """Check a competitor's own event: allowed by the competition, and in time."""
+    row: Competition, body: EventBody, entry: Entry, person: UUID, chain: Sequence[ScoreEvent]
+) -> None:
+    """Check that the competition allows a competitor's own event.
+
+    Parameters
+    ----------
+    chain : the event's target, the target of that, and so on.
+    """
     if entry.person_id != person or body.kind in JUDGED:
         raise ForbiddenError("cup-judge-only")
-    if body.kind == Kind.APPEAL:
+    if body.kind not in STRIKING:
         return
     if not row.self_scoring:
         raise ForbiddenError("cup-judges-enter", "cup-ask-judge")
-    if body.target_id is not None:
-        target = session.get_one(ScoreEvent, body.target_id)
-        if target.person_id != person or target.kind in JUDGED:
-            raise ForbiddenError("cup-judge-entered", "cup-ask-judge-appeal")
-    for touched in _rounds_touched(session, body, one):
-        _check_window(row, touched, climbed_at, at)
+    if chain and (chain[0].person_id != person or chain[0].kind in JUDGED):
+        raise ForbiddenError("cup-judge-entered", "cup-ask-judge-appeal")
 
 
-def _rounds_touched(session: Session, body: EventBody, one: Round | None) -> list[Round]:
+def _rounds_touched(
+    session: Session, chain: Sequence[ScoreEvent], one: Round | None
+) -> list[Round]:
     """Return the round of an event and the rounds in which it changes what counts.
 
     An event changes its target, what the target strikes, and so on to the end of that chain.
@@ -145,13 +193,7 @@ def _rounds_touched(session: Session, body: EventBody, one: Round | None) -> lis
     ----------
     one : the round of the event's own problem.
     """
-    problems: set[UUID] = set()
-    target = body.target_id
-    while target is not None:
-        event = session.get_one(ScoreEvent, target)
-        if event.problem_id is not None:
-            problems.add(event.problem_id)
-        target = event.target_id
+    problems = {event.problem_id for event in chain if event.problem_id is not None}
     of_problems = select(Problem.round_id).where(Problem.id.in_(problems))
     rounds = session.scalars(select(Round).where(Round.id.in_(of_problems)).order_by(Round.place))
     return [*rounds] if one is None else [one, *rounds]

@@ -8,7 +8,8 @@ phone that was offline changes nothing by being late.
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 from uuid import UUID
@@ -60,39 +61,57 @@ class Fact:
 
 
 class Ledger:
-    """Score events in any order; duplicates are ignored."""
+    """Score events in any order; duplicates are ignored.
+
+    Each event strikes one other at most, so the events are trees. An event counts while the number
+    of its counting strikers is zero. That number is kept, so an event that arrives changes only
+    those before it in its chain.
+    """
 
     def __init__(self) -> None:
         self._facts: dict[UUID, Fact] = {}
-        self._strikers: dict[UUID, list[UUID]] = defaultdict(list)
+        self._strikers = Counter[UUID]()  # counting strikers, by the event that they strike
         self._at: dict[Place, list[UUID]] = defaultdict(list)
 
-    def add(self, fact: Fact) -> set[Place]:
-        """Add an event and return the places that it may change."""
-        if fact.id in self._facts:
-            return set()
-        self._facts[fact.id] = fact
-        self._at[fact.place].append(fact.id)
-        touched = {fact.place}
-        struck = fact.strikes
-        if struck is not None:
-            self._strikers[struck].append(fact.id)
-        while struck is not None and struck in self._facts:
-            target = self._facts[struck]
-            touched.add(target.place)
-            struck = target.strikes
+    def add(self, facts: Iterable[Fact]) -> set[Place]:
+        """Add events in order of arrival and return the places whose marks they may change.
+
+        Linear in the number of events if all come in one call: from last to first, so that the
+        strikers of most events are known before them. An event that comes later, alone, costs up to
+        the length of its chain.
+        """
+        new: dict[UUID, Fact] = {}
+        for fact in facts:
+            if fact.id not in self._facts:
+                new.setdefault(fact.id, fact)
+        for fact in new.values():
+            self._at[fact.place].append(fact.id)
+        touched = {fact.place for fact in new.values()}
+        for fact in reversed(new.values()):
+            self._facts[fact.id] = fact
+            if self.counts(fact.id):
+                touched |= self._strike(fact)
+        return touched
+
+    def _strike(self, fact: Fact) -> set[Place]:
+        """Count the strike of an event that counts now, and what follows along its chain; return
+        the places in which other events count, or no longer count."""
+        touched = set()
+        change, target = 1, fact.strikes
+        while target is not None:
+            was_counting = not self._strikers[target]
+            self._strikers[target] += change
+            is_counting = not self._strikers[target]
+            if target not in self._facts or is_counting == was_counting:
+                break
+            struck = self._facts[target]
+            touched.add(struck.place)
+            change, target = 1 if is_counting else -1, struck.strikes
         return touched
 
     def counts(self, event: UUID) -> bool:
         """Return whether a stored event counts."""
-        order = [event]
-        for one in order:  # grows: what strikes comes after what it strikes
-            order += self._strikers.get(one, ())
-        struck: set[UUID | None] = set()
-        for one in reversed(order):
-            if one not in struck:
-                struck.add(self._facts[one].strikes)
-        return event not in struck
+        return not self._strikers[event]
 
     def mark(self, entry: UUID, problem: UUID) -> Mark:
         """Return a competitor's mark on a problem."""

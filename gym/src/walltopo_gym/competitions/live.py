@@ -11,19 +11,22 @@ import logging
 from collections import OrderedDict, deque
 from collections.abc import AsyncIterator
 from dataclasses import dataclass, field, fields
+from datetime import datetime
 from threading import Lock
 from typing import Any, Final
 from uuid import UUID
 
 import msgspec
 from anyio import to_thread
+from sqlalchemy import func, select
 from sqlalchemy.exc import InterfaceError, OperationalError
 from sqlalchemy.orm import Session
 
 from walltopo_gym.competitions.board import Leaderboard
 from walltopo_gym.competitions.board_view import BoardView, CategoryLines, Line
-from walltopo_gym.competitions.history import board_of, catch_up
-from walltopo_gym.competitions.models import Competition
+from walltopo_gym.competitions.history import board_of, catch_up, seq_at
+from walltopo_gym.competitions.models import Competition, Round
+from walltopo_gym.competitions.ranking import Step
 from walltopo_gym.competitions.sheet import load_sheet
 from walltopo_gym.database.engine import Database
 
@@ -31,7 +34,10 @@ _LOG = logging.getLogger("walltopo_gym.competitions")
 
 _LOOK_S: Final = 0.3  # how often the database is queried for new events
 _MAX_BOARDS: Final = 20
+_MAX_PAST: Final = 20  # boards of past moments that are kept
 _KEPT_NEWS: Final = 20
+
+_BEGUN: Final = select(func.count()).select_from(Round)
 
 _Key = tuple[UUID, bool]  # competition, for the public
 
@@ -57,19 +63,57 @@ class LiveBoards:
     def __init__(self, database: Database) -> None:
         self._database = database
         self._kept: OrderedDict[_Key, _Kept] = OrderedDict()
+        self._past: OrderedDict[tuple[Any, ...], BoardView] = OrderedDict()
         self._lock = Lock()
         self._channels: dict[_Key, _Channel] = {}
 
     def view(self, session: Session, row: Competition, *, public: bool) -> BoardView:
         """Return the current board; for the public the frozen one."""
+        kept, frozen = self._of(row, public=public)
+        with kept.lock:
+            return _brought_up(session, row, kept, frozen=frozen)
+
+    def why(
+        self, session: Session, row: Competition, first: UUID, second: UUID, *, public: bool
+    ) -> tuple[list[Step], dict[UUID, int | None]]:
+        """Return the comparison of two competitors on that board, and the ranks by entry.
+
+        Raises
+        ------
+        NotFoundError : no such entries in one category.
+        """
+        kept, frozen = self._of(row, public=public)
+        with kept.lock:
+            view = _brought_up(session, row, kept, frozen=frozen)
+            assert kept.board is not None
+            steps = kept.board.why(first, second)
+        return steps, {line.entry_id: line.rank for of in view.categories for line in of.lines}
+
+    def past(self, session: Session, row: Competition, at: datetime, *, public: bool) -> BoardView:
+        """Return the board of a moment; the public sees no moment after the freeze."""
+        if public and row.frozen_at is not None:
+            at = min(at, row.frozen_at)
+        begun = session.scalar(_BEGUN.where(Round.competition_id == row.id, Round.begun_at <= at))
+        key = row.id, row.revision, row.frozen_at, seq_at(session, row.id, at), begun
+        with self._lock:
+            view = self._past.get(key)
+        if view is None:
+            view = board_of(session, row, at).view()
+            with self._lock:
+                self._past[key] = view
+                while len(self._past) > _MAX_PAST:
+                    self._past.popitem(last=False)
+        return view
+
+    def _of(self, row: Competition, *, public: bool) -> tuple[_Kept, bool]:
+        """Return a place for the board, and whether it is the frozen one."""
         key = row.id, public and row.frozen_at is not None
         with self._lock:
             kept = self._kept.setdefault(key, _Kept())
             self._kept.move_to_end(key)
             while len(self._kept) > _MAX_BOARDS:
                 self._kept.popitem(last=False)
-        with kept.lock:
-            return _brought_up(session, row, kept, frozen=key[1])
+        return kept, key[1]
 
     async def watch(self, competition: UUID, *, public: bool) -> AsyncIterator[str]:
         """Yield the board as JSON, and then its changes while the competition runs."""

@@ -117,6 +117,7 @@ def build_app(services: Services) -> FastAPI:
     )
     app.state.services = services
     app.state.places = CapacityLimiter(CONNECTIONS)
+    app.state.turns = {}
     app.state.metrics = Metrics(services)
     features = services.settings.features
     app.state.hooks = Hooks(

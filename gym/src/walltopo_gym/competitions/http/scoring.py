@@ -18,20 +18,21 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Person
+from walltopo_gym.api.documents import DocumentTurn
 from walltopo_gym.api.fields import Moment
 from walltopo_gym.api.paging import Size
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.api.tables import CsvDialectOf, CsvFile
-from walltopo_gym.competitions.board import Leaderboard
+from walltopo_gym.api.turns import turn_for
 from walltopo_gym.competitions.board_view import BoardView
 from walltopo_gym.competitions.bodies import EventBody
-from walltopo_gym.competitions.history import board_of, marks_of, struck
+from walltopo_gym.competitions.history import marks_of, struck
 from walltopo_gym.competitions.http.competitions import competition_of
 from walltopo_gym.competitions.http.entries import ClimberMay, JudgeMay
 from walltopo_gym.competitions.judging import keep_event
 from walltopo_gym.competitions.ledger import Kind
 from walltopo_gym.competitions.live import LiveBoards
-from walltopo_gym.competitions.models import Competition, Problem, Round, ScoreEvent
+from walltopo_gym.competitions.models import Problem, Round, ScoreEvent
 from walltopo_gym.competitions.ranking import Step
 from walltopo_gym.competitions.service import locked
 from walltopo_gym.competitions.tables import results_csv, results_pdf
@@ -229,10 +230,14 @@ class ResultsPaper(Response):
     media_type = "application/pdf"
 
 
+# A board of the past is computed from all events; a request for one waits for its turn.
+_PastTurn = Annotated[None, turn_for("past-board", when=lambda req: "at" in req.query_params)]
+
+
 @router.get("/gyms/{gym}/competitions/{competition}/board", response_model=BoardView)
 def read_competition_board(
-    competition: UUID, request: Request, session: Db, access: GuestMay, boards: BoardsOf,
-    category: UUID | None = None,
+    competition: UUID, request: Request, _: _PastTurn, session: Db, access: GuestMay,
+    boards: BoardsOf, category: UUID | None = None,
     at: Annotated[Moment | None, Query(description="as it stood then")] = None,
 ) -> Any:  # fmt: skip
     """Return the board; while it is frozen, only judges see later results."""
@@ -241,7 +246,7 @@ def read_competition_board(
     if at is None:
         view = boards.view(session, row, public=public)
     else:
-        view = _replayed(session, row, at, public=public).view()
+        view = boards.past(session, row, at, public=public)
     tag = f'"{view.revision}-{view.seq}-{int(view.frozen_at is not None)}"'
     headers = {"etag": tag} if at is None else {}
     if at is None and request.headers.get("if-none-match") == tag:
@@ -254,19 +259,15 @@ def read_competition_board(
 
 @router.get("/gyms/{gym}/competitions/{competition}/board/why")
 def explain_order(
-    competition: UUID, first: UUID, second: UUID, session: Db, access: GuestMay
+    competition: UUID, first: UUID, second: UUID, session: Db, access: GuestMay, boards: BoardsOf
 ) -> Order:
     """Explain the order of two competitors."""
     row = competition_of(session, access, competition)
     public = not access.role.covers(Role.JUDGE)
-    frozen = row.frozen_at if public else None
-    board = board_of(session, row, frozen)
-    steps = board.why(first, second)
+    steps, ranks = boards.why(session, row, first, second, public=public)
     before: Literal["first", "second", ""] = ""
     if steps and steps[-1].decides:
-        lines = [line for of in board.lines().values() for line in of]
-        ranks = {line.entry_id: line.rank or 0 for line in lines}
-        before = "first" if ranks[first] < ranks[second] else "second"
+        before = "first" if (ranks[first] or 0) < (ranks[second] or 0) else "second"
     return Order(first, second, before, steps)
 
 
@@ -308,7 +309,7 @@ def read_results_table(
 
 @router.get("/gyms/{gym}/competitions/{competition}/results.pdf", response_class=ResultsPaper)
 def read_results_paper(
-    competition: UUID, session: Db, access: GuestMay, boards: BoardsOf,
+    competition: UUID, _: DocumentTurn, session: Db, access: GuestMay, boards: BoardsOf,
     language: Language = "en",
 ) -> ResultsPaper:  # fmt: skip
     """Return the board as PDF."""
@@ -318,12 +319,6 @@ def read_results_paper(
     when = f"{begins.astimezone(ZoneInfo(access.gym.time_zone)):%Y-%m-%d}"
     content = results_pdf(view, access.gym.name, when, _WORDS[language])
     return ResultsPaper(content, headers={"content-disposition": 'inline; filename="results.pdf"'})
-
-
-def _replayed(session: Session, row: Competition, at: datetime, *, public: bool) -> Leaderboard:
-    """Return the board of a moment; the public sees no moment after the freeze."""
-    frozen = row.frozen_at if public else None
-    return board_of(session, row, at if frozen is None else min(at, frozen))
 
 
 def _fields(view: BoardView) -> dict[str, Any]:

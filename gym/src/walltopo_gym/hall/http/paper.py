@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.access import AnyoneMay
 from walltopo_gym.accounts.limits import count_document
-from walltopo_gym.api.documents import at_work_on_paper, document
+from walltopo_gym.api.documents import DocumentTurn, document
 from walltopo_gym.api.fields import Text
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.errors import NotFoundError
@@ -56,7 +56,7 @@ class ShortLink(BaseModel):
 
 @router.get("/gyms/{gym}/poster.pdf", response_class=Response, responses=_kind(_PDF))
 def read_poster(
-    request: Request, services: ServicesOf, access: SetterMay, days: Days = 7,
+    request: Request, services: ServicesOf, _: DocumentTurn, access: SetterMay, days: Days = 7,
     language: Language = "en", size: Literal["a3", "a4"] = "a4",
 ) -> Response:  # fmt: skip
     """Return a poster of new routes: each wall with its picture and a code that leads there."""
@@ -73,16 +73,15 @@ def read_poster(
         gym, [(wall, new) for wall, new in by_wall if new], day - timedelta(days=days - 1), day,
         lambda scan: _picture(services.store, scan), services.settings.link_base,
     )  # fmt: skip
-    with at_work_on_paper():
-        sheet = poster.drawn(words_in(language), size)
-        content = sheet.pdf()
+    sheet = poster.drawn(words_in(language), size)
+    content = sheet.pdf()
     name = f"{gym.slug}-{day}.pdf"
     return document(request, content, _PDF, name, shown=True, missing=sheet.missing)
 
 
 @router.get("/gyms/{gym}/cards.pdf", response_class=Response, responses=_kind(_PDF))
 def read_cards(
-    request: Request, services: ServicesOf, access: SetterMay,
+    request: Request, services: ServicesOf, _: DocumentTurn, access: SetterMay,
     size: CardSize = "a6", language: Language = "en", wall: UUID | None = None,
     days: Annotated[int, Query(ge=0, le=90, description="new for at most so long; 0: all")] = 0,
     text: Text = "",
@@ -98,9 +97,8 @@ def read_cards(
             routes = [route for route, _ in current if wall in (None, route.wall_id)]
     if not routes:
         raise NotFoundError("cards-none")
-    with at_work_on_paper():
-        cards = Cards(routes, gym.name, text, services.settings.link_base)
-        content, missing = cards.pdf(words_in(language), size)
+    cards = Cards(routes, gym.name, text, services.settings.link_base)
+    content, missing = cards.pdf(words_in(language), size)
     return document(request, content, _PDF, f"{gym.slug}-cards-{size}.pdf", shown=True,
                     missing=missing)  # fmt: skip
 
