@@ -90,7 +90,7 @@ def fill(server: Server) -> tuple[str, list[str], list[UUID], float]:
     begun = time.perf_counter()
     with server.database.writing() as session:
         session.execute(text("ANALYZE"))
-        recount(session, session.get_one(Gym, world.gym.id))
+    recount(server.database, world.gym.id)
     return world.path, cookies, routes[-300:], time.perf_counter() - begun
 
 

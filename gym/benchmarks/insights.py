@@ -49,13 +49,13 @@ def style(server: Server) -> str:
             angle = float(rng.choice([-20.0, 0.0, 10.0, 30.0, 60.0]))
             placed = update(Placement).where(Placement.route_id == route.id)
             session.execute(placed.values(steepness_deg=angle, hold_types=types))
-        session.flush()
-        recount(session, gym)
         setter = session.scalars(
             select(Membership.person_id).where(Membership.role == "setter")
         ).first()
         assert setter is not None
-        return sign_in(session, setter, "laptop", 1)
+        cookie = sign_in(session, setter, "laptop", 1)
+    recount(server.database, gym.id)
+    return cookie
 
 
 def asking(path: str, walls: Sequence[UUID], cookie: str) -> Prepare:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -13,7 +15,7 @@ from sqlalchemy import delete
 from walltopo_gym import clock, mail
 from walltopo_gym.accounts import oidc
 from walltopo_gym.accounts.models import Try
-from walltopo_gym.database import engine
+from walltopo_gym.database import engine, lock
 from walltopo_gym.walls import service as walls
 from walltopo_gym.webhooks import service as webhooks
 
@@ -51,6 +53,22 @@ def _fresh_limits(request: pytest.FixtureRequest) -> None:
         made: Server = request.getfixturevalue("server")
         with made.database.writing() as session:
             session.execute(delete(Try))
+
+
+@pytest.fixture(autouse=True)
+def _nothing_slow_under_a_lock(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Fail where slow work begins while a write transaction is open."""
+    found: list[str] = []
+
+    def report(work: str) -> None:
+        stack = traceback.extract_stack()
+        ours = [f"{Path(frame.filename).name}:{frame.lineno} {frame.name}" for frame in stack
+                if "walltopo_gym" in frame.filename]  # fmt: skip
+        found.append(f"{work}: {' > '.join(ours)}")
+
+    monkeypatch.setattr(lock, "report", report)
+    yield
+    assert not found, "slow work while a write transaction is open:\n" + "\n".join(found)
 
 
 @pytest.fixture

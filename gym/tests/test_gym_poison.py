@@ -25,7 +25,7 @@ from walltopo_gym.hall.notification_triggers import DIGEST, MAILS, PUSHES, note_
 from walltopo_gym.hall.notifications import MessageSender, note_failure
 from walltopo_gym.jobs.queue import Task, enqueue
 from walltopo_gym.mail import Mail
-from walltopo_gym.operating.jobs import jobs
+from walltopo_gym.operating.jobs import job_lines
 from walltopo_gym.operating.purge import purge
 from walltopo_gym.publishing import plans
 from walltopo_gym.publishing.models import Plan
@@ -82,8 +82,7 @@ def photo_tasks(server: Server) -> tuple[Task, Task]:
 
 def aside(server: Server) -> list[str]:
     """Return what the operator reads about background jobs that were given up."""
-    with server.database.reading() as session:
-        return [line for line in jobs(session) if "set aside" in line]
+    return [line for line in job_lines(server.database) if "set aside" in line]
 
 
 def photos_of(world: World) -> dict[str, str]:

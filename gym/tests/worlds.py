@@ -40,6 +40,7 @@ from walltopo_gym.gyms.roles import Role
 from walltopo_gym.gyms.service import open_gym
 from walltopo_gym.mail import Mail
 from walltopo_gym.migrations.run import migrate
+from walltopo_gym.problems.estimate import Estimator
 from walltopo_gym.scans.artifacts import store_public_files
 from walltopo_gym.scans.incoming import Incoming
 from walltopo_gym.scans.models import Photo, Scan
@@ -110,7 +111,13 @@ class Server:
         store = open_store(self.settings)
         self.incoming = Incoming(folder / "incoming", keep_free_mb=0)
         edit_sessions = EditSessions(folder / "editing", 1, self.database, store)
-        parts = (self.passwords, self.incoming, edit_sessions, LiveBoards(self.database))
+        parts = (
+            self.passwords,
+            self.incoming,
+            edit_sessions,
+            LiveBoards(self.database),
+            Estimator(),
+        )
         self.services = Services(
             self.settings, self.database, self.outbox, store, {type(part): part for part in parts}
         )
@@ -167,7 +174,7 @@ class Server:
         return Somebody(who.id, who.email, {"authorization": f"Bearer {secret}"})
 
     def close(self) -> None:
-        self.database.close()
+        self.services.close()
 
 
 @dataclass(frozen=True)

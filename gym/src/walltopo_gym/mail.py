@@ -14,6 +14,7 @@ from typing import Protocol
 from urllib.parse import urlsplit
 
 from walltopo_gym.clock import now
+from walltopo_gym.database.lock import check_unlocked
 from walltopo_gym.settings import GymSettings
 
 _LOG = logging.getLogger("walltopo_gym.mail")
@@ -107,6 +108,7 @@ class SmtpMailer:
 
     @contextmanager
     def _signed_in(self) -> Iterator[smtplib.SMTP]:
+        check_unlocked("the mail server is called")
         kind = smtplib.SMTP_SSL if self._secure else smtplib.SMTP
         with kind(self._settings.smtp_host, self._port, timeout=_PATIENCE_S) as server:
             if self._settings.smtp_security == "starttls":

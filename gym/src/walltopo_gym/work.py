@@ -9,6 +9,7 @@ from dataclasses import replace
 from functools import partial
 from uuid import UUID
 
+from walltopo_gym.climbing.counting import RECOUNTS, recount
 from walltopo_gym.database.engine import Database
 from walltopo_gym.grading.placing import Placing, queue_missing
 from walltopo_gym.hall import notifications
@@ -65,6 +66,7 @@ def tasks_of(steps: ScanSteps) -> list[Task]:
         Task(PLACES, Placing(database, store).place),
         Task(MOVES, SuggestedMoves(database, store).suggest, moves.note_failure),
         Task(PUBLICATIONS, lambda gym: plans.publish_due(database, UUID(gym)), plans.note_failure),
+        Task(RECOUNTS, lambda gym: recount(database, UUID(gym))),
         Task(DELIVERY, Delivery(settings, database).deliver, delivery.note_failure),
     ]  # fmt: skip
     if settings.own_networks:

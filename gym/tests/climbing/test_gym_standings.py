@@ -10,6 +10,8 @@ from uuid import UUID, uuid4
 from zoneinfo import ZoneInfo
 
 import pytest
+from gym.tests.hurried import do_all
+from gym.tests.server.test_gym_transactions import counted
 from gym.tests.worlds import Server, Somebody, World, hold, make_world
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -19,13 +21,14 @@ from walltopo_climb.grades.font import FONT
 from walltopo_gym.accounts.models import Profile
 from walltopo_gym.climbing.ascents import Kind, NewAscent, keep_ascent, take_back
 from walltopo_gym.climbing.boards import BoardQuery, board
-from walltopo_gym.climbing.counting import recount
+from walltopo_gym.climbing.counting import RECOUNTS, recount
 from walltopo_gym.climbing.models import Ascent, ClimbingSession, Standing
 from walltopo_gym.climbing.sessions import ascents_of
 from walltopo_gym.clock import now
 from walltopo_gym.gyms.members import add_member
 from walltopo_gym.gyms.models import GradeSystem, Gym
 from walltopo_gym.gyms.roles import Role
+from walltopo_gym.jobs.queue import Task
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.publishing.service import strip
 
@@ -98,7 +101,8 @@ def test_whatever_happens_the_count_is_a_plain_recount(
         before = _all(session, people)
         for person in people:
             session.execute(update(Ascent).where(Ascent.person_id == person).values(worth=None))
-        recount(session, session.get_one(Gym, hall.gym.id))
+    recount(server.database, hall.gym.id)
+    with server.database.reading() as session:
         assert _all(session, people) == before
 
 
@@ -382,4 +386,17 @@ def test_another_time_zone_begins_other_days(world: World, routes: list[str]) ->
     assert len(read(world, "/sessions")) == 2
     changed = {"time_zone": "Etc/GMT+12"}
     assert world.server.ask("PATCH", world.path, world.owner, changed).is_success
+    assert len(read(world, "/sessions")) == 2  # a whole gym is counted after the request
+    do_all(world.server, Task(RECOUNTS, lambda gym: recount(world.server.database, UUID(gym))))
     assert len(read(world, "/sessions")) == 1
+
+
+def test_each_person_of_a_gym_is_counted_in_a_transaction_of_their_own(
+    world: World, routes: list[str]
+) -> None:
+    people = [world.people[name] for name in ("member", "judge", "setter")]
+    for person in people:
+        tick(world, person, routes[0])
+    with counted(world.server) as begun:
+        assert recount(world.server.database, world.gym.id) == len(people)
+    assert len(begun) == 1 + len(people)  # the first one reads who there is

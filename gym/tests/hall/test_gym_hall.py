@@ -22,7 +22,6 @@ from walltopo_gym.climbing.counting import recount
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.clock import now
 from walltopo_gym.gyms.members import add_member
-from walltopo_gym.gyms.models import Gym
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.hall import cards as card_room
 from walltopo_gym.hall.cards import Cards
@@ -82,8 +81,7 @@ def climb(world: World, *names: str, **profile: bool) -> None:
                 session.add(Ascent(person_id=person.id, gym_id=world.gym.id, route_id=route,
                                    gym_name="", route_name="", grade="", kind="top", tries=2,
                                    climbed_at=now(), worth=100, climbed_route=route))  # fmt: skip
-        session.flush()
-        recount(session, session.get_one(Gym, world.gym.id))
+    recount(world.server.database, world.gym.id)
 
 
 def test_the_screen_shows_what_is_new_and_what_comes(current: World) -> None:

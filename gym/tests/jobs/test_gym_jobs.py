@@ -26,7 +26,7 @@ from walltopo_gym.jobs import running, worker
 from walltopo_gym.jobs.place import Place, living
 from walltopo_gym.jobs.queue import Failure, Job, NotYetError, Task, enqueue
 from walltopo_gym.jobs.worker import Chore, tidy, watch, working
-from walltopo_gym.operating.jobs import jobs
+from walltopo_gym.operating.jobs import job_lines
 
 pytestmark = pytest.mark.both_databases("queues and locks")
 
@@ -84,8 +84,7 @@ def elsewhere(server: Server) -> Iterator[subprocess.Popen[str]]:
 
 def aside(server: Server) -> list[str]:
     """Return what the operator reads about jobs that were given up."""
-    with server.database.reading() as session:
-        return [line for line in jobs(session) if "set aside" in line]
+    return [line for line in job_lines(server.database) if "set aside" in line]
 
 
 def test_a_job_is_queued_with_its_transaction_or_not_at_all(server: Server) -> None:

@@ -17,6 +17,7 @@ import pytest
 from gym.tests.worlds import Server, World, hold
 from sqlalchemy import select, update
 
+from walltopo.cli import main
 from walltopo.core import InputError
 from walltopo_gym.accounts.models import SignIn
 from walltopo_gym.api.middleware import LONGEST_BODY
@@ -25,7 +26,7 @@ from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.operating import doctor
 from walltopo_gym.operating.doctor import Finding, examine
-from walltopo_gym.operating.jobs import cancel, jobs, retry
+from walltopo_gym.operating.jobs import cancel, job_lines, retry
 from walltopo_gym.operating.purge import purge
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.service import State
@@ -108,13 +109,26 @@ def test_the_doctor_looks_for_what_a_training_needs(
 
 def test_an_operator_sees_and_moves_jobs(world: World) -> None:
     scan = world.scan(State.FAILED, usable=3)
+    assert any(str(scan) in line for line in job_lines(world.server.database))
     with world.server.database.writing() as session:
-        assert any(str(scan) in line for line in jobs(session))
         retry(session, scan)
         cancel(session, scan)
         with pytest.raises(ConflictError):
             cancel(session, scan)
         assert session.scalar(select(Scan.state).where(Scan.id == scan)) == State.CANCELLED
+
+
+@pytest.mark.parametrize("what", ["list", "retry"])
+def test_the_command_for_jobs_ends(
+    world: World, what: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It once listed DBOS's jobs inside of a write transaction, for which DBOS waited for ever."""
+    scan = world.scan(State.FAILED, usable=3)
+    settings = world.server.settings
+    place = ["--data", str(settings.data), "--database", settings.database_url]
+    given = [str(scan)] if what == "retry" else []
+    assert main(["gym", "jobs", what, *given, *place]) == 0
+    assert f"{scan} {'queued' if what == 'retry' else 'failed'}" in capsys.readouterr().out
 
 
 def test_an_operator_does_not_take_a_scan_out_of_review(world: World) -> None:

@@ -18,6 +18,7 @@ from walltopo_gym.grading.placing import Placing
 from walltopo_gym.gyms.models import Ban, GradeSystem
 from walltopo_gym.messages import english
 from walltopo_gym.operating.own_data import forget
+from walltopo_gym.problems import estimate
 from walltopo_gym.problems.models import Problem
 
 pytestmark = pytest.mark.both_databases("search and paging in SQL")
@@ -243,6 +244,23 @@ def test_the_model_gives_a_grade_and_who_reaches_the_holds(world: World, scan: U
     far = ask(apart)
     assert far["grades"] is None
     assert not any(row["reached"] for row in far["heights"])
+
+
+def test_an_estimate_that_takes_too_long_is_ended_and_the_next_one_is_made(
+    world: World, scan: UUID, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = f"{world.path}/walls/{world.wall.id}/problem-estimate"
+
+    def ask() -> Any:
+        words = {"scan_id": str(scan), "holds": HOLDS}
+        return world.server.ask("POST", path, world.people["member"], words)
+
+    assert ask().status_code == 200
+    with monkeypatch.context() as patch:
+        patch.setattr(estimate, "_LIMIT_S", 0.0)
+        slow = ask()
+    assert (slow.status_code, slow.json()["code"]) == (422, "estimate-too-long")
+    assert ask().status_code == 200
 
 
 def test_a_limit_of_a_day(world: World, scan: UUID, monkeypatch: pytest.MonkeyPatch) -> None:

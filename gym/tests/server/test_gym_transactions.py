@@ -9,14 +9,19 @@ from contextlib import contextmanager
 
 import httpx
 import pytest
-from fastapi import APIRouter
+from anyio import CapacityLimiter
+from fastapi import APIRouter, FastAPI
+from fastapi.testclient import TestClient
 from gym.tests.worlds import ORIGIN, Server, World
 from sqlalchemy import event
 
 from walltopo_gym.accounts.access import SignedInMay, declare_rules
 from walltopo_gym.api.services import Db
+from walltopo_gym.database import lock
 from walltopo_gym.database.engine import CONNECTIONS
+from walltopo_gym.operating.http import Metrics
 from walltopo_gym.server.app import PREFIX
+from walltopo_gym.server.observed import Observed
 
 pytestmark = pytest.mark.both_databases("transactions and locks")
 
@@ -124,3 +129,48 @@ def test_more_requests_than_connections_wait_for_each_other(world: World, method
     # 409: PostgreSQL lets writers in at once, and all give the wall the same name.
     assert set(asyncio.run(ask_all())) <= {200, 409}
     assert time.monotonic() - begun < 20  # a connection is waited for up to 30 s
+
+
+def test_slow_work_in_a_write_transaction_is_reported(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The fixture of all tests fails where an endpoint does this."""
+    found: list[str] = []
+    monkeypatch.setattr(lock, "report", found.append)
+    database, store = world.server.database, world.server.services.store
+    store.has("content/none")
+    with database.reading():
+        store.has("content/none")
+    assert found == []
+    with database.writing():
+        store.has("content/none")
+    assert len(found) == 1
+    store.has("content/none")
+    assert len(found) == 1
+
+
+def test_slow_work_in_the_transaction_of_an_endpoint_is_reported(
+    server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its transaction is begun and ended in other threads than the one that works."""
+    found: list[str] = []
+    monkeypatch.setattr(lock, "report", found.append)
+    app = FastAPI()
+    app.state.services, app.state.places = server.services, CapacityLimiter(1)
+
+    @app.put("/slow")
+    def slow(session: Db) -> None:
+        server.services.store.has("content/none")
+
+    @app.get("/slow")
+    def read(session: Db) -> None:
+        server.services.store.has("content/none")
+
+    watched = Observed(app, Metrics(server.services))
+    client = TestClient(watched, base_url=ORIGIN)
+    assert client.get("/slow").is_success
+    assert found == []
+    assert client.put("/slow").is_success
+    assert len(found) == 1
+    assert client.get("/slow").is_success
+    assert len(found) == 1

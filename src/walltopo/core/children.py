@@ -32,6 +32,18 @@ class Child:
         self.output: IO[bytes] = process.stdout
         self.pid = process.pid
 
+    @property
+    def is_running(self) -> bool:
+        """Whether the process has not ended."""
+        return self._process.poll() is None
+
+    def send(self, message: bytes) -> None:
+        """Write a message to the process's stdin; one that has ended gets nothing."""
+        assert self._process.stdin is not None
+        with suppress(BrokenPipeError):
+            self._process.stdin.write(message)
+            self._process.stdin.flush()
+
     def kill(self) -> None:
         """Kill the process if it is running, and with it what it started in its session.
 
@@ -86,9 +98,7 @@ def child_process(
     child = Child(process)
     try:
         # A child that exits at once breaks the pipe; its output and exit code tell why.
-        with suppress(BrokenPipeError):
-            process.stdin.write(message)
-            process.stdin.flush()
+        child.send(message)
         yield child
     finally:
         child.kill()

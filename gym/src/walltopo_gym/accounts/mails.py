@@ -34,26 +34,35 @@ def new_link(session: Session, kind: Kind, email: str) -> str:
     return secret
 
 
-def use_link(session: Session, kind: Kind, secret: str) -> str:
-    """Return the mail address of a link, and void all links of this kind to that address.
+def email_of_link(session: Session, kind: Kind, secret: str) -> str:
+    """Return the mail address of a link.
 
     Raises
     ------
     RequestError : the link does not exist, was used, or has expired.
     """
-    link = session.scalar(
-        select(MailedLink).where(
+    email = session.scalar(
+        select(MailedLink.email).where(
             MailedLink.token_hash == hash_of(secret),
             MailedLink.kind == kind,
             MailedLink.expires_at > now(),
         )
     )
-    if link is None:
+    if email is None:
         raise RequestError("link-used-or-old", "ask-for-new")
-    session.execute(
-        delete(MailedLink).where(MailedLink.kind == kind, MailedLink.email == link.email)
-    )
-    return link.email
+    return email
+
+
+def use_link(session: Session, kind: Kind, secret: str) -> str:
+    """Return the mail address of a link, and void all links of this kind to that address.
+
+    Raises
+    ------
+    RequestError : as `email_of_link`.
+    """
+    email = email_of_link(session, kind, secret)
+    session.execute(delete(MailedLink).where(MailedLink.kind == kind, MailedLink.email == email))
+    return email
 
 
 def requested_mail(session: Session, kind: Kind, to: str, base: str, language: Language) -> Mail:

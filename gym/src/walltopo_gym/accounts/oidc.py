@@ -20,10 +20,12 @@ from walltopo_gym.accounts.models import Identity, OidcAttempt
 from walltopo_gym.accounts.people import NO_PASSWORD, add_person, find_person, one_spelling
 from walltopo_gym.accounts.secrets import hash_of, new_secret
 from walltopo_gym.clock import now
+from walltopo_gym.database.lock import check_unlocked
 from walltopo_gym.errors import ForbiddenError, SignInNeededError, UnavailableError
 
 _GOOD_FOR: Final = timedelta(minutes=10)
 _PATIENCE_S: Final = 10
+_WORK: Final = "the provider of accounts is called"
 _SIGNED_BY: Final = ["RS256", "PS256", "ES256", "EdDSA"]
 
 
@@ -69,6 +71,7 @@ class Provider:
     def _get(self, url: str) -> dict[str, Any]:
         import requests
 
+        check_unlocked(_WORK)
         try:
             answer = requests.get(url, timeout=_PATIENCE_S)
             answer.raise_for_status()
@@ -95,25 +98,38 @@ class Provider:
         return KeySet.import_key_set(self._get(self.places["jwks_uri"]))  # type: ignore[arg-type]
 
 
-def begin(session: Session, provider: Provider) -> tuple[str, str]:
-    """Return the provider's address for a browser, and the secret that marks the browser."""
-    state, kept = new_secret()
-    nonce, verifier = new_secret()[0], new_secret()[0]
-    session.execute(delete(OidcAttempt).where(OidcAttempt.expires_at < now()))
-    expires = now() + _GOOD_FOR
-    session.add(OidcAttempt(state_hash=kept, nonce=nonce, verifier=verifier, expires_at=expires))
+@dataclass(frozen=True)
+class Attempt:
+    """A sign-in that a browser begins: the provider's address, and the secrets of the attempt."""
+
+    url: str
+    state: str
+    nonce: str
+    verifier: str
+
+
+def begin(provider: Provider) -> Attempt:
+    """Return a new attempt to sign in."""
+    state, nonce, verifier = (new_secret()[0] for _ in range(3))
     url, _ = provider.client().create_authorization_url(
         provider.places["authorization_endpoint"], state=state, nonce=nonce, code_verifier=verifier
     )
-    return str(url), state
+    return Attempt(str(url), state, nonce, verifier)
 
 
-def finish(session: Session, provider: Provider, state: str, code: str) -> Claims:
-    """Return the provider's claims for `code`. Each state is valid once.
+def store_attempt(session: Session, attempt: Attempt) -> None:
+    """Store an attempt until its browser comes back."""
+    session.execute(delete(OidcAttempt).where(OidcAttempt.expires_at < now()))
+    session.add(OidcAttempt(state_hash=hash_of(attempt.state), nonce=attempt.nonce,
+                            verifier=attempt.verifier, expires_at=now() + _GOOD_FOR))  # fmt: skip
+
+
+def use_attempt(session: Session, state: str) -> tuple[str, str]:
+    """Return nonce and verifier of an attempt. Each state is valid once.
 
     Raises
     ------
-    SignInNeededError : the state is unknown or too old, or the signature is invalid.
+    SignInNeededError : the state is unknown or too old.
     """
     gone = delete(OidcAttempt).where(
         OidcAttempt.state_hash == hash_of(state), OidcAttempt.expires_at > now()
@@ -122,6 +138,16 @@ def finish(session: Session, provider: Provider, state: str, code: str) -> Claim
     if attempt is None:
         raise SignInNeededError("took-too-long", "sign-in-again")
     nonce, verifier = attempt
+    return nonce, verifier
+
+
+def claims_of(provider: Provider, code: str, nonce: str, verifier: str) -> Claims:
+    """Return the provider's claims for `code`.
+
+    Raises
+    ------
+    SignInNeededError : the provider does not confirm it, or the signature is invalid.
+    """
     return _claims(provider, _fetched(provider, code, verifier), nonce)
 
 
@@ -129,6 +155,7 @@ def _fetched(provider: Provider, code: str, verifier: str) -> str:
     import requests
     from authlib.common.errors import AuthlibBaseError
 
+    check_unlocked(_WORK)
     try:
         token = provider.client().fetch_token(
             provider.places["token_endpoint"], grant_type="authorization_code", code=code,

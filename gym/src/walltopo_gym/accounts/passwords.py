@@ -11,11 +11,13 @@ from argon2.exceptions import InvalidHashError, VerificationError
 from pydantic import Field, SecretStr
 
 from walltopo_gym.accounts.leaked import SHORTEST, is_leaked
+from walltopo_gym.database.lock import check_unlocked
 from walltopo_gym.errors import RequestError
 
 LONGEST = 200
 Password = Annotated[SecretStr, Field(max_length=LONGEST)]
 _MIN_SCORE = 2  # of 0 to 4: more than a million guesses
+_WORK = "a password is hashed"
 _LOOKED_AT = 72  # zxcvbn's time grows with the square of the length
 
 
@@ -33,6 +35,7 @@ class Passwords:
 
     def hash(self, password: str) -> str:
         """Return a password's hash."""
+        check_unlocked(_WORK)
         return self._hasher.hash(prepared(password))
 
     def matches(self, kept: str | None, password: str) -> bool:
@@ -40,6 +43,7 @@ class Passwords:
 
         Hashes from before passwords were prepared may be of the typed form or of its NFD.
         """
+        check_unlocked(_WORK)
         forms = (prepared(password), password, unicodedata.normalize("NFD", password))
         against = self._nobody if kept is None else kept
         found = any(self._verify(against, form) for form in dict.fromkeys(forms))
@@ -72,6 +76,7 @@ def check_password(password: str, *known: str) -> None:
     ------
     RequestError : says why, and what to choose.
     """
+    check_unlocked("the strength of a password is estimated")
     password = prepared(password)
     if not SHORTEST <= len(password) <= LONGEST:
         raise RequestError("password-length", count=len(password), least=SHORTEST, most=LONGEST)

@@ -12,7 +12,6 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.models import ApiToken, Person, Profile, SignIn
-from walltopo_gym.accounts.passwords import Passwords, check_password
 from walltopo_gym.errors import RequestError
 
 
@@ -57,15 +56,9 @@ def add_person(
     return person
 
 
-def set_password(session: Session, person: Person, password: str, passwords: Passwords) -> None:
-    """Set a new password and end all sign-ins and tokens.
-
-    Raises
-    ------
-    RequestError : it is short or easily guessed.
-    """
-    check_password(password, person.email, person.name)
-    person.password_hash = passwords.hash(password)
+def set_password(session: Session, person: Person, password_hash: str) -> None:
+    """Set a new password and end all sign-ins and tokens. The caller has checked the password."""
+    person.password_hash = password_hash
     sign_out_everywhere(session, person.id)
     session.execute(delete(ApiToken).where(ApiToken.person_id == person.id))
     log_change(session, "person.password", person=person.id)

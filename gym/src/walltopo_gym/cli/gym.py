@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import argparse
 import sys
+from typing import TYPE_CHECKING
 
 from walltopo.core import InputError
 from walltopo_gym.cli import demo, operator
 from walltopo_gym.cli.options import add_place
+
+if TYPE_CHECKING:
+    from sqlalchemy.orm import Session
+
+    from walltopo_gym.accounts.models import Person
 
 _EXAMPLES = """\
 examples:
@@ -120,30 +126,40 @@ def _user(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo_gym.accounts import second_factor
     from walltopo_gym.accounts.passwords import Passwords, check_password
-    from walltopo_gym.accounts.people import add_person, find_person, one_spelling, set_password
+    from walltopo_gym.accounts.people import add_person, one_spelling, set_password
     from walltopo_gym.cli.place import opened, read_password
     from walltopo_gym.operating.own_data import forget
 
     email = one_spelling(args.email)
-    passwords = Passwords()
-    with opened(args) as database, database.writing() as session:
-        if args.what == "add":
-            name = args.name or email.partition("@")[0]
+    name, kept = args.name or email.partition("@")[0], ""
+    with opened(args) as database:
+        if args.what != "add":
+            with database.reading() as session:
+                name = _account(session, email).name
+        if args.what in ("add", "password"):  # before a transaction: it waits for the keyboard
             password = read_password()
             check_password(password, email, name)
-            add_person(session, email, name, passwords.hash(password), operator=args.operator)
-        else:
-            person = find_person(session, email)
-            if person is None:
-                raise InputError(f"{email}: no account")
-            if args.what == "delete":
-                forget(session, person.id)
+            kept = Passwords().hash(password)
+        with database.writing() as session:
+            if args.what == "add":
+                add_person(session, email, name, kept, operator=args.operator)
+            elif args.what == "delete":
+                forget(session, _account(session, email).id)
             elif args.what == "no-second-factor":
-                second_factor.turn_off(session, person.id)
+                second_factor.turn_off(session, _account(session, email).id)
             else:
-                set_password(session, person, read_password(), passwords)
+                set_password(session, _account(session, email), kept)
     console.print(f"{email}: done", soft_wrap=True)
     return 0
+
+
+def _account(session: Session, email: str) -> Person:
+    from walltopo_gym.accounts.people import find_person
+
+    person = find_person(session, email)
+    if person is None:
+        raise InputError(f"{email}: no account")
+    return person
 
 
 def _settings(args: argparse.Namespace) -> int:

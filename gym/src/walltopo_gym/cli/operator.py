@@ -131,15 +131,16 @@ def _recount(args: argparse.Namespace) -> int:
     from walltopo_gym.climbing.counting import recount
     from walltopo_gym.gyms.models import Gym
 
-    with opened(args) as database, database.writing() as session:
+    with opened(args) as database:
         wanted = select(Gym).order_by(Gym.slug)
         if args.gym:
             wanted = wanted.where(Gym.slug == args.gym)
-        gyms = session.scalars(wanted).all()
+        with database.reading() as session:
+            gyms = session.scalars(wanted).all()
         if args.gym and not gyms:
             raise InputError(f"there is no gym {args.gym!r}", "`walltopo gym gym list` lists them.")
         for gym in gyms:
-            line = f"{gym.slug}: {recount(session, gym)} climbers counted"
+            line = f"{gym.slug}: {recount(database, gym.id)} climbers counted"
             console.print(line, soft_wrap=True, markup=False, highlight=False)
     return 0
 
@@ -170,13 +171,14 @@ def _gym(args: argparse.Namespace) -> int:
 def _jobs(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo_gym.cli.place import opened
-    from walltopo_gym.operating.jobs import cancel, jobs, retry
+    from walltopo_gym.operating.jobs import cancel, job_lines, retry
 
-    with opened(args) as database, database.writing() as session:
+    with opened(args) as database:
         if args.what != "list":
             if args.scan is None:
                 raise InputError(f"{args.what} which scan?", "`walltopo gym jobs` lists them.")
-            (retry if args.what == "retry" else cancel)(session, args.scan)
-        for line in jobs(session):
+            with database.writing() as session:
+                (retry if args.what == "retry" else cancel)(session, args.scan)
+        for line in job_lines(database):
             console.print(line, soft_wrap=True, markup=False, highlight=False)
     return 0

@@ -21,10 +21,14 @@ from walltopo_gym.accounts.models import Person
 from walltopo_gym.climbing.models import Ascent, ClimbingSession, SessionMark, Standing
 from walltopo_gym.climbing.points import FLASH, best_of, worth_of
 from walltopo_gym.climbing.visits import Event, Sort, Visit, day_begins, gym_day, visits
+from walltopo_gym.database.engine import Database
+from walltopo_gym.database.lock import check_unlocked
 from walltopo_gym.gyms.models import GradeSystem, Gym
+from walltopo_gym.jobs.queue import Job, enqueue
 from walltopo_gym.publishing.models import Route
 
 ALL_TIME: Final = "all"
+RECOUNTS: Final = Job("recounts", at_once=1, of_one_gym=1)
 _TOPS: Final = ("flash", "top")
 
 
@@ -87,16 +91,29 @@ def count_again(
     session.flush()
 
 
-def recount(session: Session, gym: Gym) -> int:
-    """Recount a whole gym and return the number of people. Sessions keep their addresses."""
-    _value_bare(session, gym, None)
-    people: set[UUID] = set()
-    for kind in (Ascent, SessionMark, Standing, ClimbingSession):
-        named = select(kind.person_id).where(kind.gym_id == gym.id).distinct()
-        people.update(session.scalars(named))
+def recount(database: Database, gym: UUID) -> int:
+    """Recount a whole gym and return the number of people. Sessions keep their addresses.
+
+    Each person is counted in a transaction of their own: their old figures stay until the new ones
+    are there, and other writers get their turns in between.
+    """
+    check_unlocked("a whole gym is counted")
+    with database.reading() as session:
+        people: set[UUID] = set()
+        for kind in (Ascent, SessionMark, Standing, ClimbingSession):
+            named = select(kind.person_id).where(kind.gym_id == gym).distinct()
+            people.update(session.scalars(named))
     for person in sorted(people):
-        count_again(session, gym, person, None)
+        with database.writing() as session:
+            found = session.get(Gym, gym)
+            if found is not None and session.get(Person, person) is not None:
+                count_again(session, found, person, None)
     return len(people)
+
+
+def queue_recount(session: Session, gym: UUID) -> None:
+    """Queue the recount of a whole gym, because its days begin at another time."""
+    enqueue(session, RECOUNTS, str(gym), gym=gym)
 
 
 def _valued(system: GradeSystem | None, label: str) -> tuple[int, str]:
@@ -106,11 +123,9 @@ def _valued(system: GradeSystem | None, label: str) -> tuple[int, str]:
     return worth_of(system.kind, system.grades, label), circuit
 
 
-def _value_bare(session: Session, gym: Gym, person: UUID | None) -> None:
+def _value_bare(session: Session, gym: Gym, person: UUID) -> None:
     """Set the points of ascents that did not pass through `keep_ascent`, such as bulk imports."""
-    bare = [Ascent.gym_id == gym.id, Ascent.worth.is_(None)]
-    if person is not None:
-        bare.append(Ascent.person_id == person)
+    bare = [Ascent.gym_id == gym.id, Ascent.worth.is_(None), Ascent.person_id == person]
     pairs = session.execute(
         select(Ascent.route_id, Ascent.grade, Route.grade_system_id)
         .outerjoin(Route, Route.id == Ascent.route_id)

@@ -18,6 +18,8 @@ from sqlalchemy.dialects.postgresql import Insert
 from sqlalchemy.orm import Session
 from sqlalchemy.pool import ConnectionPoolEntry
 
+from walltopo_gym.database.lock import write_open
+
 if TYPE_CHECKING:
     from dbos import DBOSClient
 
@@ -63,7 +65,7 @@ class Database:
         """Open one transaction: all of the block is committed, or nothing."""
         # Values read before the commit stay readable after it.
         made = Session(self._writing, expire_on_commit=False, info={"database": self})
-        with made as session, session.begin():
+        with write_open(), made as session, session.begin():
             yield session
 
     @contextmanager

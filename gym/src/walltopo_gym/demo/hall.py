@@ -38,6 +38,7 @@ from walltopo_gym.gyms.roles import Role
 from walltopo_gym.gyms.service import open_gym
 from walltopo_gym.publishing.review import found_routes
 from walltopo_gym.publishing.service import Entry, Placed, publish
+from walltopo_gym.publishing.version_holds import VersionHolds, version_holds
 from walltopo_gym.publishing.versions import gym_routes
 from walltopo_gym.scans.incoming import Incoming
 from walltopo_gym.scans.models import Photo, Scan, ScanProgress
@@ -106,6 +107,7 @@ class Hall:
                 for scan in missing:
                     self._see_through(scan)
             self._publish([scan for _, scan in walls], set(missing))
+        versions = self._versions([wall.id for wall, _ in walls])
         with self.database.writing() as session:
             gym = session.scalars(select(Gym).where(Gym.slug == SLUG)).one()
             routes = [route for route, _ in gym_routes(session, gym.id)]
@@ -113,11 +115,20 @@ class Hall:
             fill(session, gym, routes, now())
             fill_own(session, gym, climber, routes, now())
             current = [session.get_one(Wall, wall.id) for wall, _ in walls]
-            make_problems(session, self.store, gym, current, now())
+            make_problems(session, gym, current, versions, now())
             hold_cups(session, gym, setter, routes, now())
-            recount(session, gym)
             fill_aims(session, gym, routes, now())
+        recount(self.database, gym.id)
         return accounts
+
+    def _versions(self, walls: Sequence[UUID]) -> dict[UUID, VersionHolds]:
+        """Return the holds of the walls' published versions, by wall."""
+        with self.database.reading() as session:
+            published = {wall: session.get_one(Wall, wall).published_scan_id for wall in walls}
+        return {
+            wall: version_holds(self.store, scan)
+            for wall, scan in published.items() if scan is not None
+        }  # fmt: skip
 
     def _accounts(self) -> dict[str, str]:
         """Create the two accounts. Their passwords belong to this folder and are kept for the next
@@ -129,12 +140,13 @@ class Hall:
         for who in ("setter", "climber"):
             email = f"{who}@{SLUG}.example"
             password = made[email] = known.get(email) or secrets.token_urlsafe(9)
+            kept = passwords.hash(password)
             with self.database.writing() as session:
                 person = find_person(session, email)
                 if person is None:
-                    add_person(session, email, f"Demo {who}", passwords.hash(password))
+                    add_person(session, email, f"Demo {who}", kept)
                 elif email not in known:
-                    set_password(session, person, password, passwords)
+                    set_password(session, person, kept)
         with atomic_path(file) as temporary:
             temporary.touch(mode=0o600)
             temporary.write_text(json.dumps(made, indent=1))

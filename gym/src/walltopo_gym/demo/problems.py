@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import datetime, timedelta
 from typing import Final
+from uuid import UUID
 
 import numpy as np
 from sqlalchemy import func, select
@@ -15,8 +16,7 @@ from walltopo_gym.accounts.models import Person
 from walltopo_gym.demo.crowd import CLIMBERS, email_of
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.problems.models import Problem, ProblemAscent
-from walltopo_gym.publishing.version_holds import version_holds
-from walltopo_gym.storage.files import FileStore
+from walltopo_gym.publishing.version_holds import VersionHolds
 from walltopo_gym.walls.models import Wall
 
 _SEED: Final = 20260302
@@ -28,9 +28,15 @@ _STEP_M: Final = (0.25, 0.9)  # from one hand hold up to the next
 
 
 def make_problems(
-    session: Session, store: FileStore, gym: Gym, walls: Sequence[Wall], until: datetime
-) -> None:
-    """Add problems of the climbers on published walls, once."""
+    session: Session, gym: Gym, walls: Sequence[Wall], versions: Mapping[UUID, VersionHolds],
+    until: datetime,
+) -> None:  # fmt: skip
+    """Add problems of the climbers on published walls, once.
+
+    Parameters
+    ----------
+    versions : holds of the published version of each wall.
+    """
     ids = [wall.id for wall in walls]
     if session.scalar(select(func.count()).where(Problem.wall_id.in_(ids))):
         return
@@ -38,7 +44,7 @@ def make_problems(
     for number, name in enumerate(_NAMES):
         wall = walls[number % len(walls)]
         assert wall.published_scan_id is not None
-        version = version_holds(store, wall.published_scan_id)
+        version = versions[wall.id]
         holds = [hold for hold in version.by_id.values() if hold.role == "hold"]
         line = _line(holds, version.unit, rng)
         if len(line) < 3:

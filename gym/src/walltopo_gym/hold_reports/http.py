@@ -27,6 +27,7 @@ from walltopo_gym.hold_reports.service import (
     report_of,
     reports_of,
 )
+from walltopo_gym.publishing.version_holds import check_version, version_holds
 from walltopo_gym.walls.http import wall_of
 
 router = APIRouter(tags=["hold reports"])
@@ -94,16 +95,21 @@ class HoldToCheck(BaseModel):
 
 @router.put("/gyms/{gym}/hold-reports/{report}")
 def put_hold_report(
-    report: UUID, body: NewHoldReport, response: Response, session: Db, services: ServicesOf,
-    access: ClimberMay,
-) -> OwnHoldReport:  # fmt: skip
+    report: UUID, body: NewHoldReport, response: Response, services: ServicesOf, access: ClimberMay
+) -> OwnHoldReport:
     """Report a hold under an id that the phone made, so that it is stored once. A second open
     report of the same hold and kind by the same person is answered with the first."""
     me = access.actor.known
-    check_not_banned(session, access.gym.id, me)
-    wall = wall_of(session, access.gym.id, body.wall_id)
     fault = Fault(body.scan_id, body.hold, body.route_id, body.kind, body.note)
-    row, is_new = keep_report(session, services.store, report, me, wall, fault)
+    with services.database.reading() as session:
+        is_stored = session.get(HoldReport, report) is not None
+        if not is_stored:
+            check_version(session, wall_of(session, access.gym.id, body.wall_id), body.scan_id)
+    holds = {} if is_stored else version_holds(services.store, body.scan_id).by_id
+    with services.database.writing() as session:
+        check_not_banned(session, access.gym.id, me)
+        wall = wall_of(session, access.gym.id, body.wall_id)
+        row, is_new = keep_report(session, report, me, wall, fault, holds)
     response.status_code = 201 if is_new else 200
     return OwnHoldReport.model_validate(row, from_attributes=True)
 

@@ -16,14 +16,14 @@ from uuid import UUID
 from sqlalchemy import Select, select
 from sqlalchemy.orm import Session
 
+from walltopo.scans.holds import Hold
 from walltopo_gym.accounts.limits import count_hold_report
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
 from walltopo_gym.hold_reports.models import HoldReport
 from walltopo_gym.publishing.models import Placement, Route
-from walltopo_gym.publishing.version_holds import check_version, origins, version_holds
-from walltopo_gym.storage.files import FileStore
+from walltopo_gym.publishing.version_holds import check_version, origins
 from walltopo_gym.walls.models import Wall
 from walltopo_gym.webhooks.service import note as queue_message
 
@@ -85,11 +85,16 @@ class Open:
 
 
 def keep_report(
-    session: Session, store: FileStore, report: UUID, person: UUID, wall: Wall, fault: Fault
-) -> tuple[HoldReport, bool]:
+    session: Session, report: UUID, person: UUID, wall: Wall, fault: Fault,
+    holds: Mapping[int, Hold],
+) -> tuple[HoldReport, bool]:  # fmt: skip
     """Store a report; return it and whether it is new.
 
     A second open report of the same person, hold and kind is answered with the first.
+
+    Parameters
+    ----------
+    holds : of the version that the report names.
 
     Raises
     ------
@@ -104,7 +109,7 @@ def keep_report(
             raise ConflictError("id-taken", "id-another")
         return known, False
     check_version(session, wall, fault.scan)
-    route, colour = _route_and_colour(session, store, fault)
+    route, colour = _route_and_colour(session, fault, holds)
     row = HoldReport(
         id=report, wall_id=wall.id, scan_id=fault.scan, hold=fault.hold, person_id=person,
         route_id=None if route is None else route.id, colour=colour, kind=fault.kind,
@@ -121,8 +126,8 @@ def keep_report(
 
 
 def _route_and_colour(
-    session: Session, store: FileStore, fault: Fault
-) -> tuple[Route | None, str]:  # fmt: skip
+    session: Session, fault: Fault, holds: Mapping[int, Hold]
+) -> tuple[Route | None, str]:
     placed = session.execute(
         select(Placement, Route)
         .join(Route, Route.id == Placement.route_id)
@@ -133,7 +138,7 @@ def _route_and_colour(
             if route.id == fault.route:
                 return route, route.colour
         raise RequestError("hold-or-route")
-    hold = version_holds(store, fault.scan).by_id.get(fault.hold)
+    hold = holds.get(fault.hold)
     if hold is None:
         raise RequestError("hold-unknown")
     colour = hold.colour[:40]

@@ -17,6 +17,7 @@ from walltopo_gym.api.fields import Body, Name, Text
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.api.tables import CsvDialectOf, CsvFile
 from walltopo_gym.clock import now
+from walltopo_gym.database.lock import check_unlocked
 from walltopo_gym.errors import NotFoundError, RequestError
 from walltopo_gym.grading.http import GradeOutlierFacts
 from walltopo_gym.grading.service import grade_outliers
@@ -173,6 +174,7 @@ def read_insights_table(
 
 def route_insights(session: Session, gym: Gym) -> Insights:
     """Return the insights on current routes."""
+    check_unlocked(_WORK)
     aims, found = aims_of(session, gym.id), of_routes(session, gym, now())
     strip = what_to_strip(found.routes, found.today, aims.wash_after)
     outliers = grade_outliers(session, gym.id)
@@ -192,6 +194,7 @@ def route_insights(session: Session, gym: Gym) -> Insights:
 
 def hold_insights(session: Session, store: FileStore, gym: Gym) -> HoldInsights:
     """Return the insights on holds."""
+    check_unlocked(_WORK)
     aims, routes = aims_of(session, gym.id), of_routes(session, gym, now()).routes
     current = current_holds(session, store, gym.id)
     return HoldInsights(
@@ -226,6 +229,7 @@ def _styles_table(found: StyleInsights, dialect: CsvDialect) -> str:
     return csv_table(["kind", "value", "routes", "group", *counted], rows, dialect)
 
 
+_WORK: Final = "a gym's insights are computed"
 Kind = Literal["", "slab", "vertical", "slight", "steep", "roof"]
 
 Count = Annotated[int, Field(ge=0, le=100_000)]
@@ -262,47 +266,54 @@ class StockBody(Body):
 
 
 @router.put("/gyms/{gym}/insights/targets")
-def put_targets(body: GradeTargets, session: Db, access: SetterMay) -> Insights:
+def put_targets(body: GradeTargets, services: ServicesOf, access: SetterMay) -> Insights:
     """Set the gym's grade targets."""
-    check_targets(session, access.gym.id, [(c.system, c.grade, c.steepness) for c in body.cells])
-    aims = _aims(session, access)
-    aims.targets = [cell.model_dump(mode="json") for cell in body.cells]
-    _log(session, access, "insights.targets")
-    return route_insights(session, access.gym)
+    cells = [(cell.system, cell.grade, cell.steepness) for cell in body.cells]
+    with services.database.writing() as session:
+        check_targets(session, access.gym.id, cells)
+        aims = _aims(session, access)
+        aims.targets = [cell.model_dump(mode="json") for cell in body.cells]
+        _log(session, access, "insights.targets")
+    with services.database.reading() as session:
+        return route_insights(session, access.gym)
 
 
 @router.put("/gyms/{gym}/insights/stock")
-def put_stock(
-    body: StockBody, session: Db, services: ServicesOf, access: SetterMay
-) -> HoldInsights:
+def put_stock(body: StockBody, services: ServicesOf, access: SetterMay) -> HoldInsights:
     """Set the gym's stock of holds and its washing interval."""
     if len({(row.colour, row.type) for row in body.rows}) < len(body.rows):
         raise RequestError("stock-twice")
-    aims = _aims(session, access)
-    aims.stock, aims.wash_after = [row.model_dump() for row in body.rows], body.wash_after
-    _log(session, access, "insights.stock")
-    return hold_insights(session, services.store, access.gym)
+    with services.database.writing() as session:
+        aims = _aims(session, access)
+        aims.stock, aims.wash_after = [row.model_dump() for row in body.rows], body.wash_after
+        _log(session, access, "insights.stock")
+    with services.database.reading() as session:
+        return hold_insights(session, services.store, access.gym)
 
 
 @router.post("/gyms/{gym}/walls/{wall}/washings", status_code=201)
-def wash_wall(wall: UUID, session: Db, services: ServicesOf, access: SetterMay) -> HoldInsights:
+def wash_wall(wall: UUID, services: ServicesOf, access: SetterMay) -> HoldInsights:
     """Record that a wall's holds were washed now."""
-    session.add(Washing(wall_id=wall_of(session, access.gym.id, wall).id))
-    _log(session, access, "wall.wash", str(wall))
-    return hold_insights(session, services.store, access.gym)
+    with services.database.writing() as session:
+        session.add(Washing(wall_id=wall_of(session, access.gym.id, wall).id))
+        _log(session, access, "wall.wash", str(wall))
+    with services.database.reading() as session:
+        return hold_insights(session, services.store, access.gym)
 
 
 @router.delete("/gyms/{gym}/walls/{wall}/washings/{washing}")
 def drop_washing(
-    wall: UUID, washing: UUID, session: Db, services: ServicesOf, access: SetterMay
+    wall: UUID, washing: UUID, services: ServicesOf, access: SetterMay
 ) -> HoldInsights:
     """Delete a recorded washing."""
-    row = session.get(Washing, washing)
-    if row is None or row.wall_id != wall_of(session, access.gym.id, wall).id:
-        raise NotFoundError("not-there-washing")
-    session.delete(row)
-    _log(session, access, "wall.no-wash", str(wall))
-    return hold_insights(session, services.store, access.gym)
+    with services.database.writing() as session:
+        row = session.get(Washing, washing)
+        if row is None or row.wall_id != wall_of(session, access.gym.id, wall).id:
+            raise NotFoundError("not-there-washing")
+        session.delete(row)
+        _log(session, access, "wall.no-wash", str(wall))
+    with services.database.reading() as session:
+        return hold_insights(session, services.store, access.gym)
 
 
 def _aims(session: Session, access: Access) -> Aims:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from uuid import UUID
 
 from sqlalchemy import select
@@ -10,6 +9,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.database.engine import Database
+from walltopo_gym.database.lock import check_unlocked
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.scans.models import Scan, ScanProgress
@@ -20,10 +20,10 @@ _SHOWN = (State.RUNNING, State.QUEUED, State.FAILED)
 _ASIDE = ["ERROR", "MAX_RECOVERY_ATTEMPTS_EXCEEDED"]  # DBOS's words for it
 
 
-def jobs(session: Session) -> Iterator[str]:
+def job_lines(database: Database) -> list[str]:
     """Return a line for each running, waiting and failed scan, and for other jobs that were set
     aside."""
-    rows = session.execute(
+    wanted = (
         select(Scan, Wall.name, Gym.slug, ScanProgress)
         .join(Wall, Wall.id == Scan.wall_id)
         .join(Gym, Gym.id == Wall.gym_id)
@@ -31,15 +31,21 @@ def jobs(session: Session) -> Iterator[str]:
         .where(Scan.state.in_(_SHOWN))
         .order_by(Scan.state.desc(), Scan.created_at)
     )
-    for scan, wall, gym, progress in rows:
-        detail = scan.error
-        if scan.state == State.RUNNING and progress is not None:
-            detail = f"{progress.stage}: {progress.doing} (heard of {progress.at:%Y-%m-%d %H:%M})"
-        yield f"{scan.id} {scan.state:<8} {gym}/{wall} {detail}"
-    database: Database = session.info["database"]
+    lines = []
+    with database.reading() as session:
+        for scan, wall, gym, progress in session.execute(wanted):
+            detail = scan.error
+            if scan.state == State.RUNNING and progress is not None:
+                detail = (
+                    f"{progress.stage}: {progress.doing} (heard of {progress.at:%Y-%m-%d %H:%M})"
+                )
+            lines.append(f"{scan.id} {scan.state:<8} {gym}/{wall} {detail}")
+    # DBOS begins a transaction of its own, which on SQLite would wait for one of ours for ever.
+    check_unlocked("jobs are listed")
     for job in database.jobs.list_workflows(status=_ASIDE):
         items = " ".join(map(str, job.input["args"][1:])) if job.input else job.workflow_id
-        yield f"{items} set aside {job.name}: {job.error or job.status}"
+        lines.append(f"{items} set aside {job.name}: {job.error or job.status}")
+    return lines
 
 
 def retry(session: Session, scan: UUID) -> None:

@@ -2,48 +2,76 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Sequence
-from dataclasses import dataclass
-from uuid import UUID
+from contextlib import ExitStack
+from typing import Final
 
-from sqlalchemy.orm import Session
+import msgspec
 
+from walltopo.core.children import Child, child_process, python_module
 from walltopo.scans.routes import Route
-from walltopo_climb.grades.model import Range, shipped_identity, shipped_model
-from walltopo_climb.grades.of_scan import place_routes
-from walltopo_climb.movement.reach import HEIGHTS, reaching_heights
-from walltopo_gym.grading.service import range_of
+from walltopo_gym.database.lock import check_unlocked
+from walltopo_gym.errors import RequestError, UnavailableError
+from walltopo_gym.problems.estimate_worker import EstimateRequest, PlacedProblem
 from walltopo_gym.problems.service import Use, UsedHold
 from walltopo_gym.publishing.version_holds import VersionHolds
 
-
-@dataclass(frozen=True)
-class Estimate:
-    """An estimate of a problem.
-
-    Parameters
-    ----------
-    grades : None if the model finds no moves for an adult, or knows no grades of this wall.
-    heights : height in metres and whether a climber of that height reaches the top.
-    """
-
-    grades: Range | None
-    heights: list[tuple[float, bool]]
+_LIMIT_S: Final = 5.0  # of one estimate; an ordinary problem takes a tenth of a second
+_BEGIN_S: Final = 180.0  # of a new process, which may have to compile
 
 
-def estimate(
-    session: Session, gym: UUID, scan: UUID, version: VersionHolds, used: Sequence[UsedHold]
-) -> Estimate:
-    """Return what the model says of a problem on a published version."""
-    route = _route(used, version)
-    holds, unit = list(version.by_id.values()), version.unit
-    placed = place_routes([route], holds, unit, shipped_model())
-    grades = None
-    if placed:
-        [one] = placed
-        grades = range_of(session, gym, scan, shipped_identity(), one.place, known=one.known)
-    reaching = reaching_heights(route, holds, unit) or ()
-    return Estimate(grades, [(height, height in reaching) for height in HEIGHTS])
+class Estimator:
+    """Estimates problems one after the other, in a process that is killed if one takes too long."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._process = ExitStack()
+        self._child: Child | None = None
+
+    def estimate(self, used: Sequence[UsedHold], version: VersionHolds) -> PlacedProblem:
+        """Return what the model says of a problem on a version of its wall.
+
+        Raises
+        ------
+        RequestError : it takes too long; UnavailableError : the process does not start.
+        """
+        check_unlocked("a problem is estimated")
+        request = EstimateRequest(_route(used, version), [*version.by_id.values()], version.unit)
+        with self._lock:
+            child = self._running()
+            line = _answer(child, msgspec.json.encode(request) + b"\n", _LIMIT_S)
+        if not line:
+            raise RequestError("estimate-too-long", "estimate-fewer-holds")
+        return msgspec.json.decode(line, type=PlacedProblem)
+
+    def close(self) -> None:
+        """End the process."""
+        with self._lock:
+            self._process.close()
+            self._child = None
+
+    def _running(self) -> Child:
+        if self._child is None or not self._child.is_running:
+            self._process.close()
+            command = python_module("walltopo_gym.problems.estimate_worker")
+            # What the process prints belongs into the operator's log.
+            self._child = self._process.enter_context(child_process(command, errors=None))
+            if not _answer(self._child, b"", _BEGIN_S):
+                raise UnavailableError("estimate-no-process")
+        return self._child
+
+
+def _answer(child: Child, message: bytes, limit_s: float) -> bytes:
+    """Send a message and return the next line; empty if the process ended or was killed."""
+    timer = threading.Timer(limit_s, child.kill)
+    timer.start()
+    try:
+        child.send(message)
+        return child.output.readline()
+    finally:
+        timer.cancel()
+        timer.join()
 
 
 def _route(used: Sequence[UsedHold], version: VersionHolds) -> Route:

@@ -11,6 +11,8 @@ from pydantic import BaseModel, Field
 from sqlalchemy import Select, delete, select
 from sqlalchemy.orm import Session
 
+from walltopo_climb.grades.model import shipped_identity
+from walltopo_climb.movement.reach import HEIGHTS
 from walltopo_gym.accounts.access import SignedInMay
 from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.audit import log_change
@@ -19,14 +21,16 @@ from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.fields import Body, Moment, Name, Text
 from walltopo_gym.api.paging import Cursor, Page, Size, page_by
 from walltopo_gym.api.services import Db, ServicesOf
+from walltopo_gym.api.turns import turn_for
 from walltopo_gym.climbing.ascents import EditWords
 from walltopo_gym.clock import now
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.grading.http import GradeBounds
+from walltopo_gym.grading.service import range_of
 from walltopo_gym.gyms.access import Access, GuestMay, PublisherMay, SetterMay, gym_rule
 from walltopo_gym.gyms.members import check_not_banned
 from walltopo_gym.gyms.roles import Role
-from walltopo_gym.problems.estimate import estimate
+from walltopo_gym.problems.estimate import Estimator
 from walltopo_gym.problems.models import Problem, ProblemReport
 from walltopo_gym.problems.service import (
     MAX_HOLDS,
@@ -54,6 +58,7 @@ router = APIRouter(tags=["problems"])
 
 ClimberMay = Annotated[Access, gym_rule(Role.MEMBER, None)]
 ReaderMay = Annotated[Access, gym_rule(Role.MEMBER, Scope.READ)]
+EstimateTurn = Annotated[None, turn_for("problem-estimate")]
 
 
 class HoldUse(Body):
@@ -112,26 +117,27 @@ class ClimberProblem(BaseModel):
 
 @router.put("/gyms/{gym}/problems/{problem}")
 def put_problem(
-    problem: UUID, body: NewProblem, response: Response, session: Db, services: ServicesOf,
-    access: ClimberMay,
-) -> ClimberProblem:  # fmt: skip
+    problem: UUID, body: NewProblem, response: Response, services: ServicesOf, access: ClimberMay
+) -> ClimberProblem:
     """Store a problem under an id that the phone made, so that it is stored once. Sending it again
     with other fields changes it. A deleted problem stays deleted. The response is the stored state:
     a late copy of an older `edit` changes nothing."""
     me = access.actor.known
-    check_not_banned(session, access.gym.id, me)
-    wall = wall_of(session, access.gym.id, body.wall_id)
-    grade = ""
-    if body.grade:
-        grade = grade_of(session, access.gym.id, body.grade_system_id, body.grade)
-    words = ProblemWords(
-        body.scan_id, _used(body.holds), body.name, body.grade_system_id, grade, body.share,
-        body.matching, body.note, body.remix_of,
-    )  # fmt: skip
+    with services.database.reading() as session:
+        stored = session.get(Problem, problem)
+        is_deleted = stored is not None and stored.taken_back_at is not None
+        if not is_deleted:
+            check_version(session, wall_of(session, access.gym.id, body.wall_id), body.scan_id)
+    known = {} if is_deleted else version_holds(services.store, body.scan_id).by_id
     edit = body.edit.read() if body.edit else None
-    row, is_new = keep_problem(session, services.store, problem, me, wall, words, edit)
+    with services.database.writing() as session:
+        check_not_banned(session, access.gym.id, me)
+        wall = wall_of(session, access.gym.id, body.wall_id)
+        words = _words(session, access, body)
+        row, is_new = keep_problem(session, problem, me, wall, words, known, edit)
     response.status_code = 201 if is_new else 200
-    return _one(session, services.store, access, row)
+    with services.database.reading() as session:
+        return _one(session, services.store, access, row)
 
 
 @router.get("/gyms/{gym}/walls/{wall}/problems")
@@ -207,33 +213,38 @@ class ProblemEstimate(BaseModel):
 
 @router.post("/gyms/{gym}/walls/{wall}/problem-estimate")
 def estimate_problem(
-    wall: UUID, body: ProblemOfHolds, session: Db, services: ServicesOf, access: ClimberMay
+    wall: UUID, body: ProblemOfHolds, _: EstimateTurn, services: ServicesOf, access: ClimberMay
 ) -> ProblemEstimate:
     """Estimate grade and reach of a problem before it is stored."""
-    found = wall_of(session, access.gym.id, wall)
-    check_version(session, found, body.scan_id)
-    used = _used(body.holds)
-    check_holds(services.store, body.scan_id, used)
-    count_estimate(session, access.actor.known)
-    version = version_holds(services.store, body.scan_id)
-    made = estimate(session, access.gym.id, body.scan_id, version, used)
+    with services.database.reading() as session:
+        check_version(session, wall_of(session, access.gym.id, wall), body.scan_id)
+    used, version = _used(body.holds), version_holds(services.store, body.scan_id)
+    check_holds(version.by_id, used)
+    with services.database.writing() as session:
+        count_estimate(session, access.actor.known)
+    made = services.get(Estimator).estimate(used, version)
+    grades = None
+    if made.place is not None:
+        with services.database.reading() as session:
+            grades = range_of(session, access.gym.id, body.scan_id, shipped_identity(), made.place,
+                              known=made.known)  # fmt: skip
     return ProblemEstimate(
-        grades=None if made.grades is None else GradeBounds.of(made.grades),
-        heights=[ReachFacts(height_m=height, reached=reached) for height, reached in made.heights],
+        grades=None if grades is None else GradeBounds.of(grades),
+        heights=[ReachFacts(height_m=one, reached=one in made.heights) for one in HEIGHTS],
     )
 
 
 @router.post("/gyms/{gym}/problems/{problem}/promote")
-def promote_problem(
-    problem: UUID, session: Db, services: ServicesOf, access: PublisherMay
-) -> ClimberProblem:
+def promote_problem(problem: UUID, services: ServicesOf, access: PublisherMay) -> ClimberProblem:
     """Make a route of a problem that others see; repeating it is fine."""
-    row = _problem(session, access, problem)
-    wall = session.get_one(Wall, row.wall_id)
-    author = session.scalar(select(Person.name).where(Person.id == row.person_id)) or ""
-    route = promote(session, wall, row, author)
-    _log(session, access, "problem.promote", row, route=str(route.id))
-    return _one(session, services.store, access, row)
+    with services.database.writing() as session:
+        row = _problem(session, access, problem)
+        wall = session.get_one(Wall, row.wall_id)
+        author = session.scalar(select(Person.name).where(Person.id == row.person_id)) or ""
+        route = promote(session, wall, row, author)
+        _log(session, access, "problem.promote", row, route=str(route.id))
+    with services.database.reading() as session:
+        return _one(session, services.store, access, row)
 
 
 class ProblemComplaint(Body):
@@ -321,6 +332,16 @@ def show_problem(problem: UUID, session: Db, access: SetterMay) -> None:
     if row.hidden_at is not None:
         row.hidden_at = None
         _log(session, access, "problem.show", row)
+
+
+def _words(session: Session, access: Access, body: NewProblem) -> ProblemWords:
+    grade = ""
+    if body.grade:
+        grade = grade_of(session, access.gym.id, body.grade_system_id, body.grade)
+    return ProblemWords(
+        body.scan_id, _used(body.holds), body.name, body.grade_system_id, grade, body.share,
+        body.matching, body.note, body.remix_of,
+    )  # fmt: skip
 
 
 def _used(holds: list[HoldUse]) -> list[UsedHold]:

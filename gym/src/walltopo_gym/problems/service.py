@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from enum import StrEnum
@@ -23,7 +23,7 @@ from walltopo_gym.gyms.models import Ban, Gym
 from walltopo_gym.problems.models import Problem, ProblemAscent
 from walltopo_gym.publishing.by_hand import HandRoute, add_routes
 from walltopo_gym.publishing.models import Route
-from walltopo_gym.publishing.version_holds import check_version, current_holds, version_holds
+from walltopo_gym.publishing.version_holds import check_version, current_holds
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.storage.files import FileStore
 from walltopo_gym.walls.models import Wall
@@ -89,8 +89,12 @@ class Shown:
     gone: int
 
 
-def check_holds(store: FileStore, scan: UUID, holds: Sequence[UsedHold]) -> None:
+def check_holds(known: Container[int], holds: Sequence[UsedHold]) -> None:
     """Refuse holds that make no problem.
+
+    Parameters
+    ----------
+    known : ids of the version's holds.
 
     Raises
     ------
@@ -102,18 +106,21 @@ def check_holds(store: FileStore, scan: UUID, holds: Sequence[UsedHold]) -> None
     uses = [used.use for used in holds]
     if not 1 <= uses.count(Use.START) <= 4 or not 1 <= uses.count(Use.TOP) <= 2:
         raise RequestError("problem-start-top")
-    known = version_holds(store, scan).by_id
     if not all(hold in known for hold in ids):
         raise RequestError("hold-unknown")
 
 
 def keep_problem(
-    session: Session, store: FileStore, problem: UUID, person: UUID, wall: Wall,
-    words: ProblemWords, edit: Edit | None,
+    session: Session, problem: UUID, person: UUID, wall: Wall, words: ProblemWords,
+    known: Container[int], edit: Edit | None,
 ) -> tuple[Problem, bool]:  # fmt: skip
     """Store or change a problem; return it and whether it is new.
 
     A deleted problem stays deleted, and a newer edit stays.
+
+    Parameters
+    ----------
+    known : ids of the holds of the version `words.scan`.
 
     Raises
     ------
@@ -128,7 +135,7 @@ def keep_problem(
     if row is not None and row.taken_back_at is not None:
         return row, False
     check_version(session, wall, words.scan)
-    check_holds(store, words.scan, words.holds)
+    check_holds(known, words.holds)
     is_new = row is None
     if row is None:
         count_problem(session, person)

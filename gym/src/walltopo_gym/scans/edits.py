@@ -83,6 +83,12 @@ def check_carried_out(session: Session, scan: UUID) -> None:
         raise ConflictError("edits-carried-out", "takes-seconds")
 
 
+def results_version(session: Session, scan: Scan) -> tuple[int, int]:
+    """Return which results the scan's files are: its run, and the edits that they show."""
+    edits = session.get(ScanEdits, scan.id, populate_existing=True)
+    return scan.run, 0 if edits is None else edits.shown
+
+
 def _taken(session: Session, scan: UUID) -> Scan:
     """Return the scan's row, locked until the transaction ends, so that saves and publications are
     serial."""

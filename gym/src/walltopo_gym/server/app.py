@@ -35,16 +35,16 @@ from walltopo_gym.accounts.passwords import Passwords
 from walltopo_gym.api.middleware import LONGEST_BODY, Bounds, CrossOriginGuard, SafeHeaders
 from walltopo_gym.api.problems import PROBLEMS, handle_problems
 from walltopo_gym.api.services import Hooks, Services
-from walltopo_gym.climbing.counting import recount
+from walltopo_gym.climbing.counting import queue_recount
 from walltopo_gym.climbing.people import took_part
 from walltopo_gym.competitions.live import LiveBoards
 from walltopo_gym.database.engine import CONNECTIONS, Database
 from walltopo_gym.editing.service import EditSessions
 from walltopo_gym.gyms.access import feature_rule
-from walltopo_gym.gyms.models import Gym
 from walltopo_gym.hall.http.screen import admits
 from walltopo_gym.mail import make_mailer
 from walltopo_gym.operating.http import Metrics, health_router, metrics_router
+from walltopo_gym.problems.estimate import Estimator
 from walltopo_gym.scans.incoming import Incoming
 from walltopo_gym.server import pages
 from walltopo_gym.server.observed import Observed
@@ -83,7 +83,7 @@ def open_services(settings: GymSettings) -> Services:
         settings.data / "incoming", settings.keep_free_mb, copied=not settings.objects
     )
     edit_sessions = EditSessions(settings.data / "editing", settings.max_edited, database, store)
-    parts = (Passwords(), incoming, edit_sessions, LiveBoards(database))
+    parts = (Passwords(), incoming, edit_sessions, LiveBoards(database), Estimator())
     return Services(
         settings, database, make_mailer(settings), store, {type(part): part for part in parts}
     )
@@ -123,7 +123,7 @@ def build_app(services: Services) -> FastAPI:
     app.state.hooks = Hooks(
         admits=admits if "hall" in features else _admits_nobody,
         took_part=took_part,
-        days_changed=_count_anew,
+        days_changed=queue_recount,
     )
     for feature, routers in _SLICES:
         if feature is not None and feature not in features:
@@ -143,10 +143,6 @@ def build_app(services: Services) -> FastAPI:
     app.add_middleware(Observed, metrics=app.state.metrics)
     app.add_middleware(SafeHeaders)
     return app
-
-
-def _count_anew(session: Session, gym: UUID) -> None:
-    recount(session, session.get_one(Gym, gym))
 
 
 def _admits_nobody(session: Session, gym: UUID, request: Request) -> bool:

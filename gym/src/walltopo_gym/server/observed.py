@@ -17,6 +17,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from walltopo_gym.api.problems import problem_answer
+from walltopo_gym.database.lock import lock_scope
 from walltopo_gym.errors import RequestError
 from walltopo_gym.operating.http import Metrics
 
@@ -54,7 +55,8 @@ class Observed:
 
         token = REQUEST.set(request)
         try:
-            await self._app(scope, receive, send_with_id)
+            with lock_scope():
+                await self._app(scope, receive, send_with_id)
         except Exception:
             _LOG.exception("a defect")
             if status:  # the answer had begun; it breaks off

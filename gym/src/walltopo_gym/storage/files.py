@@ -19,12 +19,14 @@ from obstore.store import LocalStore, ObjectStore
 from walltopo.core import InputError, SettingsError
 from walltopo.scans import object_store
 from walltopo.scans.object_store import fetch_file
+from walltopo_gym.database.lock import check_unlocked
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.settings import GymSettings
 
 _LOG = logging.getLogger("walltopo_gym.storage")
 
 _CHUNK: Final = 1 << 20
+_WORK: Final = "the store of files is used"
 
 
 class FileStore:
@@ -40,10 +42,12 @@ class FileStore:
 
     def put(self, key: str, source: Path | bytes) -> None:
         """Store a file under a key, replacing an existing one."""
+        check_unlocked(_WORK)
         obstore.put(self.objects, key, source)
 
     def has(self, key: str) -> bool:
         """Return whether a file exists."""
+        check_unlocked(_WORK)
         try:
             obstore.head(self.objects, key)
         except FileNotFoundError:
@@ -66,6 +70,7 @@ class FileStore:
         ------
         NotFoundError : there is no such file; raised before the first piece.
         """
+        check_unlocked(_WORK)
         try:
             found = obstore.get(self.objects, key)
         except FileNotFoundError as error:
@@ -79,6 +84,7 @@ class FileStore:
         ------
         NotFoundError : there is no such file.
         """
+        check_unlocked(_WORK)
         try:
             fetch_file(self.objects, key, path)
         except FileNotFoundError as error:
@@ -86,22 +92,26 @@ class FileStore:
 
     def copy_below(self, prefix: str, target: str) -> None:
         """Copy all files below a prefix to another one; in a folder, copies share their bytes."""
+        check_unlocked(_WORK)
         for key in self.keys(prefix):
             obstore.copy(self.objects, key, target + key.removeprefix(prefix))
 
     def keys(self, prefix: str) -> list[str]:
         """Return the keys below a prefix, sorted."""
+        check_unlocked(_WORK)
         pages = obstore.list(self.objects, prefix)
         return sorted(str(item["path"]) for page in pages for item in page)
 
     def entries(self, prefix: str) -> Iterator[tuple[str, int, datetime]]:
         """Return key, size in bytes and modification time of each file below a prefix."""
+        check_unlocked(_WORK)
         for page in obstore.list(self.objects, prefix):
             for item in page:
                 yield str(item["path"]), int(item["size"]), item["last_modified"]
 
     def drop(self, keys: list[str]) -> None:
         """Delete files; missing ones are ignored."""
+        check_unlocked(_WORK)
         for key in keys:
             try:
                 obstore.delete(self.objects, key)

@@ -23,6 +23,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.clock import now
+from walltopo_gym.database.lock import check_unlocked
 from walltopo_gym.errors import RequestError
 from walltopo_gym.jobs.queue import Job, enqueue
 from walltopo_gym.webhooks.models import Webhook, WebhookEvent
@@ -155,6 +156,7 @@ def post(url: str, content: bytes, headers: Mapping[str, str], *, private: bool)
     if not private:
         for address in addresses:
             _refuse_private(address)
+    check_unlocked("another machine is called")
     stream = socket.create_connection((addresses[0], port), _PATIENCE_S)
     path = (parts.path or "/") + (f"?{parts.query}" if parts.query else "")
     with closing(stream), _cut_after(stream, _DEADLINE_S):

@@ -17,7 +17,7 @@ from walltopo_gym.accounts.actor import TOKEN_PREFIX, Scope
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.http.cookies import be_known, begin_here, known_by
 from walltopo_gym.accounts.limits import count_code, count_mail, count_old_password
-from walltopo_gym.accounts.mails import Kind, requested_mail, use_link
+from walltopo_gym.accounts.mails import Kind, email_of_link, requested_mail, use_link
 from walltopo_gym.accounts.models import ApiToken, Person
 from walltopo_gym.accounts.passwords import Password, Passwords, check_password
 from walltopo_gym.accounts.people import add_person, find_person, one_spelling, set_password
@@ -85,11 +85,12 @@ def make_account(
 ) -> Me:
     """Create the account and sign in."""
     password = body.password.get_secret_value()
-    check_password(password, body.name)
+    with services.database.reading() as session:
+        email = email_of_link(session, "sign-up", body.token)
+    check_password(password, email, body.name)
     kept = services.get(Passwords).hash(password)
     with services.database.writing() as session:
         email = use_link(session, "sign-up", body.token)
-        check_password(password, email, body.name)
         person = add_person(session, email, body.name, kept)
         begin_here(session, services, request, response, person.id)
         return me_of(person)
@@ -117,9 +118,12 @@ def change_password(
 ) -> None:  # fmt: skip
     """Change one's password. All other sign-ins and all tokens end."""
     check_own_password(services, actor.known, body.old)
+    with services.database.reading() as session:
+        person = session.get_one(Person, actor.known)
+    kept = _new_hash(services, person, body.new)
     with services.database.writing() as session:
         person = session.get_one(Person, actor.known)
-        set_password(session, person, body.new.get_secret_value(), services.get(Passwords))
+        set_password(session, person, kept)
         begin_here(session, services, request, response, person.id)
 
 
@@ -145,12 +149,27 @@ def reset_password(
     The server recognises this browser from now on, so that failed attempts of others cannot lock
     its owner out.
     """
+    with services.database.reading() as session:
+        found = find_person(session, email_of_link(session, "reset", body.token))
+    kept = "" if found is None else _new_hash(services, found, body.password)
     with services.database.writing() as session:
         person = find_person(session, use_link(session, "reset", body.token))
-        if person is None:
+        if person is None or not kept:
             raise NotFoundError("account-gone")
-        set_password(session, person, body.password.get_secret_value(), services.get(Passwords))
+        set_password(session, person, kept)
         be_known(session, request, response, person.id)
+
+
+def _new_hash(services: Services, person: Person, password: SecretStr) -> str:
+    """Return the hash of a person's new password, outside of a transaction.
+
+    Raises
+    ------
+    RequestError : it is short or easily guessed.
+    """
+    text = password.get_secret_value()
+    check_password(text, person.email, person.name)
+    return services.get(Passwords).hash(text)
 
 
 def check_own_password(services: Services, person: UUID, password: SecretStr) -> None:

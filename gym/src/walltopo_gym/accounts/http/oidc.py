@@ -9,7 +9,14 @@ from fastapi import APIRouter, Query, Request
 from starlette.responses import RedirectResponse
 
 from walltopo_gym.accounts.http.cookies import begin_here
-from walltopo_gym.accounts.oidc import Provider, begin, finish, person_of
+from walltopo_gym.accounts.oidc import (
+    Provider,
+    begin,
+    claims_of,
+    person_of,
+    store_attempt,
+    use_attempt,
+)
 from walltopo_gym.api.services import ServicesOf
 from walltopo_gym.errors import NotFoundError, SignInNeededError
 from walltopo_gym.settings import GymSettings
@@ -33,11 +40,12 @@ def _provider(settings: GymSettings) -> Provider:
 def go_to_provider(services: ServicesOf) -> RedirectResponse:
     """Redirect the browser to the provider."""
     provider = _provider(services.settings)
+    attempt = begin(provider)
     with services.database.writing() as session:
-        url, state = begin(session, provider)
-    answer = RedirectResponse(url, 303)
+        store_attempt(session, attempt)
+    answer = RedirectResponse(attempt.url, 303)
     answer.set_cookie(
-        _COOKIE, state, max_age=600, path="/", secure=True, httponly=True, samesite="lax"
+        _COOKIE, attempt.state, max_age=600, path="/", secure=True, httponly=True, samesite="lax"
     )
     return answer
 
@@ -55,7 +63,8 @@ def come_back(
     ):
         raise SignInNeededError("sign-in-other-browser", "sign-in-again")
     with services.database.writing() as session:
-        claims = finish(session, provider, state, code)
+        nonce, verifier = use_attempt(session, state)
+    claims = claims_of(provider, code, nonce, verifier)
     answer = RedirectResponse("/", 303)
     with services.database.writing() as session:
         may = services.settings.sign_up == "open"

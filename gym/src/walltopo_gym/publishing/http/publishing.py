@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from datetime import datetime
 from typing import Annotated, Any, Literal
 from uuid import UUID
@@ -13,9 +14,10 @@ from sqlalchemy.orm import Session
 from starlette.responses import StreamingResponse
 
 from walltopo.scans import manifest
+from walltopo.scans import routes as found_in
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.fields import Body, Moment, Revision
-from walltopo_gym.api.services import Db, ServicesOf
+from walltopo_gym.api.services import Db, Services, ServicesOf
 from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.gyms.access import Access, GuestMay, PublisherMay
 from walltopo_gym.gyms.roles import Role
@@ -33,11 +35,10 @@ from walltopo_gym.publishing.service import (
 )
 from walltopo_gym.publishing.versions import routes_as_they_were, unplaced_routes, versions_of
 from walltopo_gym.scans.distance import check_scalable, mark_points, set_distance
-from walltopo_gym.scans.edits import check_carried_out
+from walltopo_gym.scans.edits import check_carried_out, results_version
 from walltopo_gym.scans.http.scans import ScanFacts, facts_of, scan_of
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.service import State, check_in_review, move
-from walltopo_gym.storage.files import FileStore
 from walltopo_gym.walls.http import wall_of
 from walltopo_gym.walls.models import Wall
 from walltopo_gym.walls.zones import look_for_due
@@ -184,15 +185,17 @@ def read_draft(scan: UUID, session: Db, services: ServicesOf, access: PublisherM
 
 @router.post("/gyms/{gym}/scans/{scan}/publish")
 def publish_scan(
-    scan: UUID, body: Publication, session: Db, services: ServicesOf, access: PublisherMay
+    scan: UUID, body: Publication, services: ServicesOf, access: PublisherMay
 ) -> ScanFacts:
     """Publish a scan with these routes, in one transaction."""
-    row = scan_of(session, access.gym.id, scan)
-    entries, found = confirmed(session, services.store, access, row, body)
-    publish(session, row, body.revision, entries, found, access.gym.today())
-    session.refresh(row)
-    _log(session, access, "scan.publish", str(row.id))
-    return facts_of(session, row)
+    results = _results(services, access, scan)
+    with services.database.writing() as session:
+        row = scan_of(session, access.gym.id, scan)
+        entries, found = confirmed(session, access, row, body, results)
+        publish(session, row, body.revision, entries, found, access.gym.today())
+        session.refresh(row)
+        _log(session, access, "scan.publish", str(row.id))
+        return facts_of(session, row)
 
 
 @router.post("/gyms/{gym}/scans/{scan}/discard")
@@ -232,19 +235,44 @@ def scale_scan(
         return facts_of(session, row)
 
 
+@dataclass(frozen=True)
+class _Results:
+    """The routes of a scan in review by number, and of which of its results they are."""
+
+    routes: dict[int, found_in.Route]
+    version: tuple[int, int]
+
+
+def _results(services: Services, access: Access, scan: UUID) -> _Results:
+    """Read the routes of a scan outside of a write transaction.
+
+    Raises
+    ------
+    ConflictError : the scan is not in review.
+    """
+    with services.database.reading() as session:
+        row = scan_of(session, access.gym.id, scan)
+        check_in_review(row.state)
+        version = results_version(session, row)
+    return _Results(found_routes(services.store, scan), version)
+
+
 def confirmed(
-    session: Session, store: FileStore, access: Access, scan: Scan, body: Publication
+    session: Session, access: Access, scan: Scan, body: Publication, results: _Results
 ) -> tuple[list[Entry], dict[int, Placed]]:
     """Return a setter's checked table, and the scan's routes by number.
 
     Raises
     ------
-    ConflictError : the scan is not in review, or its last edits are not applied yet.
+    ConflictError : the scan is not in review, its last edits are not applied yet, or it has other
+        results now.
     RequestError : a grade is not the gym's.
     """
     check_in_review(scan.state)
     check_carried_out(session, scan.id)
-    routes = found_routes(store, scan.id)
+    if results_version(session, scan) != results.version:
+        raise ConflictError("wall-changed", "look-at-it-again")
+    routes = results.routes
     entries = []
     for given in body.routes:
         grade = grade_of(session, access.gym.id, given.grade_system_id, given.grade or "")
@@ -396,12 +424,18 @@ def list_plans(session: Db, access: PublisherMay) -> list[PlanFacts]:
 
 
 @router.put("/gyms/{gym}/scans/{scan}/plan")
-def put_plan(
-    scan: UUID, body: NewPlan, session: Db, services: ServicesOf, access: PublisherMay
-) -> PlanFacts:
+def put_plan(scan: UUID, body: NewPlan, services: ServicesOf, access: PublisherMay) -> PlanFacts:
     """Plan the publication of a scan with these routes, replacing an earlier plan."""
+    results = _results(services, access, scan)
+    with services.database.writing() as session:
+        return _plan(session, access, scan, body, results)
+
+
+def _plan(
+    session: Session, access: Access, scan: UUID, body: NewPlan, results: _Results
+) -> PlanFacts:
     row = scan_of(session, access.gym.id, scan)
-    entries, found = confirmed(session, services.store, access, row, body)
+    entries, found = confirmed(session, access, row, body, results)
     wall = session.get_one(Wall, row.wall_id)
     if wall.revision != body.revision:
         raise ConflictError("wall-changed", "look-at-it-again")

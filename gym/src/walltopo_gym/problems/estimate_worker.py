@@ -1,0 +1,71 @@
+"""The process that estimates problems: `python -m walltopo_gym.problems.estimate_worker`.
+
+The movement model's search grows fast with the holds of a problem, so it runs where it can be
+killed. A request a line on stdin, an answer a line on stdout; the process ends when stdin does.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import msgspec
+
+from walltopo.scans.holds import Hold
+from walltopo.scans.routes import Route
+from walltopo_climb.grades.model import shipped_model
+from walltopo_climb.grades.of_scan import place_routes
+from walltopo_climb.movement.reach import reaching_heights
+
+
+class EstimateRequest(msgspec.Struct, frozen=True):
+    """A problem as a route of its wall, the wall's holds, and scan units per metre."""
+
+    route: Route
+    holds: list[Hold]
+    unit: float
+
+
+class PlacedProblem(msgspec.Struct, frozen=True):
+    """The estimate of a problem.
+
+    Parameters
+    ----------
+    place : on the grade model's scale; None if an adult finds no moves. known : whether enough of
+        its holds have a type. heights : of climbers who reach the top, in metres.
+    """
+
+    place: float | None
+    known: bool
+    heights: tuple[float, ...]
+
+
+def placed(request: EstimateRequest) -> PlacedProblem:
+    """Return the estimate of a problem."""
+    found = place_routes([request.route], request.holds, request.unit, shipped_model())
+    heights = reaching_heights(request.route, request.holds, request.unit) or ()
+    if not found:
+        return PlacedProblem(None, known=False, heights=heights)
+    return PlacedProblem(found[0].place, found[0].known, heights)
+
+
+# Compiles or loads the kernels, before the time of the first request runs.
+_FIRST = EstimateRequest(
+    Route(id=1, holds=(1, 2), start=(1,), top=(2,)),
+    [Hold(id=n, kind="hold", position=(0.0, 0.0, float(n)), size=0.1) for n in (1, 2)],
+    1.0,
+)
+
+
+def main() -> None:
+    """Answer requests until stdin ends."""
+    out = os.fdopen(os.dup(1), "wb", buffering=0)
+    os.dup2(2, 1)  # what libraries print goes to the operator's log
+    out.write(msgspec.json.encode(placed(_FIRST)) + b"\n")
+    for line in sys.stdin.buffer:
+        request = msgspec.json.decode(line, type=EstimateRequest)
+        out.write(msgspec.json.encode(placed(request)) + b"\n")
+
+
+if __name__ == "__main__":
+    main()
