@@ -121,15 +121,16 @@ def put_problem(
     me = access.actor.known
     check_not_banned(session, access.gym.id, me)
     wall = wall_of(session, access.gym.id, body.wall_id)
-    grade = ""
-    if body.grade:
-        grade = grade_of(session, access.gym.id, body.grade_system_id, body.grade)
+    grade = grade_of(session, access.gym.id, body.grade_system_id, body.grade)
     words = ProblemWords(
         body.scan_id, _used(body.holds), body.name, body.grade_system_id, grade, body.share,
         body.matching, body.note, body.remix_of,
     )  # fmt: skip
     edit = body.edit.read() if body.edit else None
-    row, is_new = keep_problem(session, services.store, problem, me, wall, words, edit)
+    row, is_new = keep_problem(
+        session, services.store, problem, me, wall, words, edit,
+        is_setter=access.role.covers(Role.SETTER),
+    )  # fmt: skip
     response.status_code = 201 if is_new else 200
     return _one(session, services.store, access, row)
 
