@@ -16,6 +16,7 @@ import struct
 import sys
 import zlib
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any
@@ -25,6 +26,8 @@ import httpx
 
 API = "/api/v1"
 FORBIDDEN = (401, 403, 404)
+_GUESSES = 10  # of one account from one network in 15 minutes
+_AT_ONCE = 20
 
 
 # Sends one request of a person: method, address, and what httpx takes besides.
@@ -244,8 +247,20 @@ def rights(target: Target) -> Iterator[Finding]:
             yield _finding(f"{method} {path or '/'} by {name}", answer, *FORBIDDEN)
 
 
+def sign_ins(target: Target) -> Iterator[Finding]:
+    """Guess a password many times at once; ten guesses are allowed."""
+    body = {"email": f"{secrets.token_hex(8)}@example.com", "password": "not the password"}
+    with ThreadPoolExecutor(_AT_ONCE) as pool:
+        answers = list(
+            pool.map(lambda _: target.nobody("POST", f"{API}/session", json=body), range(_AT_ONCE))
+        )
+    tried = sum(answer.status_code != 429 for answer in answers)
+    yield Finding(f"{_AT_ONCE} guesses at once", tried <= _GUESSES, f"{tried} were tried")
+
+
 ATTACKS: tuple[Callable[[Target], Iterator[Finding]], ...] = (
     photo_names, judged_events, long_chains, edges, webhook_addresses, floor_plans, rights,
+    sign_ins,
 )  # fmt: skip
 
 

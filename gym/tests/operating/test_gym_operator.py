@@ -190,6 +190,7 @@ def test_a_body_that_is_too_long_is_refused(world: World) -> None:
 
 def test_a_log_line_bears_the_requests_id(server: Server, capsys: Any) -> None:
     config = log_config("json")
+    del config["root"]
     config["loggers"] = {"walltopo_gym.requests": config["loggers"]["walltopo_gym"]}
     logging.config.dictConfig(config)
     try:

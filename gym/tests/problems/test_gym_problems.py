@@ -7,7 +7,7 @@ from typing import Any
 from uuid import UUID, uuid4
 
 import pytest
-from gym.tests.worlds import World, hold
+from gym.tests.worlds import World, hold, make_world
 from sqlalchemy import select
 
 from walltopo_gym.accounts import limits
@@ -148,6 +148,44 @@ def test_after_a_reset_it_says_which_holds_are_gone(world: World, scan: UUID) ->
     assert (found["holds"], found["gone"]) == (kept, 1)
     remix = put(world, "judge", later, holds=kept, remix_of=str(key), name="Again")
     assert (remix.status_code, remix.json()["gone"], remix.json()["remix_of"]) == (201, 0, str(key))
+
+
+def test_a_remix_is_of_a_problem_that_its_author_may_see(world: World, scan: UUID) -> None:
+    other = make_world(world.server, world.people, visibility="public")
+    there = other.reviewed({1: [1]}, LADDER)
+    assert other.publish(there, {"number": 1, "name": "Sun"}).is_success
+    elsewhere, private, hidden, deleted, own = (uuid4() for _ in range(5))
+    assert put(other, "member", there, elsewhere).status_code == 201
+    assert put(world, "member", scan, private, share="private").status_code == 201
+    assert put(world, "member", scan, hidden).status_code == 201
+    path = f"{world.path}/problems/{hidden}/hidden"
+    assert world.server.ask("PUT", path, world.people["setter"]).status_code == 204
+    assert put(world, "member", scan, deleted).status_code == 201
+    for base in (elsewhere, private, hidden, uuid4(), own):
+        answer = put(world, "judge", scan, own, remix_of=str(base))
+        assert (answer.status_code, answer.json().get("code")) == (422, "problem-remix-unknown")
+    # One's own, and what setters see.
+    assert put(world, "member", scan, remix_of=str(private)).status_code == 201
+    assert put(world, "setter", scan, remix_of=str(hidden)).status_code == 201
+    # What was deleted while the remix waited for reception, and a remix of it that is changed.
+    path = f"/me/problems/{deleted}"
+    assert world.server.ask("DELETE", path, world.people["member"]).status_code == 204
+    assert put(world, "judge", scan, own, remix_of=str(deleted)).status_code == 201
+    assert put(world, "judge", scan, own, remix_of=str(own)).status_code == 422
+    assert put(world, "member", scan, private, share="link", remix_of=str(deleted)).is_success
+    assert put(world, "judge", scan, own, remix_of=str(private), name="By link").is_success
+    assert put(world, "member", scan, private, share="private").is_success
+    assert put(world, "judge", scan, own, remix_of=str(private), name="Mine").is_success
+
+
+def test_a_problems_grade_system_is_the_gyms(world: World, scan: UUID) -> None:
+    other = make_world(world.server)
+    with world.server.database.writing() as session:
+        system = GradeSystem(gym_id=other.gym.id, name="V", kind="custom", grades=[])
+        session.add(system)
+    for grade in ("", "V4"):
+        answer = put(world, "member", scan, grade_system_id=str(system.id), grade=grade)
+        assert (answer.status_code, answer.json()["code"]) == (422, "not-there-grades")
 
 
 def test_who_climbed_it(world: World, scan: UUID) -> None:

@@ -14,6 +14,7 @@ from sqlalchemy.orm import Session
 from walltopo_gym.accounts.mails import Kind
 from walltopo_gym.accounts.models import Try
 from walltopo_gym.clock import now
+from walltopo_gym.database.engine import take_turn
 from walltopo_gym.errors import TooManyError
 
 _KEPT: Final = timedelta(days=1)
@@ -124,7 +125,7 @@ def count_mail(session: Session, kind: Kind, email: str, network: str, known: st
 
 
 def _count_try(session: Session, limit: Limit, subject: str) -> None:
-    """Count one attempt of `subject` (an account, a network).
+    """Count one attempt of `subject` (an account, a network), one transaction after the other.
 
     Raises
     ------
@@ -132,7 +133,11 @@ def _count_try(session: Session, limit: Limit, subject: str) -> None:
     """
     key = hashlib.sha256(f"{limit.name} {subject}".encode()).hexdigest()
     start = now() - timedelta(seconds=limit.seconds)
-    session.execute(delete(Try).where(Try.at < now() - _KEPT))
+    # Rows that another transaction is deleting are skipped: waiting for it with turns taken could
+    # be waiting for each other.
+    old = select(Try.id).where(Try.at < now() - _KEPT).with_for_update(skip_locked=True)
+    session.execute(delete(Try).where(Try.id.in_(old)))
+    take_turn(session, key)
     seen = select(func.count()).select_from(Try).where(Try.key == key, Try.at > start)
     if (session.scalar(seen) or 0) >= limit.most:
         raise TooManyError("tried-too-often", limit.seconds)

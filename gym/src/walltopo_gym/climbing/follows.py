@@ -13,6 +13,7 @@ from sqlalchemy.orm import Session
 from walltopo_gym.accounts.models import Person, Profile
 from walltopo_gym.accounts.people import Audience, profile_of
 from walltopo_gym.climbing.models import Ascent, ClimbingSession, Follow
+from walltopo_gym.database.engine import take_turn
 from walltopo_gym.errors import NotFoundError, RequestError
 from walltopo_gym.gyms.models import Gym, Membership
 from walltopo_gym.publishing.models import Route
@@ -52,6 +53,7 @@ def follow(session: Session, follower: UUID, followed: UUID) -> Follow:
         raise RequestError("follow-oneself")
     if not gyms_in_common(session, follower, followed):
         raise NotFoundError("not-there-person")
+    take_turn(session, f"follows {follower}")
     row = session.get(Follow, (follower, followed))
     if row is None:
         if len(following(session, follower)) >= _MAX:

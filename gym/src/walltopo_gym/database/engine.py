@@ -12,7 +12,7 @@ from functools import cached_property
 from threading import Lock
 from typing import TYPE_CHECKING, Any, Final
 
-from sqlalchemy import Connection, Engine, create_engine, event, make_url
+from sqlalchemy import Connection, Engine, create_engine, event, make_url, text
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.dialects.postgresql import Insert
 from sqlalchemy.orm import Session
@@ -28,6 +28,7 @@ _WRITES = "walltopo_writes"
 _REBUILDS = "walltopo_rebuilds"
 _TURN = "walltopo_turn"
 _BUSY_S = 20
+_TURNS: Final = 0x77740003  # class of the advisory locks of `take_turn`
 CONNECTIONS: Final = 20  # kept open; as many again while more are needed
 
 
@@ -91,6 +92,18 @@ class Database:
     def close(self) -> None:
         """Close all connections."""
         self.engine.dispose()
+
+
+def take_turn(session: Session, what: str) -> None:
+    """Wait until no other transaction has the turn of `what`, and keep it until this one ends.
+
+    What is counted afterwards is still true when this transaction stores more of it. SQLite's
+    writers wait for each other anyway.
+    """
+    database: Database = session.info["database"]
+    if not database.is_sqlite:
+        lock = text("SELECT pg_advisory_xact_lock(:kind, hashtext(:what))")
+        session.execute(lock, {"kind": _TURNS, "what": what})
 
 
 def _postgres(url: str) -> Engine:

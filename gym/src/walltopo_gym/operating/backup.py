@@ -8,7 +8,6 @@ scan resumes after its last stage.
 
 from __future__ import annotations
 
-import hashlib
 import io
 import os
 import sqlite3
@@ -19,7 +18,7 @@ from collections.abc import Callable, Sequence
 from contextlib import closing
 from functools import partial
 from pathlib import Path
-from typing import IO, Final
+from typing import IO
 
 import msgspec
 from sqlalchemy import make_url
@@ -29,19 +28,16 @@ from walltopo.core.outputs import Target, written_file
 from walltopo_gym.database.engine import Database
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.migrations.run import migrate
+from walltopo_gym.operating.backup_entries import (
+    CONTENTS,
+    FILES,
+    TABLES,
+    Contents,
+    check_backup,
+)
 from walltopo_gym.operating.upkeep import alone
 from walltopo_gym.settings import FILE, GymSettings
 from walltopo_gym.storage.files import FileStore, hash_of_file, private_folder
-
-_TABLES: Final = {"sqlite": "database.sqlite", "postgresql": "database.pgdump"}
-_FILES: Final = "files/"
-_CONTENTS: Final = "contents.json"  # the last entry: a backup that was cut off has none
-
-
-class _Contents(msgspec.Struct):
-    """Contents of a backup: name to SHA-256."""
-
-    hashes: dict[str, str]
 
 
 def back_up(
@@ -61,7 +57,7 @@ def back_up(
     InputError : an existing file would be replaced, or `to` lies in the data folder.
     EnvironmentLacksError : pg_dump is missing or fails; ConflictError : as in `alone`.
     """
-    contents = _Contents({})
+    contents = Contents({})
     own = _own_files(settings)
     target = Target(to, "FILE", "gym backup", overwrite, own, partial(_refuse_own, own))
     with (
@@ -82,9 +78,9 @@ def back_up(
                 store.fetch(key, piece)
             except NotFoundError:
                 continue  # of a scan that was deleted meanwhile
-            _add(tar, contents, _FILES + key, piece)
+            _add(tar, contents, FILES + key, piece)
         encoded = msgspec.json.encode(contents)
-        entry = tarfile.TarInfo(_CONTENTS)
+        entry = tarfile.TarInfo(CONTENTS)
         entry.size = len(encoded)
         tar.addfile(entry, io.BytesIO(encoded))
     return len(contents.hashes)
@@ -135,22 +131,21 @@ def restore(settings: GymSettings, store: FileStore, source: Path) -> int:
     database = Database(settings.database_url)
     try:
         _refuse_used(database, store, settings)
-        _check(source, _kind(database))
+        check_backup(source, _kind(database))
         with tempfile.TemporaryDirectory(dir=settings.data) as name, tarfile.open(source) as tar:
             tables = Path(name) / _kind(database)
+            _write(_content(tar, tar.getmember(tables.name)).read, tables)
+            _check_tables(database, source, tables)
             number = 0
             for entry in tar:
-                content = tar.extractfile(entry)
-                assert content is not None
+                content = _content(tar, entry)
                 number += 1
-                if entry.name == tables.name:
-                    _write(content.read, tables)
-                elif entry.name == FILE:
+                if entry.name == FILE:
                     _write(content.read, settings.data / FILE)
-                elif entry.name.startswith(_FILES):
+                elif entry.name.startswith(FILES):
                     piece = Path(name) / "piece"
                     _write(content.read, piece)
-                    store.put(entry.name.removeprefix(_FILES), piece)
+                    store.put(entry.name.removeprefix(FILES), piece)
             # The rows last: until then there is no gym.
             _load(database, tables)
         migrate(database)
@@ -159,8 +154,34 @@ def restore(settings: GymSettings, store: FileStore, source: Path) -> int:
     return number - 1
 
 
+def _content(tar: tarfile.TarFile, entry: tarfile.TarInfo) -> IO[bytes]:
+    content = tar.extractfile(entry)
+    assert content is not None  # `check_backup` refuses all but plain files
+    return content
+
+
+def _check_tables(database: Database, source: Path, tables: Path) -> None:
+    """Check that a file has the tables of a gym, as this kind of database writes them.
+
+    Raises
+    ------
+    InputError : it has not. EnvironmentLacksError : pg_restore is missing.
+    """
+    if database.is_sqlite:
+        try:
+            address = f"{tables.absolute().as_uri()}?mode=ro&immutable=1"
+            with closing(sqlite3.connect(address, uri=True)) as copy:
+                copy.execute("SELECT version_num FROM alembic_version").fetchall()
+        except sqlite3.DatabaseError as error:
+            raise InputError(f"{source}: its database is not a gym's ({error})") from error
+        return
+    listing = _end_of("pg_restore", "--list", str(tables))
+    if listing.returncode or " TABLE DATA public alembic_version " not in listing.stdout:
+        raise InputError(f"{source}: its database is not a gym's", listing.stderr.strip()[-500:])
+
+
 def _kind(database: Database) -> str:
-    return _TABLES["sqlite" if database.is_sqlite else "postgresql"]
+    return TABLES["sqlite" if database.is_sqlite else "postgresql"]
 
 
 def _dump(database: Database, to: Path) -> None:
@@ -192,18 +213,28 @@ def _libpq(database: Database) -> str:
     return url.render_as_string(hide_password=False)
 
 
-def _run(program: str, *words: str) -> None:
+def _end_of(program: str, *words: str) -> subprocess.CompletedProcess[str]:
+    """Return a program's exit code and what it printed.
+
+    Raises
+    ------
+    EnvironmentLacksError : the program is missing.
+    """
     try:
-        ended = subprocess.run([program, *words], capture_output=True, text=True, check=False)
+        return subprocess.run([program, *words], capture_output=True, text=True, check=False)
     except FileNotFoundError as error:
         raise EnvironmentLacksError(
             f"{program} is not here", "Install PostgreSQL's client programs."
         ) from error
+
+
+def _run(program: str, *words: str) -> None:
+    ended = _end_of(program, *words)
     if ended.returncode:
         raise EnvironmentLacksError(f"{program} failed: {ended.stderr.strip()[-500:]}")
 
 
-def _add(tar: tarfile.TarFile, contents: _Contents, name: str, path: Path) -> None:
+def _add(tar: tarfile.TarFile, contents: Contents, name: str, path: Path) -> None:
     contents.hashes[name] = hash_of_file(path)
     tar.add(path, name, recursive=False)
 
@@ -213,36 +244,6 @@ def _refuse_used(database: Database, store: FileStore, settings: GymSettings) ->
         used = database.engine.dialect.has_table(connection, "people")
     if used or store.keys(""):
         raise InputError(f"{settings.data}: there is a gym already", "Restore into an empty place.")
-
-
-def _check(source: Path, tables: str) -> None:
-    """Check that a backup is whole and of this kind of database."""
-    hashes: dict[str, str] = {}
-    listed: _Contents | None = None
-    try:
-        with tarfile.open(source) as tar:
-            for entry in tar:
-                content = tar.extractfile(entry) if entry.isfile() else None
-                if content is None or entry.name.startswith(("/", "..")) or "/../" in entry.name:
-                    raise InputError(f"{source}: {entry.name!r} belongs in no backup")
-                if entry.name == _CONTENTS:
-                    listed = msgspec.json.decode(content.read(), type=_Contents)
-                else:
-                    hashes[entry.name] = _hash(content)
-    except (OSError, tarfile.TarError, msgspec.MsgspecError) as error:
-        raise InputError(f"{source}: cannot be read as a backup ({error})") from error
-    if listed is None or listed.hashes != hashes:
-        raise InputError(f"{source}: this backup is damaged or was cut off", "Take another one.")
-    if tables not in hashes:
-        kind = "PostgreSQL" if _TABLES["postgresql"] in hashes else "SQLite"
-        raise InputError(f"{source}: a backup of {kind}", f"Restore it into {kind}.")
-
-
-def _hash(content: IO[bytes]) -> str:
-    digest = hashlib.sha256()
-    while piece := content.read(1 << 20):
-        digest.update(piece)
-    return digest.hexdigest()
 
 
 def _write(read: Callable[[int], bytes], path: Path) -> None:

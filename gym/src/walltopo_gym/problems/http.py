@@ -134,7 +134,10 @@ def put_problem(
         check_not_banned(session, access.gym.id, me)
         wall = wall_of(session, access.gym.id, body.wall_id)
         words = _words(session, access, body)
-        row, is_new = keep_problem(session, problem, me, wall, words, known, edit)
+        row, is_new = keep_problem(
+            session, problem, me, wall, words, known, edit,
+            is_setter=access.role.covers(Role.SETTER),
+        )  # fmt: skip
     response.status_code = 201 if is_new else 200
     with services.database.reading() as session:
         return _one(session, services.store, access, row)
@@ -335,9 +338,7 @@ def show_problem(problem: UUID, session: Db, access: SetterMay) -> None:
 
 
 def _words(session: Session, access: Access, body: NewProblem) -> ProblemWords:
-    grade = ""
-    if body.grade:
-        grade = grade_of(session, access.gym.id, body.grade_system_id, body.grade)
+    grade = grade_of(session, access.gym.id, body.grade_system_id, body.grade)
     return ProblemWords(
         body.scan_id, _used(body.holds), body.name, body.grade_system_id, grade, body.share,
         body.matching, body.note, body.remix_of,

@@ -112,9 +112,9 @@ def check_holds(known: Container[int], holds: Sequence[UsedHold]) -> None:
 
 def keep_problem(
     session: Session, problem: UUID, person: UUID, wall: Wall, words: ProblemWords,
-    known: Container[int], edit: Edit | None,
+    known: Container[int], edit: Edit | None, *, is_setter: bool = False,
 ) -> tuple[Problem, bool]:  # fmt: skip
-    """Store or change a problem; return it and whether it is new.
+    """Store or change a member's problem; return it and whether it is new.
 
     A deleted problem stays deleted, and a newer edit stays.
 
@@ -124,7 +124,8 @@ def keep_problem(
 
     Raises
     ------
-    RequestError : the holds make no problem; ConflictError : the id belongs to another person or
+    RequestError : the holds make no problem, or it remixes one that its author may not see;
+        ConflictError : the id belongs to another person or
         wall; TooManyError : the person's limit of a day is reached.
     """
     # One person's problems come one after the other, so that two copies at once are one.
@@ -141,6 +142,7 @@ def keep_problem(
         count_problem(session, person)
         row = Problem(id=problem, wall_id=wall.id, person_id=person)
     if takes(row, edit):
+        _check_remix(session, wall.gym_id, row, words.remix_of, is_setter=is_setter)
         row.scan_id, row.name, row.note = words.scan, words.name, words.note
         row.grade_system_id, row.grade = words.grade_system, words.grade
         row.share, row.matching, row.remix_of = words.share, words.matching, words.remix_of
@@ -148,6 +150,29 @@ def keep_problem(
     session.add(row)
     session.flush()
     return row, is_new
+
+
+def _check_remix(
+    session: Session, gym: UUID, row: Problem, base: UUID | None, *, is_setter: bool
+) -> None:
+    """Refuse a remix of a problem that is not this gym's, or that the author may not see.
+
+    A base that was deleted since is accepted, because the remix may have waited for reception. So
+    is one that the stored problem names already.
+
+    Raises
+    ------
+    RequestError : it is refused.
+    """
+    if base is None or base == row.remix_of:
+        return
+    in_gym = select(Problem).join(Wall, Wall.id == Problem.wall_id).where(Wall.gym_id == gym)
+    found = session.scalar(in_gym.where(Problem.id == base))
+    is_seen = found is not None and _may_see(
+        found, row.person_id, is_member=True, is_setter=is_setter
+    )
+    if base == row.id or not is_seen:
+        raise RequestError("problem-remix-unknown")
 
 
 def problem_of(

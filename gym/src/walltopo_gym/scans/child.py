@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import sys
 import time
-import traceback
 from pathlib import Path
 
 import msgspec
@@ -21,6 +20,7 @@ from walltopo.pipeline.runner import scan
 from walltopo.pipeline.settings import load_settings
 from walltopo.scans.manifest import StageRecord
 from walltopo_gym.errors import without_folders
+from walltopo_gym.log_lines import traceback_of
 from walltopo_gym.scans.job import Advanced, Ended, Failed, Job, Noted, ProcessMessage, Step
 
 _AT_LEAST_S = 0.2  # between two lines that only count
@@ -78,7 +78,7 @@ def main() -> None:
         message, hint = without_folders(error.message), without_folders(error.hint)
         teller.say(Failed(message, hint, defect=False))
     except Exception as error:
-        traceback.print_exc()
+        sys.stderr.write(traceback_of(error) + "\n")
         teller.say(Failed(f"{type(error).__name__}: {error}", "", defect=True))
 
 

@@ -11,7 +11,7 @@ from sqlalchemy import func, select, update
 from sqlalchemy.orm import Session
 
 from walltopo.reconstruct.ingest.sources import PHOTO_SUFFIXES, VIDEO_SUFFIXES
-from walltopo_gym.database.engine import Database
+from walltopo_gym.database.engine import Database, take_turn
 from walltopo_gym.errors import ConflictError, ContentError, RequestError
 from walltopo_gym.scans.incoming import Incoming
 from walltopo_gym.scans.models import Photo
@@ -58,6 +58,7 @@ def announce(
     RequestError : the name is not a photo's; ConflictError : the scan has `most` photos.
     """
     name = kept_name(name)
+    take_turn(session, f"photos {scan}")
     mine = select(Photo).where(Photo.scan_id == scan)
     if sha256 is not None:
         same = mine.where(Photo.sha256 == sha256, Photo.size == size)

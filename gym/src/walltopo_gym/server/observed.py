@@ -11,6 +11,7 @@ import re
 import time
 from contextvars import ContextVar
 from typing import Any, Final, Literal
+from urllib.parse import quote
 from uuid import uuid4
 
 from starlette.datastructures import Headers, MutableHeaders
@@ -19,6 +20,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from walltopo_gym.api.problems import problem_answer
 from walltopo_gym.database.lock import lock_scope
 from walltopo_gym.errors import RequestError
+from walltopo_gym.log_lines import PlainFormatter
 from walltopo_gym.operating.http import Metrics
 
 # Read by the log's filter: whatever is logged during a request bears its id.
@@ -72,12 +74,20 @@ class Observed:
         # nowhere.
         name = getattr(scope.get("endpoint"), "__name__", "(none)")
         self._metrics.note(name, status, seconds)
-        client = scope.get("client")
+        client, path = scope.get("client"), _raw_path(scope)
         _LOG.info(
-            "%s %s %s", scope["method"], scope["path"], status,
-            extra={"method": scope["method"], "path": scope["path"], "status": status,
+            "%s %s %s", scope["method"], path, status,
+            extra={"method": scope["method"], "path": path, "status": status,
                    "ms": round(1000 * seconds, 1), "client": client[0] if client else ""},
         )  # fmt: skip
+
+
+def _raw_path(scope: Scope) -> str:
+    """Return a request's path as it was sent, percent-encoded; ASGI lets servers leave it out."""
+    raw = scope.get("raw_path")
+    if raw is None:
+        return quote(scope["path"])
+    return bytes(raw).partition(b"?")[0].decode("ascii", "backslashreplace")
 
 
 class _WithRequest(logging.Filter):
@@ -90,11 +100,15 @@ class _WithRequest(logging.Filter):
 
 def log_config(kind: Literal["plain", "json"]) -> dict[str, Any]:
     """Return the configuration for `logging.config.dictConfig` and uvicorn, whose own access log is
-    off."""
-    plain = {"format": "%(asctime)s %(levelname)s %(name)s %(message)s %(request)s"}
+    off.
+
+    Libraries log to the same handler, because what they log has strangers' texts, too.
+    """
+    line = "%(asctime)s %(levelname)s %(name)s %(message)s %(request)s"
+    plain = {"()": PlainFormatter, "fmt": line}
     objects = {
         "()": "pythonjsonlogger.json.JsonFormatter",
-        "format": "%(asctime)s %(levelname)s %(name)s %(message)s %(request)s",
+        "format": line,
         "rename_fields": {"asctime": "at", "levelname": "level", "name": "logger"},
     }
     own = {"handlers": ["stderr"], "level": "INFO", "propagate": False}
@@ -111,5 +125,7 @@ def log_config(kind: Literal["plain", "json"]) -> dict[str, Any]:
                 "filters": ["request"],
             }
         },
-        "loggers": {"walltopo_gym": own, "uvicorn": own},
+        # DBOS adds a handler of its own to a logger that has none.
+        "loggers": {"walltopo_gym": own, "uvicorn": own, "dbos": {**own, "level": "WARNING"}},
+        "root": {"handlers": ["stderr"], "level": "WARNING"},
     }

@@ -14,6 +14,7 @@ from sqlalchemy.orm import Session
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.fields import Body
 from walltopo_gym.api.services import Db, ServicesOf
+from walltopo_gym.database.engine import take_turn
 from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.gyms.access import OwnerMay
 from walltopo_gym.webhooks.models import Webhook, WebhookEvent
@@ -73,6 +74,7 @@ def make_webhook(
 ) -> MadeWebhook:
     """Add a webhook, signed by Standard Webhooks."""
     check_url(body.url, private=services.settings.webhooks_to_private)
+    take_turn(session, f"webhooks {access.gym.id}")
     count = select(func.count()).select_from(Webhook).where(Webhook.gym_id == access.gym.id)
     if (session.scalar(count) or 0) >= _MOST:
         raise ConflictError("webhooks-most", most=_MOST)

@@ -36,6 +36,7 @@ from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.climbing.people import MAX_PINS, see
 from walltopo_gym.climbing.points import BEST, FLASH
 from walltopo_gym.clock import now
+from walltopo_gym.database.engine import take_turn
 from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.gyms.access import Access, gym_rule
 from walltopo_gym.gyms.models import Gym
@@ -140,6 +141,7 @@ def read_person(person: UUID, session: Db, actor: SignedInMay) -> PersonFacts:
 @router.put("/me/pins/{ascent}", status_code=204)
 def pin_ascent(ascent: UUID, session: Db, actor: SignedInMay) -> None:
     """Pin an ascent to one's profile; repeating it is fine."""
+    take_turn(session, f"pins {actor.known}")
     row = _own(session, actor.known, ascent)
     count = select(func.count()).where(
         Ascent.person_id == actor.known, Ascent.pinned_at.is_not(None)

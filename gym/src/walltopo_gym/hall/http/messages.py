@@ -15,6 +15,7 @@ from walltopo_gym.accounts.limits import count_document
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.fields import Body
 from walltopo_gym.api.services import Db, ServicesOf
+from walltopo_gym.database.engine import take_turn
 from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.hall.models import NotificationPreferences, PushAddress
 from walltopo_gym.hall.preferences import preferences_of
@@ -96,6 +97,7 @@ def put_push(
     """Subscribe this browser, also again. Another person may have used it before."""
     private = services.settings.webhooks_to_private
     check_address(body.endpoint, body.public_key, body.secret, private=private)
+    take_turn(session, f"push {actor.known}")
     row = session.scalar(select(PushAddress).where(PushAddress.endpoint == body.endpoint))
     if row is not None and row.person_id != actor.known:
         session.delete(row)
