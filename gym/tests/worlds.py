@@ -242,8 +242,9 @@ class World:
         for file in files_below(folder):
             store.put(f"scans/{scan}/{file.relative_to(folder).as_posix()}", file)
         keep_front(store, scan, made)
+        files = store_public_files(store, made)
         with self.server.database.writing() as session:
-            session.get_one(Scan, scan).files = store_public_files(store, made)
+            session.get_one(Scan, scan).files = files
         return scan
 
     def publish(self, scan: UUID, *entries: dict[str, Any], revision: int = 0) -> httpx.Response:

@@ -1,4 +1,4 @@
-"""What may happen so many times happens so many times, also when all requests come at once."""
+"""Limits of attempts, photos and webhooks hold when all requests come at once."""
 
 from __future__ import annotations
 

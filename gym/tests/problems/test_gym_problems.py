@@ -167,7 +167,7 @@ def test_a_remix_is_of_a_problem_that_its_author_may_see(world: World, scan: UUI
     # One's own, and what setters see.
     assert put(world, "member", scan, remix_of=str(private)).status_code == 201
     assert put(world, "setter", scan, remix_of=str(hidden)).status_code == 201
-    # What was deleted while the remix waited for reception, and a remix of it that is changed.
+    # A problem that was deleted while its remix waited for reception, and a remix that is changed.
     path = f"/me/problems/{deleted}"
     assert world.server.ask("DELETE", path, world.people["member"]).status_code == 204
     assert put(world, "judge", scan, own, remix_of=str(deleted)).status_code == 201

@@ -56,7 +56,7 @@ def few(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("few")
 def test_few_wait_for_their_turn_and_the_others_are_refused_at_once() -> None:
-    async def asked() -> None:
+    async def run() -> None:
         heavy = Heavy()
         first = [asyncio.create_task(heavy.ask("192.0.2.1")) for _ in range(2)]
         while heavy.working + heavy.waiting() < 2:
@@ -69,13 +69,13 @@ def test_few_wait_for_their_turn_and_the_others_are_refused_at_once() -> None:
         heavy.done.set()
         assert set(await asyncio.gather(*first, *others)) == {200}
         assert heavy.most == 1
-        assert await heavy.ask("192.0.2.1") == 200  # whoever was refused comes later
+        assert await heavy.ask("192.0.2.1") == 200  # a refused client may come later
 
-    asyncio.run(asked())
+    asyncio.run(run())
 
 
 def test_a_request_whose_client_has_gone_gives_its_turn_to_the_next() -> None:
-    async def asked() -> None:
+    async def run() -> None:
         heavy = Heavy()
         scope = {"type": "http", "method": "GET", "path": "/heavy", "query_string": b"",
                  "headers": [], "client": ("192.0.2.9", 1), "server": ("test", 80),
@@ -100,7 +100,7 @@ def test_a_request_whose_client_has_gone_gives_its_turn_to_the_next() -> None:
         await asyncio.gather(begun, gone)
         assert (seen, heavy.most, statuses) == (1, 1, [429])
 
-    asyncio.run(asked())
+    asyncio.run(run())
 
 
 def test_a_board_of_the_past_is_computed_once(

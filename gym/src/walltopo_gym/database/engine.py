@@ -94,16 +94,16 @@ class Database:
         self.engine.dispose()
 
 
-def take_turn(session: Session, what: str) -> None:
-    """Wait until no other transaction has the turn of `what`, and keep it until this one ends.
+def take_turn(session: Session, subject: str) -> None:
+    """Wait until no other transaction has the turn of `subject`, and keep it until this one ends.
 
-    What is counted afterwards is still true when this transaction stores more of it. SQLite's
+    A number that is counted afterwards still holds when this transaction adds to it. SQLite's
     writers wait for each other anyway.
     """
     database: Database = session.info["database"]
     if not database.is_sqlite:
-        lock = text("SELECT pg_advisory_xact_lock(:kind, hashtext(:what))")
-        session.execute(lock, {"kind": _TURNS, "what": what})
+        lock = text("SELECT pg_advisory_xact_lock(:kind, hashtext(:subject))")
+        session.execute(lock, {"kind": _TURNS, "subject": subject})
 
 
 def _postgres(url: str) -> Engine:

@@ -1,7 +1,7 @@
 """Nothing slow happens while a write transaction is open.
 
 On SQLite a write transaction holds the one write lock of all gyms; on PostgreSQL it holds the locks
-of its rows. What computes long, reads files of the store or calls another machine begins with
+of its rows. Work that computes long, uses the store of files or calls another machine begins with
 `check_unlocked`.
 """
 

@@ -27,7 +27,7 @@ _MAX_KEY_BYTES: Final = 1000  # S3 takes 1024
 _MAX_PART_BYTES: Final = 250  # file systems take 255; obstore writes under a longer name first
 _STAGED: Final = re.compile(r"#\d+$")  # obstore's own files while it writes
 
-# What `tarfile` and its decompressors raise on damaged files.
+# `tarfile` and its decompressors raise these on damaged files.
 _DAMAGE: Final = (
     OSError, EOFError, ValueError, OverflowError, MemoryError, RecursionError,
     tarfile.TarError, zlib.error, lzma.LZMAError, msgspec.MsgspecError,

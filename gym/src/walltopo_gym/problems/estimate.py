@@ -55,7 +55,7 @@ class Estimator:
         if self._child is None or not self._child.is_running:
             self._process.close()
             command = python_module("walltopo_gym.problems.estimate_worker")
-            # What the process prints belongs into the operator's log.
+            # Its stderr goes into the operator's log.
             self._child = self._process.enter_context(child_process(command, errors=None))
             if not _answer(self._child, b"", _BEGIN_S):
                 raise UnavailableError("estimate-no-process")
