@@ -93,6 +93,35 @@ test("a passkey is made, signs in, and goes", async ({ browser, places }) => {
   await member.close();
 });
 
+test("a browser that somebody found asks for the password first", async ({ browser, places }) => {
+  const member = await visit(browser, places);
+  const { page } = member;
+  await signIn(member, places, places.member);
+  await member.go("/me/security");
+  // The first answer is that of a sign-in of an hour ago.
+  const refusal = { title: "this needs your password again", status: 403, code: "confirm-first" };
+  await page.route("**/api/v1/me/tokens", (route) => route.request().method() === "POST"
+    ? route.fulfill({ status: 403, contentType: "application/problem+json", body: JSON.stringify(refusal) })
+    : route.fallback());
+  member.expected(answered(403));
+  await page.getByText("Create token").first().click();
+  await page.getByLabel("Token name").fill("Borrowed");
+  await page.getByRole("button", { name: "Create token" }).click();
+  const dialog = page.getByRole("dialog", { name: "Confirm it’s you" });
+  await dialog.waitFor();
+  assert.deepEqual(await grave(page), []);
+  await member.shot("confirm");
+  await dialog.getByLabel("Password").fill("not the password");
+  await dialog.getByRole("button", { name: "Confirm", exact: true }).click();
+  await dialog.getByText(/wrong/i).waitFor();
+  await page.unroute("**/api/v1/me/tokens");
+  await dialog.getByLabel("Password").fill(places.password);
+  await dialog.getByRole("button", { name: "Confirm", exact: true }).click();
+  await dialog.waitFor({ state: "detached" });
+  assert.match(await page.getByLabel("Token secret").inputValue(), /^wtg_/);
+  await member.close();
+});
+
 test("another device signs in by a code that both show", async ({ browser, places }) => {
   const [laptop, phone] = [await visit(browser, places, { phone: false }), await visit(browser, places)];
   await signIn(laptop, places, places.member);

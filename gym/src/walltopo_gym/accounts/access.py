@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from datetime import timedelta
 from typing import Annotated, Any, Final
 
 from fastapi import APIRouter, Depends, Request
@@ -18,6 +19,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.actor import NOBODY, Actor, Scope, by_cookie, by_token
 from walltopo_gym.api.services import ServicesOf, endpoint_session, rule_session
+from walltopo_gym.clock import now
 from walltopo_gym.errors import ForbiddenError, SignInNeededError
 
 # `__Host-`: over HTTPS only, of this host only, for all of it (RFC 6265bis, 4.1.3.2).
@@ -67,7 +69,11 @@ def check_scope(actor: Actor, rule: Rule) -> None:
         raise ForbiddenError("token-lacks-scope", "token-make-with-scope", scope=rule.scope)
 
 
-def _person_rule(rule: Rule) -> Callable[..., Actor]:
+# Long enough for a page of settings, short for somebody who found a phone.
+_CONFIRMED_FOR: Final = timedelta(minutes=10)
+
+
+def _person_rule(rule: Rule, *, confirmed: bool = False) -> Callable[..., Actor]:
     def check(request: Request, services: ServicesOf) -> Actor:
         with rule_session(request, services) as session:
             actor = actor_in(session, request)
@@ -76,6 +82,8 @@ def _person_rule(rule: Rule) -> Callable[..., Actor]:
         if rule.who == "operator" and not actor.operator:
             raise ForbiddenError("not-allowed-operator")
         check_scope(actor, rule)
+        if confirmed:
+            _check_confirmed(actor)
         return actor
 
     check.rule = rule  # type: ignore[attr-defined]
@@ -84,7 +92,20 @@ def _person_rule(rule: Rule) -> Callable[..., Actor]:
 
 AnyoneMay = Annotated[Actor, Depends(_person_rule(Rule("anyone", Scope.READ)))]
 SignedInMay = Annotated[Actor, Depends(_person_rule(Rule("signed-in", None)))]
+# For what outlasts a sign-in: ways to sign in, and programs that act for a person.
+ConfirmedMay = Annotated[Actor, Depends(_person_rule(Rule("signed-in", None), confirmed=True))]
 OperatorsMay = Annotated[Actor, Depends(_person_rule(Rule("operator", Scope.MANAGE)))]
+
+
+def _check_confirmed(actor: Actor) -> None:
+    """Refuse a browser whose owner has not proved lately who they are.
+
+    Raises
+    ------
+    ForbiddenError : says how to do it.
+    """
+    if actor.confirmed_at is None or actor.confirmed_at < now() - _CONFIRMED_FOR:
+        raise ForbiddenError("confirm-first", "confirm-how")
 
 
 def _calls(dependant: Dependant) -> Iterator[Callable[..., Any]]:

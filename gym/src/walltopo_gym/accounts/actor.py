@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from datetime import timedelta
+from datetime import datetime, timedelta
 from enum import StrEnum
 from typing import Final
 from uuid import UUID
@@ -36,13 +36,15 @@ class Actor:
     ----------
     person : None if anonymous.
     operator : whether the actor may administer the whole server.
-    sign_in : the browser's sign-in; None for a token.
+    sign_in : the browser's sign-in; None for a token. confirmed_at : when its owner last proved who
+        they are.
     scopes : scopes of the token; None for a browser, which has no limits.
     """
 
     person: UUID | None = None
     operator: bool = False
     sign_in: UUID | None = None
+    confirmed_at: datetime | None = None
     scopes: frozenset[str] | None = None
 
     @property
@@ -64,11 +66,13 @@ NOBODY = Actor()
 def by_cookie(session: Session, secret: str) -> Actor:
     """Return the actor of a browser's session; anonymous after the session has ended."""
     row = session.execute(
-        select(SignIn.id, Person.id, Person.operator)
+        select(SignIn.id, SignIn.confirmed_at, Person.id, Person.operator)
         .join(Person, Person.id == SignIn.person_id)
         .where(SignIn.token_hash == hash_of(secret), SignIn.expires_at > now())
     ).one_or_none()
-    return NOBODY if row is None else Actor(row[1], row[2], sign_in=row[0])
+    if row is None:
+        return NOBODY
+    return Actor(row[2], row[3], sign_in=row[0], confirmed_at=row[1])
 
 
 def by_token(session: Session, secret: str) -> Actor:
@@ -88,13 +92,21 @@ def by_token(session: Session, secret: str) -> Actor:
     return Actor(row[1], row[2], scopes=frozenset(row[0]))
 
 
-def sign_in(session: Session, person: UUID, browser: str, days: int) -> str:
-    """Begin a sign-in and return the secret for its cookie."""
+def sign_in(
+    session: Session, person: UUID, browser: str, days: int, *, confirmed: bool = True
+) -> str:
+    """Begin a sign-in and return the secret for its cookie.
+
+    Parameters
+    ----------
+    confirmed : whether the person proved who they are.
+    """
     secret, kept = new_secret()
     expires = now() + timedelta(days=days)
     session.add(
-        SignIn(person_id=person, token_hash=kept, expires_at=expires, browser=browser[:200])
-    )
+        SignIn(person_id=person, token_hash=kept, expires_at=expires, browser=browser[:200],
+               confirmed_at=now() if confirmed else None)
+    )  # fmt: skip
     return secret
 
 

@@ -72,7 +72,7 @@ def requested_mail(session: Session, kind: Kind, to: str, base: str, language: L
     ----------
     base : the server's address, without a trailing slash.
     """
-    words = _templates()[language]
+    words = mail_templates()[language]
     match kind, find_person(session, to) is not None:
         case "sign-up", False:
             name, place = "sign-up", f"sign-up#{new_link(session, kind, to)}"
@@ -87,6 +87,7 @@ def requested_mail(session: Session, kind: Kind, to: str, base: str, language: L
 
 
 @cache
-def _templates() -> Mapping[Language, Mapping[str, Mapping[str, str]]]:
+def mail_templates() -> Mapping[Language, Mapping[str, Mapping[str, str]]]:
+    """Return subject and text of each mail by language and name."""
     content = files("walltopo_gym.accounts").joinpath("mail_templates.json").read_bytes()
     return msgspec.json.decode(content, type=dict[Language, dict[str, dict[str, str]]])

@@ -27,7 +27,11 @@ class Person(Keyed, Base):
 
 
 class SignIn(Keyed, Base):
-    """A browser in which a person is signed in."""
+    """A browser in which a person is signed in.
+
+    `confirmed_at`: when they last proved there who they are; None in a browser that another device
+    let in.
+    """
 
     __tablename__ = "sign_ins"
 
@@ -35,6 +39,7 @@ class SignIn(Keyed, Base):
     token_hash: Mapped[str] = mapped_column(String(64), unique=True)
     expires_at: Mapped[datetime]
     browser: Mapped[str] = mapped_column(String(200), default="")
+    confirmed_at: Mapped[datetime | None]
 
 
 class KnownBrowser(Keyed, Base):

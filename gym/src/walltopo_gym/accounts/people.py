@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from enum import StrEnum
 from typing import Final
 from uuid import UUID
@@ -11,7 +12,7 @@ from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.audit import log_change
-from walltopo_gym.accounts.models import ApiToken, Person, Profile, SignIn
+from walltopo_gym.accounts.models import ApiToken, Identity, Passkey, Person, Profile, SignIn
 from walltopo_gym.errors import RequestError
 
 
@@ -62,6 +63,14 @@ def set_password(session: Session, person: Person, password_hash: str) -> None:
     sign_out_everywhere(session, person.id)
     session.execute(delete(ApiToken).where(ApiToken.person_id == person.id))
     log_change(session, "person.password", person=person.id)
+
+
+def remove_ways_in(session: Session, person: UUID, keep: Collection[UUID]) -> None:
+    """Remove a person's passkeys and identities at other servers, except those to keep."""
+    for kind in (Passkey, Identity):
+        gone = delete(kind).where(kind.person_id == person, kind.id.not_in(keep))
+        for removed in session.scalars(gone.returning(kind.id)).all():
+            log_change(session, "way-in.remove", person=person, subject=str(removed))
 
 
 def sign_out_everywhere(session: Session, person: UUID, *, but: UUID | None = None) -> None:

@@ -20,6 +20,7 @@ from starlette.responses import JSONResponse
 from walltopo_gym.accounts.access import AnyoneMay, SignedInMay
 from walltopo_gym.accounts.http.account import check_own_password
 from walltopo_gym.accounts.http.cookies import end_here
+from walltopo_gym.accounts.notices import NotifyOwner
 from walltopo_gym.accounts.passwords import Password
 from walltopo_gym.api.fields import Body
 from walltopo_gym.api.problems import problem_answer
@@ -57,11 +58,13 @@ def read_ascents_table(session: Db, actor: SignedInMay, dialect: CsvDialectOf) -
 
 @router.post("/me/delete", status_code=204)
 def delete_me(
-    body: DeleteAccount, response: Response, services: ServicesOf, actor: SignedInMay
-) -> None:
-    """Delete one's account with all of its data."""
+    body: DeleteAccount, response: Response, services: ServicesOf, notify: NotifyOwner,
+    actor: SignedInMay,
+) -> None:  # fmt: skip
+    """Delete one's account with all of its data. The owner gets a mail."""
     check_own_password(services, actor.known, body.password)
     with services.database.writing() as session:
+        notify(session, actor.known, "account-deleted")
         forget(session, actor.known)
     end_here(response)
 

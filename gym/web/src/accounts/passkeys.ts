@@ -26,8 +26,16 @@ export async function addPasskey(name: string): Promise<void> {
   await answer(api.POST("/api/v1/me/passkeys", { body: { name, credential: { ...credential } } }));
 }
 
-export async function signInByPasskey(): Promise<Schemas["Me"]> {
+async function signedChallenge(): Promise<Schemas["SignedChallenge"]> {
   const optionsJSON = (await answer(api.POST("/api/v1/session/passkey/options"))) as never;
   const credential = await requested((library) => library.startAuthentication({ optionsJSON }));
-  return answer(api.POST("/api/v1/session/passkey", { body: { credential: { ...credential } } }));
+  return { credential: { ...credential } };
+}
+
+export async function signInByPasskey(): Promise<Schemas["Me"]> {
+  return answer(api.POST("/api/v1/session/passkey", { body: await signedChallenge() }));
+}
+
+export async function confirmByPasskey(): Promise<void> {
+  await answer(api.POST("/api/v1/me/confirm/passkey", { body: await signedChallenge() }));
 }

@@ -2264,7 +2264,7 @@ export interface paths {
         get?: never;
         /**
          * Change Password
-         * @description Change one's password. All other sign-ins and all tokens end.
+         * @description Change one's password. All other sign-ins and all tokens end. The owner gets a mail.
          */
         put: operations["change_password"];
         post?: never;
@@ -2294,6 +2294,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/password-reset/ways-in": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * List Ways In
+         * @description Return the ways to sign in to the account of a mailed link, which stays valid.
+         */
+        post: operations["list_ways_in"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/password-reset/confirm": {
         parameters: {
             query?: never;
@@ -2305,7 +2325,8 @@ export interface paths {
         put?: never;
         /**
          * Reset Password
-         * @description Choose a new password by a mailed link. All sign-ins and tokens end.
+         * @description Choose a new password by a mailed link. All sign-ins and tokens end, and so do all other ways
+         *     to sign in but those that are kept. The owner gets a mail.
          *
          *     The server recognises this browser from now on, so that failed attempts of others cannot lock
          *     its owner out.
@@ -2352,7 +2373,8 @@ export interface paths {
         put?: never;
         /**
          * Confirm Second Factor
-         * @description Turn the second factor on by showing that the phone makes the right digits.
+         * @description Turn the second factor on by showing that the phone makes the right digits. The owner gets a
+         *     mail.
          */
         post: operations["confirm_second_factor"];
         delete?: never;
@@ -2372,7 +2394,7 @@ export interface paths {
         put?: never;
         /**
          * End Second Factor
-         * @description Turn the second factor off.
+         * @description Turn the second factor off. The owner gets a mail.
          */
         post: operations["end_second_factor"];
         delete?: never;
@@ -2396,7 +2418,7 @@ export interface paths {
         put?: never;
         /**
          * Make Token
-         * @description Create an API token.
+         * @description Create an API token. The owner gets a mail.
          */
         post: operations["make_token"];
         delete?: never;
@@ -2417,7 +2439,7 @@ export interface paths {
         post?: never;
         /**
          * Drop Token
-         * @description Delete an API token.
+         * @description Delete an API token. The owner gets a mail.
          */
         delete: operations["drop_token"];
         options?: never;
@@ -2490,70 +2512,6 @@ export interface paths {
          * @description Sign out in another browser.
          */
         delete: operations["end_other_session"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/me/passkeys/options": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Begin Passkey
-         * @description Return `PublicKeyCredentialCreationOptions` as JSON.
-         */
-        post: operations["begin_passkey"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/me/passkeys": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Passkeys
-         * @description Return one's passkeys.
-         */
-        get: operations["list_passkeys"];
-        put?: never;
-        /**
-         * Make Passkey
-         * @description Add a passkey.
-         */
-        post: operations["make_passkey"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/me/passkeys/{passkey}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        post?: never;
-        /**
-         * Drop Passkey
-         * @description Delete a passkey.
-         */
-        delete: operations["drop_passkey"];
         options?: never;
         head?: never;
         patch?: never;
@@ -2694,6 +2652,110 @@ export interface paths {
          */
         post: operations["begin_session_by_device_sign_in"];
         delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/confirm": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Confirm By Password
+         * @description Prove by the password who one is. For ten minutes this browser may change ways to sign in.
+         */
+        post: operations["confirm_by_password"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/confirm/passkey": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Confirm By Passkey
+         * @description Prove it by a passkey, which signs the challenge of `/session/passkey/options`.
+         */
+        post: operations["confirm_by_passkey"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/passkeys/options": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Begin Passkey
+         * @description Return `PublicKeyCredentialCreationOptions` as JSON.
+         */
+        post: operations["begin_passkey"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/passkeys": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Passkeys
+         * @description Return one's passkeys.
+         */
+        get: operations["list_passkeys"];
+        put?: never;
+        /**
+         * Make Passkey
+         * @description Add a passkey. The owner gets a mail.
+         */
+        post: operations["make_passkey"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/passkeys/{passkey}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Drop Passkey
+         * @description Delete a passkey. The owner gets a mail.
+         */
+        delete: operations["drop_passkey"];
         options?: never;
         head?: never;
         patch?: never;
@@ -3892,7 +3954,7 @@ export interface paths {
         put?: never;
         /**
          * Delete Me
-         * @description Delete one's account with all of its data.
+         * @description Delete one's account with all of its data. The owner gets a mail.
          */
         post: operations["delete_me"];
         delete?: never;
@@ -5973,7 +6035,10 @@ export interface components {
                 [key: string]: unknown;
             };
         };
-        /** NewPassword */
+        /**
+         * NewPassword
+         * @description A mailed link and a new password. `keep`: ids of the ways to sign in that stay.
+         */
         NewPassword: {
             /** Token */
             token: string;
@@ -5982,6 +6047,11 @@ export interface components {
              * Format: password
              */
             password: string;
+            /**
+             * Keep
+             * @default []
+             */
+            keep?: string[];
         };
         /**
          * NewPlan
@@ -6717,7 +6787,10 @@ export interface components {
             /** Used At */
             used_at: string | null;
         };
-        /** PasswordChange */
+        /**
+         * PasswordChange
+         * @description The old and the new password. `keep`: ids of the ways to sign in that stay; null: all.
+         */
         PasswordChange: {
             /**
              * Old
@@ -6729,6 +6802,8 @@ export interface components {
              * Format: password
              */
             new: string;
+            /** Keep */
+            keep?: string[] | null;
         };
         /**
          * Past
@@ -7335,6 +7410,11 @@ export interface components {
             went: number;
             before: components["schemas"]["Side"];
             after: components["schemas"]["Side"];
+        };
+        /** ResetLink */
+        ResetLink: {
+            /** Token */
+            token: string;
         };
         /**
          * ResetPersonFacts
@@ -8742,6 +8822,31 @@ export interface components {
         WallPlaces: {
             /** Walls */
             walls: components["schemas"]["WallPlace"][];
+        };
+        /**
+         * WayIn
+         * @description A way to sign in beside the password: a passkey, or an account at the server `name`.
+         */
+        WayIn: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "passkey" | "provider";
+            /** Name */
+            name: string;
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
+            /** Used At */
+            used_at: string | null;
         };
         /**
          * Wear
@@ -14915,6 +15020,48 @@ export interface operations {
             };
         };
     };
+    list_ways_in: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ResetLink"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["WayIn"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
     reset_password: {
         parameters: {
             query?: never;
@@ -15421,164 +15568,6 @@ export interface operations {
             };
         };
     };
-    begin_passkey: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": {
-                        [key: string]: unknown;
-                    };
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    list_passkeys: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["PasskeyFacts"][];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    make_passkey: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["NewPasskey"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            201: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["PasskeyFacts"];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    drop_passkey: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                passkey: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            204: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content?: never;
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
     begin_passkey_session: {
         parameters: {
             query?: never;
@@ -15844,6 +15833,244 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["SignedIn"];
                 };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    confirm_by_password: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["OwnPassword"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    confirm_by_passkey: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SignedChallenge"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    begin_passkey: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": {
+                        [key: string]: unknown;
+                    };
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    list_passkeys: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PasskeyFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    make_passkey: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewPasskey"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PasskeyFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    drop_passkey: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                passkey: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             /** @description Why not, in words */
             "4XX": {

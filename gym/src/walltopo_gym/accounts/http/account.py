@@ -4,7 +4,7 @@ tokens."""
 from __future__ import annotations
 
 from datetime import datetime, timedelta
-from typing import Annotated
+from typing import Annotated, Literal
 from uuid import UUID
 
 from fastapi import APIRouter, BackgroundTasks, Request, Response
@@ -12,15 +12,22 @@ from pydantic import BaseModel, EmailStr, Field, SecretStr
 from sqlalchemy import delete, select
 
 from walltopo_gym.accounts import second_factor
-from walltopo_gym.accounts.access import AnyoneMay, SignedInMay
+from walltopo_gym.accounts.access import AnyoneMay, ConfirmedMay, SignedInMay
 from walltopo_gym.accounts.actor import TOKEN_PREFIX, Scope
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.http.cookies import be_known, begin_here, known_by
 from walltopo_gym.accounts.limits import count_code, count_mail, count_old_password
 from walltopo_gym.accounts.mails import Kind, email_of_link, requested_mail, use_link
-from walltopo_gym.accounts.models import ApiToken, Person
+from walltopo_gym.accounts.models import ApiToken, Identity, Passkey, Person
+from walltopo_gym.accounts.notices import NotifyOwner
 from walltopo_gym.accounts.passwords import Password, Passwords, check_password
-from walltopo_gym.accounts.people import add_person, find_person, one_spelling, set_password
+from walltopo_gym.accounts.people import (
+    add_person,
+    find_person,
+    one_spelling,
+    remove_ways_in,
+    set_password,
+)
 from walltopo_gym.accounts.secrets import new_secret
 from walltopo_gym.api.fields import Body, Name, Secret
 from walltopo_gym.api.services import Db, Services, ServicesOf, network_of
@@ -102,21 +109,41 @@ class Address(Body):
 
 
 class NewPassword(Body):
+    """A mailed link and a new password. `keep`: ids of the ways to sign in that stay."""
+
     token: Secret
     password: Password
+    keep: list[UUID] = Field([], max_length=100)
 
 
 class PasswordChange(Body):
+    """The old and the new password. `keep`: ids of the ways to sign in that stay; null: all."""
+
     old: Password
     new: Password
+    keep: list[UUID] | None = Field(None, max_length=100)
+
+
+class WayIn(BaseModel):
+    """A way to sign in beside the password: a passkey, or an account at the server `name`."""
+
+    id: UUID
+    kind: Literal["passkey", "provider"]
+    name: str
+    created_at: datetime
+    used_at: datetime | None
+
+
+class ResetLink(Body):
+    token: Secret
 
 
 @router.put("/me/password", status_code=204)
 def change_password(
     body: PasswordChange, request: Request, response: Response, services: ServicesOf,
-    actor: SignedInMay,
+    notify: NotifyOwner, actor: SignedInMay,
 ) -> None:  # fmt: skip
-    """Change one's password. All other sign-ins and all tokens end."""
+    """Change one's password. All other sign-ins and all tokens end. The owner gets a mail."""
     check_own_password(services, actor.known, body.old)
     with services.database.reading() as session:
         person = session.get_one(Person, actor.known)
@@ -124,6 +151,9 @@ def change_password(
     with services.database.writing() as session:
         person = session.get_one(Person, actor.known)
         set_password(session, person, kept)
+        if body.keep is not None:
+            remove_ways_in(session, person.id, body.keep)
+        notify(session, person.id, "password-changed")
         begin_here(session, services, request, response, person.id)
 
 
@@ -140,11 +170,29 @@ def ask_for_reset(
     later.add_task(mail_link, services, "reset", email, body.language)
 
 
+@router.post("/password-reset/ways-in")
+def list_ways_in(body: ResetLink, session: Db, actor: AnyoneMay) -> list[WayIn]:
+    """Return the ways to sign in to the account of a mailed link, which stays valid."""
+    person = find_person(session, email_of_link(session, "reset", body.token))
+    if person is None:
+        raise NotFoundError("account-gone")
+    return [
+        WayIn(id=row.id, kind="passkey", name=row.name, created_at=row.created_at,
+              used_at=row.used_at)
+        for row in session.scalars(select(Passkey).where(Passkey.person_id == person.id))
+    ] + [
+        WayIn(id=row.id, kind="provider", name=row.issuer, created_at=row.created_at, used_at=None)
+        for row in session.scalars(select(Identity).where(Identity.person_id == person.id))
+    ]  # fmt: skip
+
+
 @router.post("/password-reset/confirm", status_code=204)
 def reset_password(
-    body: NewPassword, request: Request, response: Response, services: ServicesOf, actor: AnyoneMay
-) -> None:
-    """Choose a new password by a mailed link. All sign-ins and tokens end.
+    body: NewPassword, request: Request, response: Response, services: ServicesOf,
+    notify: NotifyOwner, actor: AnyoneMay,
+) -> None:  # fmt: skip
+    """Choose a new password by a mailed link. All sign-ins and tokens end, and so do all other ways
+    to sign in but those that are kept. The owner gets a mail.
 
     The server recognises this browser from now on, so that failed attempts of others cannot lock
     its owner out.
@@ -157,6 +205,8 @@ def reset_password(
         if person is None or not kept:
             raise NotFoundError("account-gone")
         set_password(session, person, kept)
+        remove_ways_in(session, person.id, body.keep)
+        notify(session, person.id, "password-changed")
         be_known(session, request, response, person.id)
 
 
@@ -228,28 +278,35 @@ def read_second_factor(session: Db, actor: SignedInMay) -> SecondFactorFacts:
 
 
 @router.post("/me/second-factor")
-def begin_second_factor(session: Db, actor: SignedInMay) -> NewSecret:
+def begin_second_factor(session: Db, actor: ConfirmedMay) -> NewSecret:
     """Create a secret for an authenticator app. It takes effect once confirmed."""
     secret, uri = second_factor.begin(session, session.get_one(Person, actor.known))
     return NewSecret(secret=secret, uri=uri)
 
 
 @router.post("/me/second-factor/confirm")
-def confirm_second_factor(body: Digits, services: ServicesOf, actor: SignedInMay) -> RecoveryCodes:
-    """Turn the second factor on by showing that the phone makes the right digits."""
+def confirm_second_factor(
+    body: Digits, services: ServicesOf, notify: NotifyOwner, actor: ConfirmedMay
+) -> RecoveryCodes:
+    """Turn the second factor on by showing that the phone makes the right digits. The owner gets a
+    mail."""
     with services.database.writing() as session:
         count_code(session, actor.known)
     with services.database.writing() as session:
         codes = second_factor.confirm(session, actor.known, body.code)
+        notify(session, actor.known, "second-factor-on")
     return RecoveryCodes(recovery_codes=codes)
 
 
 @router.post("/me/second-factor/off", status_code=204)
-def end_second_factor(body: OwnPassword, services: ServicesOf, actor: SignedInMay) -> None:
-    """Turn the second factor off."""
+def end_second_factor(
+    body: OwnPassword, services: ServicesOf, notify: NotifyOwner, actor: SignedInMay
+) -> None:
+    """Turn the second factor off. The owner gets a mail."""
     check_own_password(services, actor.known, body.password)
     with services.database.writing() as session:
         second_factor.turn_off(session, actor.known)
+        notify(session, actor.known, "second-factor-off")
 
 
 class NewToken(Body):
@@ -286,8 +343,8 @@ def list_tokens(session: Db, actor: SignedInMay) -> list[Token]:
 
 
 @router.post("/me/tokens", status_code=201)
-def make_token(body: NewToken, session: Db, actor: SignedInMay) -> MadeToken:
-    """Create an API token."""
+def make_token(body: NewToken, session: Db, notify: NotifyOwner, actor: ConfirmedMay) -> MadeToken:
+    """Create an API token. The owner gets a mail."""
     secret, kept = new_secret(TOKEN_PREFIX)
     scopes = sorted({scope.value for scope in body.scopes})
     row = ApiToken(person_id=actor.known, name=body.name, token_hash=kept, scopes=scopes,
@@ -295,14 +352,17 @@ def make_token(body: NewToken, session: Db, actor: SignedInMay) -> MadeToken:
     session.add(row)
     session.flush()
     log_change(session, "token.create", person=actor.known, subject=str(row.id))
+    notify(session, actor.known, "token-added", row.name)
     facts = Token.model_validate(row, from_attributes=True)
     return MadeToken(**facts.model_dump(), secret=secret)
 
 
 @router.delete("/me/tokens/{token}", status_code=204)
-def drop_token(token: UUID, session: Db, actor: SignedInMay) -> None:
-    """Delete an API token."""
+def drop_token(token: UUID, session: Db, notify: NotifyOwner, actor: ConfirmedMay) -> None:
+    """Delete an API token. The owner gets a mail."""
     ended = delete(ApiToken).where(ApiToken.id == token, ApiToken.person_id == actor.known)
-    if session.execute(ended.returning(ApiToken.id)).one_or_none() is None:
+    name = session.scalar(ended.returning(ApiToken.name))
+    if name is None:
         raise NotFoundError("not-there-token")
+    notify(session, actor.known, "token-removed", name)
     log_change(session, "token.delete", person=actor.known, subject=str(token))

@@ -17,11 +17,18 @@ _DAY_S: Final = 86400
 
 
 def begin_here(
-    session: Session, services: Services, request: Request, response: Response, person: UUID
-) -> None:
-    """Sign in in this browser. The secret is always new, so a planted cookie is worthless."""
+    session: Session, services: Services, request: Request, response: Response, person: UUID,
+    *, confirmed: bool = True,
+) -> None:  # fmt: skip
+    """Sign in in this browser. The secret is always new, so a planted cookie is worthless.
+
+    Parameters
+    ----------
+    confirmed : whether the person proved who they are.
+    """
     days = services.settings.session_days
-    secret = sign_in(session, person, request.headers.get("user-agent", ""), days)
+    browser = request.headers.get("user-agent", "")
+    secret = sign_in(session, person, browser, days, confirmed=confirmed)
     _set(response, COOKIE, secret, days)
     be_known(session, request, response, person)
 

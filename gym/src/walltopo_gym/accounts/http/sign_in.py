@@ -17,17 +17,11 @@ from walltopo_gym.accounts.device_sign_in import allow, claim, device_sign_in_of
 from walltopo_gym.accounts.http.account import Code, Me, me_of
 from walltopo_gym.accounts.http.cookies import begin_here, end_here, known_by
 from walltopo_gym.accounts.limits import count_code, count_sign_in
-from walltopo_gym.accounts.models import Passkey, Person, SignIn
-from walltopo_gym.accounts.passkeys import (
-    Site,
-    add_passkey,
-    ask_for_new,
-    ask_for_sign_in,
-    person_of,
-)
+from walltopo_gym.accounts.models import Person, SignIn
+from walltopo_gym.accounts.passkeys import Site, ask_for_sign_in, person_of
 from walltopo_gym.accounts.passwords import Password, Passwords
 from walltopo_gym.accounts.people import find_person, one_spelling, sign_out_everywhere
-from walltopo_gym.api.fields import Body, Name, Secret
+from walltopo_gym.api.fields import Body, Secret
 from walltopo_gym.api.services import Db, ServicesOf, network_of
 from walltopo_gym.clock import now
 from walltopo_gym.errors import NotFoundError, SignInNeededError
@@ -128,60 +122,10 @@ def end_sessions(response: Response, session: Db, actor: SignedInMay) -> None:
     end_here(response)
 
 
-class NewPasskey(Body):
-    """The result of `navigator.credentials.create` as JSON; `name` is chosen by the owner."""
-
-    name: Name
-    credential: dict[str, Any]
-
-
 class SignedChallenge(Body):
     """The result of `navigator.credentials.get` as JSON."""
 
     credential: dict[str, Any]
-
-
-class PasskeyFacts(BaseModel):
-    """One of the person's passkeys."""
-
-    id: UUID
-    name: str
-    created_at: datetime
-    used_at: datetime | None
-
-
-@router.post("/me/passkeys/options")
-def begin_passkey(session: Db, services: ServicesOf, actor: SignedInMay) -> dict[str, Any]:
-    """Return `PublicKeyCredentialCreationOptions` as JSON."""
-    person = session.get_one(Person, actor.known)
-    return ask_for_new(session, Site(services.settings.link_base), person)
-
-
-@router.post("/me/passkeys", status_code=201)
-def make_passkey(
-    body: NewPasskey, session: Db, services: ServicesOf, actor: SignedInMay
-) -> PasskeyFacts:
-    """Add a passkey."""
-    site = Site(services.settings.link_base)
-    row = add_passkey(session, site, actor.known, body.name, body.credential)
-    return PasskeyFacts.model_validate(row, from_attributes=True)
-
-
-@router.get("/me/passkeys")
-def list_passkeys(session: Db, actor: SignedInMay) -> list[PasskeyFacts]:
-    """Return one's passkeys."""
-    mine = select(Passkey).where(Passkey.person_id == actor.known).order_by(Passkey.created_at)
-    return [PasskeyFacts.model_validate(row, from_attributes=True)
-            for row in session.scalars(mine)]  # fmt: skip
-
-
-@router.delete("/me/passkeys/{passkey}", status_code=204)
-def drop_passkey(passkey: UUID, session: Db, actor: SignedInMay) -> None:
-    """Delete a passkey."""
-    gone = delete(Passkey).where(Passkey.id == passkey, Passkey.person_id == actor.known)
-    if session.execute(gone.returning(Passkey.id)).one_or_none() is None:
-        raise NotFoundError("not-there-passkey")
-    log_change(session, "passkey.delete", person=actor.known, subject=str(passkey))
 
 
 @router.post("/session/passkey/options")
@@ -283,5 +227,6 @@ def begin_session_by_device_sign_in(
     person = finish(session, body.secret)
     if person is None:
         return SignedIn(me=None)
-    begin_here(session, services, request, response, person)
+    # Not confirmed: a stolen session would confirm itself in this way.
+    begin_here(session, services, request, response, person, confirmed=False)
     return SignedIn(me=me_of(session.get_one(Person, person)))
