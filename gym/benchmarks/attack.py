@@ -102,6 +102,22 @@ def photo_names(target: Target) -> Iterator[Finding]:
         yield _finding(f"announce photo {name!r} of {size} bytes", answer)
 
 
+def spelled_numbers(target: Target) -> Iterator[Finding]:
+    """Numbers that Python reads and HTTP does not know."""
+    wall = target.made("/walls", {"name": "Roof"})["id"]
+    scan = target.made(f"/walls/{wall}/scans")["id"]
+    for number in ("+5", "1_0", "5.0", "0x5"):
+        headers = {
+            "tus-resumable": "1.0.0",
+            "upload-length": number,
+            "upload-metadata": f"filename {base64.b64encode(b'a.jpg').decode()}",
+        }
+        answer = target.owner("POST", f"{target.path}/scans/{scan}/photos", headers=headers)
+        yield _finding(f"announce photo of {number} bytes", answer)
+        answer = target.nobody("GET", f"{API}/gyms", params={"size": number})
+        yield _finding(f"page of {number} lines", answer)
+
+
 def judged_events(target: Target) -> Iterator[Finding]:
     """Strike a judge's event by an appeal or a void; enter again after a withdrawal."""
     cup = target.made("/competitions", {
@@ -225,7 +241,8 @@ def sign_ins(target: Target) -> Iterator[Finding]:
 
 
 ATTACKS: tuple[Callable[[Target], Iterator[Finding]], ...] = (
-    photo_names, judged_events, edges, webhook_addresses, floor_plans, rights, sign_ins,
+    photo_names, spelled_numbers, judged_events, edges, webhook_addresses, floor_plans, rights,
+    sign_ins,
 )  # fmt: skip
 
 
