@@ -96,7 +96,7 @@ def photo_names(target: Target) -> Iterator[Finding]:
         headers = {
             "tus-resumable": "1.0.0",
             "upload-length": str(size),
-            "upload-metadata": f"filename {base64.b64encode(name.encode()).decode()}",
+            "upload-metadata": f"filename {base64.b64encode(name.encode()).decode()}".rstrip(),
         }
         answer = target.owner("POST", f"{target.path}/scans/{scan}/photos", headers=headers)
         yield _finding(f"announce photo {name!r} of {size} bytes", answer)
@@ -116,6 +116,19 @@ def spelled_numbers(target: Target) -> Iterator[Finding]:
         yield _finding(f"announce photo of {number} bytes", answer)
         answer = target.nobody("GET", f"{API}/gyms", params={"size": number})
         yield _finding(f"page of {number} lines", answer)
+
+
+def long_bodies(target: Target) -> Iterator[Finding]:
+    """Bodies that are too long, whose length is announced or not."""
+    pieces = [b" " * 100_000] * 21
+    requests = [("PATCH", f"{API}/me"), ("POST", f"{API}/session"), ("POST", f"{API}/nothing")]
+    for method, path in requests:
+        for name, body in (("announced", b"".join(pieces)), ("growing", iter(pieces))):
+            attack = f"{method} {path} with a long body, {name}"
+            try:
+                yield _finding(attack, target.owner(method, path, content=body))
+            except httpx.TransportError as error:  # the server did not wait for the rest
+                yield Finding(attack, is_held=True, answer=str(error))
 
 
 def judged_events(target: Target) -> Iterator[Finding]:
@@ -241,7 +254,7 @@ def sign_ins(target: Target) -> Iterator[Finding]:
 
 
 ATTACKS: tuple[Callable[[Target], Iterator[Finding]], ...] = (
-    photo_names, spelled_numbers, judged_events, edges, webhook_addresses, floor_plans, rights,
+    photo_names, spelled_numbers, long_bodies, judged_events, edges, webhook_addresses, floor_plans, rights,
     sign_ins,
 )  # fmt: skip
 
@@ -267,6 +280,9 @@ def _signed_in(address: str, given: str) -> Send:
         answer = client.post(f"{API}/session", json={"email": email, "password": password})
         if not answer.is_success:
             raise RuntimeError(f"{email} cannot sign in: {answer.status_code} {answer.text[:200]}")
+        # By hand: httpx sends no secure cookie to http://localhost, as browsers do.
+        cookies = answer.headers.get_list("set-cookie")
+        client.headers["cookie"] = "; ".join(cookie.partition(";")[0] for cookie in cookies)
     return client.request
 
 

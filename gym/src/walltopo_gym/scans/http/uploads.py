@@ -42,7 +42,7 @@ from walltopo_gym.walls.models import Wall
 
 _VERSION: Final = "1.0.0"
 _PIECE: Final = 1 << 20
-_LONGEST_PHOTO: Final = 2_000_000_000  # what can be announced at most, by the settings
+LONGEST_PHOTO: Final = 2_000_000_000  # what can be announced at most, by the settings
 
 
 def _speak_tus(response: Response, tus_resumable: Annotated[str | None, Header()] = None) -> None:
@@ -163,9 +163,7 @@ def ask_offset(
     response.headers["cache-control"] = "no-store"
 
 
-@router.patch(
-    "/gyms/{gym}/photos/{photo}", status_code=204, dependencies=[Tus], max_body_size=_LONGEST_PHOTO
-)
+@router.patch("/gyms/{gym}/photos/{photo}", status_code=204, dependencies=[Tus])
 async def send_photo(
     photo: UUID, request: Request, response: Response, services: ServicesOf, access: UploaderMay,
     upload_offset: Annotated[Digits, Header(ge=0, lt=2**63)],
