@@ -169,10 +169,18 @@ def judged_events(target: Target) -> Iterator[Finding]:
     ):
         _, answer = say(target.climber, kind, number, **words)
         yield Finding(f"competitor's {kind} on a judge's event", counts(out), answer.text[:80])
-    gone = target.owner("PATCH", f"{place}/entries/{entry}", json={"state": "withdrawn"})
-    if gone.is_success:
-        answer = target.climber("PUT", f"{place}/mine", json=entering)
-        yield _finding("enter again after the gym withdrew the entry", answer)
+    say(target.owner, "void", 6, target_id=out)
+    top, answer = say(target.climber, "top", 7, problem_id=problem, n=1)
+    if not counts(top):
+        raise RuntimeError(f"the climber's event does not count: {answer.text[:200]}")
+    say(target.owner, "void", 8, target_id=top)
+    _, answer = say(target.climber, "top", 9, problem_id=problem, n=1)
+    yield _finding("enter a top again that a judge struck", answer, *FORBIDDEN)
+    gone = target.owner("PATCH", f"{place}/entries/{entry}", json={"withdrawn": True})
+    if not gone.is_success:
+        raise RuntimeError(f"the gym cannot withdraw an entry: {gone.text[:200]}")
+    answer = target.climber("PUT", f"{place}/mine", json=entering)
+    yield _finding("enter again after the gym withdrew the entry", answer)
 
 
 def edges(target: Target) -> Iterator[Finding]:

@@ -8,12 +8,13 @@ from typing import Final
 from uuid import UUID
 
 from sqlalchemy import select
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, aliased
 
 from walltopo_gym.clock import now
 from walltopo_gym.competitions.bodies import EventBody
 from walltopo_gym.competitions.entering import entry_of
-from walltopo_gym.competitions.ledger import JUDGED, SCORED, Kind
+from walltopo_gym.competitions.history import struck
+from walltopo_gym.competitions.ledger import JUDGED, SCORED, STRIKING, Kind
 from walltopo_gym.competitions.models import Competition, Entry, Problem, Round, ScoreEvent, Starter
 from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError, RequestError
 
@@ -132,8 +133,42 @@ def _check_own(
         target = session.get_one(ScoreEvent, body.target_id)
         if target.person_id != person or target.kind in JUDGED:
             raise ForbiddenError("cup-judge-entered", "cup-ask-judge-appeal")
+    _check_not_struck(session, row, body, person)
     for touched in _rounds_touched(session, body, one):
         _check_window(row, touched, climbed_at, at)
+
+
+def _check_not_struck(
+    session: Session, row: Competition, body: EventBody, person: UUID
+) -> None:  # fmt: skip
+    """Refuse a competitor's own event that gives back what a judge struck or corrected.
+
+    It scores on a problem where a judge's counting event strikes a result that the competitor
+    entered; or it strikes an event that strikes such a result. The judge takes that event back
+    first.
+
+    Raises
+    ------
+    ForbiddenError : says that a judge struck the result.
+    """
+    problems = {body.problem_id} if body.kind in SCORED else set()
+    target = None if body.target_id is None else session.get_one(ScoreEvent, body.target_id)
+    while target is not None and target.target_id is not None:
+        target = session.get_one(ScoreEvent, target.target_id)
+        problems.add(target.problem_id)
+    own = aliased(ScoreEvent)
+    by_judges = (
+        select(ScoreEvent.id)
+        .join(own, own.id == ScoreEvent.target_id)
+        .where(
+            ScoreEvent.competition_id == row.id, ScoreEvent.entry_id == body.entry_id,
+            ScoreEvent.kind.in_(STRIKING), ScoreEvent.person_id.is_distinct_from(person),
+            own.kind.in_(SCORED), own.person_id == person, own.problem_id.in_(problems - {None}),
+        )
+    )  # fmt: skip
+    found = set(session.scalars(by_judges))
+    if found and found - struck(session, row.id, found):
+        raise ForbiddenError("cup-judge-struck", "cup-ask-judge-appeal")
 
 
 def _rounds_touched(session: Session, body: EventBody, one: Round | None) -> list[Round]:
