@@ -96,10 +96,39 @@ def photo_names(target: Target) -> Iterator[Finding]:
         headers = {
             "tus-resumable": "1.0.0",
             "upload-length": str(size),
-            "upload-metadata": f"filename {base64.b64encode(name.encode()).decode()}",
+            "upload-metadata": f"filename {base64.b64encode(name.encode()).decode()}".rstrip(),
         }
         answer = target.owner("POST", f"{target.path}/scans/{scan}/photos", headers=headers)
         yield _finding(f"announce photo {name!r} of {size} bytes", answer)
+
+
+def spelled_numbers(target: Target) -> Iterator[Finding]:
+    """Numbers that Python reads and HTTP does not know."""
+    wall = target.made("/walls", {"name": "Roof"})["id"]
+    scan = target.made(f"/walls/{wall}/scans")["id"]
+    for number in ("+5", "1_0", "5.0", "0x5"):
+        headers = {
+            "tus-resumable": "1.0.0",
+            "upload-length": number,
+            "upload-metadata": f"filename {base64.b64encode(b'a.jpg').decode()}",
+        }
+        answer = target.owner("POST", f"{target.path}/scans/{scan}/photos", headers=headers)
+        yield _finding(f"announce photo of {number} bytes", answer)
+        answer = target.nobody("GET", f"{API}/gyms", params={"size": number})
+        yield _finding(f"page of {number} lines", answer)
+
+
+def long_bodies(target: Target) -> Iterator[Finding]:
+    """Bodies that are too long, whose length is announced or not."""
+    pieces = [b" " * 100_000] * 21
+    requests = [("PATCH", f"{API}/me"), ("POST", f"{API}/session"), ("POST", f"{API}/nothing")]
+    for method, path in requests:
+        for name, body in (("announced", b"".join(pieces)), ("growing", iter(pieces))):
+            attack = f"{method} {path} with a long body, {name}"
+            try:
+                yield _finding(attack, target.owner(method, path, content=body))
+            except httpx.TransportError as error:  # the server did not wait for the rest
+                yield Finding(attack, is_held=True, answer=str(error))
 
 
 @dataclass
@@ -161,10 +190,18 @@ def judged_events(target: Target) -> Iterator[Finding]:
     for number, (kind, words) in enumerate(own, start=2):
         _, answer = cup.say(target.climber, kind, number, **words)
         yield Finding(f"competitor's {kind} on a judge's event", cup.counts(out), answer.text[:80])
-    gone = target.owner("PATCH", f"{cup.place}/entries/{cup.entry}", json={"state": "withdrawn"})
-    if gone.is_success:
-        answer = target.climber("PUT", f"{cup.place}/mine", json=cup.entering)
-        yield _finding("enter again after the gym withdrew the entry", answer)
+    cup.say(target.owner, "void", 6, target_id=out)
+    top, answer = cup.say(target.climber, "top", 7, problem_id=cup.problem, n=1)
+    if not cup.counts(top):
+        raise RuntimeError(f"the climber's event does not count: {answer.text[:200]}")
+    cup.say(target.owner, "void", 8, target_id=top)
+    _, answer = cup.say(target.climber, "top", 9, problem_id=cup.problem, n=1)
+    yield _finding("enter a top again that a judge struck", answer, *FORBIDDEN)
+    gone = target.owner("PATCH", f"{cup.place}/entries/{cup.entry}", json={"withdrawn": True})
+    if not gone.is_success:
+        raise RuntimeError(f"the gym cannot withdraw an entry: {gone.text[:200]}")
+    answer = target.climber("PUT", f"{cup.place}/mine", json=cup.entering)
+    yield _finding("enter again after the gym withdrew the entry", answer)
 
 
 def long_chains(target: Target) -> Iterator[Finding]:
@@ -259,7 +296,8 @@ def sign_ins(target: Target) -> Iterator[Finding]:
 
 
 ATTACKS: tuple[Callable[[Target], Iterator[Finding]], ...] = (
-    photo_names, judged_events, long_chains, edges, webhook_addresses, floor_plans, rights,
+    photo_names, spelled_numbers, long_bodies, judged_events, long_chains, edges,
+    webhook_addresses, floor_plans, rights,
     sign_ins,
 )  # fmt: skip
 
@@ -285,6 +323,9 @@ def _signed_in(address: str, given: str) -> Send:
         answer = client.post(f"{API}/session", json={"email": email, "password": password})
         if not answer.is_success:
             raise RuntimeError(f"{email} cannot sign in: {answer.status_code} {answer.text[:200]}")
+        # By hand: httpx sends no secure cookie to http://localhost, as browsers do.
+        cookies = answer.headers.get_list("set-cookie")
+        client.headers["cookie"] = "; ".join(cookie.partition(";")[0] for cookie in cookies)
     return client.request
 
 

@@ -18,10 +18,10 @@ from walltopo.core import WalltopoError
 from walltopo_gym.clock import now
 from walltopo_gym.competitions import judging
 from walltopo_gym.competitions.bodies import EventBody
-from walltopo_gym.competitions.history import board_of, struck
+from walltopo_gym.competitions.history import board_of, marks_of, struck
 from walltopo_gym.competitions.judging import MAX_CHAIN, keep_event
 from walltopo_gym.competitions.ledger import Kind
-from walltopo_gym.competitions.models import Competition, Round
+from walltopo_gym.competitions.models import Competition, Round, ScoreEvent
 
 NIGHT = [
     {"name": name, "scoring": {"rules": "points"}, "problems": [{"name": "A"}, {"name": "B"}]}
@@ -70,6 +70,62 @@ def test_an_appeal_strikes_nothing(public: World) -> None:
     assert contest.ranks() == [(None, "member")]
     contest.say(mine, "void", target_id=out)
     assert points(contest) == ""
+
+
+def refused(answer: Any) -> None:
+    assert (answer.status_code, answer.json().get("code")) == (403, "cup-judge-struck")
+
+
+@pytest.mark.parametrize("correction", [("void", None, None), ("zone", 0, 1), ("attempt", 0, 2)])
+def test_a_result_that_a_judge_struck_is_not_entered_again(
+    public: World, correction: tuple[str, int | None, int | None]
+) -> None:
+    contest, mine = self_scored(public)
+    top = contest.say(mine, "top", 0, 1, who="member").json()["id"]
+    strike = contest.say(mine, *correction, target_id=top).json()["id"]
+    after = points(contest)
+    for kind, n in (("top", 1), ("top", 2), ("zone", 1), ("attempt", 1)):
+        refused(contest.say(mine, kind, 0, n, who="member"))
+    refused(contest.say(mine, "top", 0, 1, who="member", target_id=top))
+    assert points(contest) == after
+    # Other problems, appeals, and what judges enter.
+    assert contest.say(mine, "top", 1, 1, who="member").status_code == 201
+    assert contest.say(mine, "appeal", 0, who="member", text="I did").status_code == 201
+    assert contest.say(mine, "zone", 0, 3).status_code == 201
+    # The judge takes it back: the result counts again, and the climber enters what follows.
+    back = contest.say(mine, "void", target_id=strike).json()["id"]
+    assert counted(contest, top)
+    assert contest.say(mine, "top", 0, 2, who="member").status_code == 201
+    # And strikes it once more, by striking that.
+    assert contest.say(mine, "void", target_id=back).status_code == 201
+    refused(contest.say(mine, "top", 0, 1, who="member"))
+
+
+def test_no_chain_of_own_events_brings_a_struck_result_back(public: World) -> None:
+    contest, mine = self_scored(public)
+    first = contest.say(mine, "top", 0, 2, who="member").json()["id"]
+    second = contest.say(mine, "top", 0, 1, who="member").json()["id"]
+    undo = contest.say(mine, "void", target_id=first, who="member").json()["id"]
+    contest.say(mine, "void", target_id=second)
+    for kind, which, n in (("void", None, None), ("void", 1, None), ("top", 1, 1)):
+        refused(contest.say(mine, kind, which, n, target_id=undo, who="member"))
+    assert points(contest) == ""
+    # An undo of what a climber entered elsewhere is still theirs.
+    other = contest.say(mine, "top", 1, 1, who="member").json()["id"]
+    own = contest.say(mine, "void", target_id=other, who="member").json()["id"]
+    assert contest.say(mine, "void", target_id=own, who="member").status_code == 201
+    assert counted(contest, other)
+
+
+def test_what_no_judge_struck_is_entered_again(public: World) -> None:
+    contest, mine = self_scored(public)
+    top = contest.say(mine, "top", 0, 1, who="member").json()["id"]
+    assert contest.say(mine, "void", target_id=top, who="member").status_code == 201
+    assert contest.say(mine, "top", 0, 1, who="member").status_code == 201
+    # A judge who strikes an event of their own strikes nothing of the climber's.
+    judged = contest.say(mine, "top", 1, 1).json()["id"]
+    assert contest.say(mine, "void", target_id=judged).status_code == 201
+    assert contest.say(mine, "top", 1, 2, who="member").status_code == 201
 
 
 def close(contest: Contest, number: int) -> None:
@@ -206,6 +262,8 @@ def test_no_events_of_a_competitor_change_whether_a_judges_event_counts(
         by_judge = known[1:]
         before = struck(session, row.id, by_judge)
         outs = dict(board_of(session, row).results.outs)
+        of_struck = ScoreEvent.problem_id == UUID(contest.problem(0))
+        marks = marks_of(session, row.id, of_struck)
         there = list(known)
         for number, (kind, which, n, target) in enumerate(events):
             at = now()
@@ -223,6 +281,7 @@ def test_no_events_of_a_competitor_change_whether_a_judges_event_counts(
             there.append(event)
         assert struck(session, row.id, by_judge) == before
         assert board_of(session, row).results.outs == outs
+        assert marks_of(session, row.id, of_struck) == marks
         session.rollback()
 
 

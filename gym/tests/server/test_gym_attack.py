@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import httpx
 import pytest
-from gym.benchmarks.attack import Send, Target, attack, photo_names
-from gym.tests.worlds import Server, Somebody
+from gym.benchmarks.attack import Send, Target, attack, main, photo_names
+from gym.tests.running import Process
+from gym.tests.worlds import PASSWORD, Server, Somebody
 
 
 @pytest.fixture
@@ -28,6 +30,20 @@ def test_every_attack_is_refused(target: Target) -> None:
     findings = attack(target)
     assert len(findings) > 60
     assert [finding for finding in findings if not finding.is_held] == []
+
+
+@pytest.mark.slow
+def test_the_script_attacks_a_server_that_runs(tmp_path: Path, capsys: Any) -> None:
+    made = Server(tmp_path)
+    people = made.persons("owner", "climber")
+    made.close()
+    serving = Process(tmp_path, "serve", port="0", host="127.0.0.1", workers="0", new_gyms="anyone")
+    try:
+        owner, climber = (f"{people[who].email}:{PASSWORD}" for who in ("owner", "climber"))
+        assert main([serving.first_line, "--owner", owner, "--climber", climber]) == 0
+    finally:
+        serving.stop()
+    assert "0 not refused" in capsys.readouterr().out
 
 
 def test_an_attack_that_succeeds_is_reported(target: Target) -> None:

@@ -14,6 +14,8 @@ from msgspec.structs import replace
 
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.routes import Routes
+from walltopo_gym.gyms.members import add_member
+from walltopo_gym.gyms.roles import Role
 from walltopo_gym.hall.secrets import unsubscribe_token
 
 pytestmark = pytest.mark.slow
@@ -50,6 +52,7 @@ def test_flow(
         "scan": str(scan),
         "later": str(world.finished(tiny_scan)),
         "mails_link": unsubscribe_token(world.server.database, member),
+        "crowd": _crowd(world.server),
         "bare": _bare_wall(world.server, tiny_scan, tmp_path),
     }
     # Browsers keep the cookie of a sign-in over HTTPS and on this name only; a passkey is for the
@@ -57,6 +60,17 @@ def test_flow(
     port = free_port()
     with serving(world, port, f"http://localhost:{port}", places) as environment:
         playwright(environment, f"{flow}.spec.mjs", f"--output={tmp_path / 'failures'}")
+
+
+def _crowd(server: Server) -> dict[str, str]:
+    """Make a gym with more members than a page of the API has; return its owner's address."""
+    world = make_world(server)
+    people = server.persons(*(f"climber {number:03}" for number in range(230)))
+    with server.database.writing() as session:
+        for person in people.values():
+            assert person.id is not None
+            add_member(session, world.gym.id, person.id, Role.MEMBER, person.id)
+    return {"gym": world.gym.slug, "owner": world.owner.email}
 
 
 def _bare_wall(server: Server, folder: Path, scratch: Path) -> dict[str, str]:

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { createHmac } from "node:crypto";
 import { test } from "./fixtures.mjs";
-import { answered, grave, OFFLINE, signIn, visit, wallDrawn } from "./place.mjs";
+import { answered, becomes, grave, OFFLINE, signIn, visit, wallDrawn } from "./place.mjs";
 
 /** A call of the API as the browser's signed-in person. */
 function ask(page, method, path, body) {
@@ -23,6 +23,22 @@ function digits(secret) {
   const number = hash.readUInt32BE(hash[19] & 15) & 0x7fffffff;
   return String(number % 1e6).padStart(6, "0");
 }
+
+test("an owner finds every member of a large gym", async ({ browser, places }) => {
+  const owner = await visit(browser, places);
+  const { page } = owner;
+  await signIn(owner, places, places.crowd.owner);
+  await owner.go(`/g/${places.crowd.gym}/settings/people`);
+  await page.getByRole("combobox").nth(49).waitFor();
+  // By name, though the API begins with the newest.
+  assert.equal(await page.locator("li .name").first().textContent(), "climber 000");
+  const search = page.getByRole("searchbox");
+  for (const [text, number] of [["climber 229", 1], ["climber 00", 10], ["judge", 1]]) {
+    await search.fill(text);
+    await becomes(() => page.locator("li .name").count(), number);
+  }
+  await owner.close();
+});
 
 test("a second factor is set up, asked for, and turned off", async ({ browser, places }) => {
   const member = await visit(browser, places);

@@ -7,15 +7,15 @@ import re
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh
 from walltopo.core.errors import naming
 from walltopo.core.files import atomic_path, join_inside
+from walltopo.geometry.gltf_checks import check_gltf
 from walltopo.geometry.polygon_files import GUESSED, read_obj, read_ply
 
 
@@ -130,7 +130,7 @@ def _read_by_trimesh(path: Path) -> Mesh:
 # trimesh reads more formats, including archives, which are not accepted.
 SUFFIXES = (".ply", ".obj", ".glb", ".gltf", ".stl", ".off")
 _HEADER = 64_000
-_MAX_NUMBERS_PER_BYTE = 64  # more than any compression of glTF achieves
+MAX_MATERIALS = 2_000  # of an OBJ; trimesh takes seconds for so many
 
 
 PICTURES = (".png", ".jpg", ".jpeg", ".webp")
@@ -159,7 +159,9 @@ def load_with_trimesh(path: Path, *, pictures: bool = False) -> Any:
     if path.suffix.lower() == ".ply":
         _check_counts(path)
     if path.suffix.lower() in (".glb", ".gltf"):
-        _check_accessors(path)
+        check_gltf(path)
+    if path.suffix.lower() == ".obj":
+        _check_materials(path)
 
     try:
         return trimesh.load(
@@ -235,50 +237,15 @@ def files_of_mesh(path: Path) -> list[Path]:
     return found
 
 
-class _Accessor(msgspec.Struct, frozen=True):
-    count: Annotated[int, msgspec.Meta(ge=0, le=2**40)] = 0
-
-
-class _Gltf(msgspec.Struct, frozen=True):
-    """The part of glTF's JSON that determines how arrays are read, and their size."""
-
-    accessors: tuple[_Accessor, ...] = ()
-    required: tuple[str, ...] = msgspec.field(default=(), name="extensionsRequired")
-
-
-# Extensions that do not change how vertices and triangles are read.
-_LOOKS = re.compile(
-    r"(KHR_materials_|KHR_texture_|EXT_texture_|KHR_lights_|EXT_mesh_features|EXT_structural_)"
-)
-
-
-def _check_extensions(path: Path, required: tuple[str, ...]) -> None:
-    """Raise InputError if glTF requires an extension without which its geometry is misread."""
-    unknown = [name for name in required if not _LOOKS.match(name)]
-    if unknown:
+def _check_materials(path: Path) -> None:
+    """Raise InputError if an OBJ has more materials than trimesh reads in reasonable time, which
+    grows with their square."""
+    number = len(set(re.findall(rb"^[ \t]*usemtl[ \t]+(.*)$", path.read_bytes(), re.MULTILINE)))
+    if number > MAX_MATERIALS:
         raise InputError(
-            f"{path}: it requires the extension {', '.join(unknown)}, which is not read here",
-            "Export it without compression, or decompress it: npx @gltf-transform/cli copy, then "
-            "dequantize.",
+            f"{path}: has {number} materials, more than {MAX_MATERIALS}",
+            "Export the mesh with one texture, or without any.",
         )
-
-
-def _check_accessors(path: Path) -> None:
-    """Raise InputError if glTF declares more numbers than its files hold.
-
-    Without the check, zeros would fill the missing data, at any size.
-    """
-    data = path.read_bytes()
-    size = len(data) + sum(item.stat().st_size for item in path.parent.glob("*.bin"))
-    if data.startswith(b"glTF"):
-        data = data[20 : 20 + int.from_bytes(data[12:16], "little")]
-    try:
-        table = msgspec.json.decode(data, type=_Gltf)
-    except (msgspec.DecodeError, RecursionError) as error:
-        raise InputError(f"{path}: damaged: not the JSON of glTF ({error})") from error
-    _check_extensions(path, table.required)
-    if sum(accessor.count for accessor in table.accessors) > _MAX_NUMBERS_PER_BYTE * size:
-        raise InputError(f"{path}: damaged: it declares more numbers than {size} bytes can hold")
 
 
 def int32_faces(faces: object) -> NDArray[np.int32]:

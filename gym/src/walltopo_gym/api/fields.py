@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import unicodedata
 from datetime import UTC, date, datetime
 from typing import Annotated, Any, Final
@@ -51,6 +52,22 @@ Text = Annotated[
 LongText = r"^[^\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]*$"
 Slug = Annotated[str, Field(pattern=r"^[a-z0-9]+(-[a-z0-9]+)*$", max_length=60)]
 Secret = Annotated[str, Field(min_length=20, max_length=100)]
+
+
+def _only_digits(given: Any) -> Any:
+    """Refuse what Python reads as a number besides digits: "+5", "1_0", "5.0", " 5".
+
+    Raises
+    ------
+    ValueError : says what is expected.
+    """
+    if isinstance(given, str) and re.fullmatch("[0-9]+", given) is None:
+        raise ValueError("expected digits from 0 to 9")
+    return given
+
+
+# A number in a header, a path or a query.
+Digits = Annotated[int, BeforeValidator(_only_digits)]
 Revision = Annotated[int, Field(ge=0, le=2_000_000_000)]
 
 _FIRST: Final = datetime(1900, 1, 1, tzinfo=UTC)

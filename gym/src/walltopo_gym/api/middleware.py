@@ -7,6 +7,8 @@ that must hold across servers (password attempts, mails) are counted in the data
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
 from typing import Final
 from urllib.parse import urlsplit
 
@@ -14,7 +16,8 @@ from limits import RateLimitItemPerMinute
 from limits.storage import MemoryStorage
 from limits.strategies import SlidingWindowCounterRateLimiter
 from starlette.datastructures import Headers, MutableHeaders
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from walltopo_gym.api.problems import problem_answer
@@ -22,6 +25,8 @@ from walltopo_gym.api.services import network_of
 from walltopo_gym.errors import RequestError
 
 LONGEST_BODY: Final = 2_000_000  # bytes; a photo's are bounded by what was announced
+
+_LENGTH: Final = re.compile("[0-9]{1,18}")  # what is longer is too long
 
 # The app's files cost nothing to send, and a phone that installs the app asks for all of them at
 # once: a few at a hall's entrance would be as many requests as one network may make.
@@ -53,6 +58,65 @@ class Bounds:
             await answer(scope, receive, send)
             return
         await self._app(scope, receive, send)
+
+
+class BodyLimit:
+    """Refuses bodies that are too long: by their announced length, or as soon as they exceed it.
+
+    The 413 is sent at once, and the application then reads that the client is gone. A response that
+    has begun cannot become a 413: it breaks off.
+
+    Parameters
+    ----------
+    longer : endpoints whose limit is another one, as patterns of "METHOD path"; in bytes.
+    """
+
+    def __init__(self, app: ASGIApp, longer: Sequence[tuple[re.Pattern[str], int]] = ()) -> None:
+        self._app, self._longer = app, longer
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        limit = self._limit_of(scope)
+        announced = Headers(scope=scope).get("content-length", "0")
+        if not _LENGTH.fullmatch(announced) or int(announced) > limit:
+            await _too_large()(scope, receive, send)
+            return
+        size, has_begun, is_refused = 0, False, False
+
+        async def receive_counted() -> Message:
+            nonlocal size, is_refused
+            if is_refused:
+                return {"type": "http.disconnect"}
+            message = await receive()
+            size += len(message.get("body", b""))
+            if size <= limit:
+                return message
+            is_refused = True
+            if not has_begun:
+                await _too_large()(scope, receive, send)
+            return {"type": "http.disconnect"}
+
+        async def send_unless_refused(message: Message) -> None:
+            nonlocal has_begun
+            if not is_refused:
+                has_begun = True
+                await send(message)
+
+        try:
+            await self._app(scope, receive_counted, send_unless_refused)
+        except ClientDisconnect:
+            if not is_refused:
+                raise
+
+    def _limit_of(self, scope: Scope) -> int:
+        place = f"{scope['method']} {scope['path']}"
+        return next((most for form, most in self._longer if form.fullmatch(place)), LONGEST_BODY)
+
+
+def _too_large() -> Response:
+    return problem_answer(RequestError("body-too-large"), 413)
 
 
 _SAFE = {"GET", "HEAD", "OPTIONS"}

@@ -13,6 +13,7 @@ from pydantic import BaseModel
 from sqlalchemy import Select, tuple_
 from sqlalchemy.orm import Session
 
+from walltopo_gym.api.fields import Digits
 from walltopo_gym.database.base import Keyed
 from walltopo_gym.errors import RequestError
 
@@ -20,7 +21,7 @@ Item = TypeVar("Item")
 Row = TypeVar("Row", bound=Keyed)
 
 Cursor = Annotated[str | None, Query(max_length=200, description="`next` of the page before")]
-Size = Annotated[int, Query(ge=1, le=200, description="rows of a page")]
+Size = Annotated[Digits, Query(ge=1, le=200, description="rows of a page")]
 
 
 class Page(BaseModel, Generic[Item]):
@@ -81,6 +82,9 @@ def _read(cursor: str) -> tuple[Any, Any]:
         read = datetime.fromisoformat(moment)
         if read.tzinfo is None:
             raise ValueError("no zone")
-        return read, UUID(key)
+        found = read, UUID(key)
+        if _write(*found) != cursor:
+            raise ValueError("another spelling of it")
+        return found
     except (ValueError, binascii.Error) as error:
         raise RequestError("cursor-unknown") from error

@@ -9,11 +9,12 @@ from typing import Final
 from uuid import UUID
 
 from sqlalchemy import func, literal, select
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, aliased
 
 from walltopo_gym.clock import now
 from walltopo_gym.competitions.bodies import EventBody
 from walltopo_gym.competitions.entering import entry_of
+from walltopo_gym.competitions.history import struck
 from walltopo_gym.competitions.ledger import JUDGED, SCORED, STRIKING, Kind
 from walltopo_gym.competitions.models import Competition, Entry, Problem, Round, ScoreEvent, Starter
 from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError, RequestError
@@ -59,9 +60,10 @@ def keep_event(
     chain = _chain(session, body.target_id) if body.kind in STRIKING else []
     if not judges:
         _check_own(row, body, entry, person, chain)
-        # An appeal changes no result, so it may come after a round.
-        for touched in _rounds_touched(session, chain, one) if body.kind in STRIKING else ():
-            _check_window(row, touched, climbed_at, at)
+        if body.kind in STRIKING:  # an appeal changes no result, so it may come after a round
+            _check_not_struck(session, body, person, row.id, chain)
+            for touched in _rounds_touched(session, chain, one):
+                _check_window(row, touched, climbed_at, at)
     row.last_seq += 1
     kept = ScoreEvent(
         id=event, competition_id=row.id, seq=row.last_seq, person_id=person, at=at,
@@ -180,6 +182,36 @@ def _check_own(
         raise ForbiddenError("cup-judges-enter", "cup-ask-judge")
     if chain and (chain[0].person_id != person or chain[0].kind in JUDGED):
         raise ForbiddenError("cup-judge-entered", "cup-ask-judge-appeal")
+
+
+def _check_not_struck(
+    session: Session, body: EventBody, person: UUID, competition: UUID, chain: Sequence[ScoreEvent]
+) -> None:
+    """Refuse a competitor's own event that gives back what a judge struck or corrected.
+
+    It scores on a problem where a judge's counting event strikes a result that the competitor
+    entered; or it strikes an event that strikes such a result. The judge takes that event back
+    first.
+
+    Raises
+    ------
+    ForbiddenError : says that a judge struck the result.
+    """
+    problems = {body.problem_id} if body.kind in SCORED else set()
+    problems |= {event.problem_id for event in chain[1:]}
+    own = aliased(ScoreEvent)
+    by_judges = (
+        select(ScoreEvent.id)
+        .join(own, own.id == ScoreEvent.target_id)
+        .where(
+            ScoreEvent.entry_id == body.entry_id,
+            ScoreEvent.kind.in_(STRIKING), ScoreEvent.person_id.is_distinct_from(person),
+            own.kind.in_(SCORED), own.person_id == person, own.problem_id.in_(problems - {None}),
+        )
+    )  # fmt: skip
+    found = set(session.scalars(by_judges))
+    if found and found - struck(session, competition, found):
+        raise ForbiddenError("cup-judge-struck", "cup-ask-judge-appeal")
 
 
 def _rounds_touched(

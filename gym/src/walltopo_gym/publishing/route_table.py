@@ -30,9 +30,9 @@ _MAX_TEXT: Final = {"name": 80, "colour": 40, "setter": 80}
 _MAX_TAGS: Final = 20
 _MAX_TAG: Final = 80
 # 2026-11-24, 24. 11. 2026, and with slashes both 24/11/2026 and 11/24/2026.
-_ISO: Final = re.compile(r"(\d{4})-(\d{1,2})-(\d{1,2})")
-_DOTS: Final = re.compile(r"(\d{1,2})\. ?(\d{1,2})\. ?(\d{4})")
-_SLASHES: Final = re.compile(r"(\d{1,2})/(\d{1,2})/(\d{4})")
+_ISO: Final = re.compile(r"(\d{4})-(\d{1,2})-(\d{1,2})", re.ASCII)
+_DOTS: Final = re.compile(r"(\d{1,2})\. ?(\d{1,2})\. ?(\d{4})", re.ASCII)
+_SLASHES: Final = re.compile(r"(\d{1,2})/(\d{1,2})/(\d{4})", re.ASCII)
 _MONTHS: Final = 12
 _YEARS: Final = range(1900, 2200)
 

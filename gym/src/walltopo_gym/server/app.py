@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from importlib.metadata import version
@@ -32,7 +33,7 @@ import walltopo_gym.webhooks.http as webhooks
 from walltopo_gym.accounts.access import declare_rules
 from walltopo_gym.accounts.http import oidc
 from walltopo_gym.accounts.passwords import Passwords
-from walltopo_gym.api.middleware import LONGEST_BODY, Bounds, CrossOriginGuard, SafeHeaders
+from walltopo_gym.api.middleware import BodyLimit, Bounds, CrossOriginGuard, SafeHeaders
 from walltopo_gym.api.problems import PROBLEMS, handle_problems
 from walltopo_gym.api.services import Hooks, Services
 from walltopo_gym.climbing.counting import queue_recount
@@ -45,6 +46,7 @@ from walltopo_gym.hall.http.screen import admits
 from walltopo_gym.mail import make_mailer
 from walltopo_gym.operating.http import Metrics, health_router, metrics_router
 from walltopo_gym.problems.estimate import Estimator
+from walltopo_gym.scans.http.uploads import LONGEST_PHOTO
 from walltopo_gym.scans.incoming import Incoming
 from walltopo_gym.server import pages
 from walltopo_gym.server.observed import Observed
@@ -53,6 +55,7 @@ from walltopo_gym.storage.files import open_store, private_folder
 
 PREFIX = "/api/v1"
 _THREADS: Final = 200  # an idle one costs next to nothing
+_LONGER_BODIES: Final = ((re.compile(rf"PATCH {PREFIX}/gyms/[^/]+/photos/[^/]+"), LONGEST_PHOTO),)
 # Each slice's endpoints, and the optional feature that they are. Routes are matched in this order:
 # the slices that a whole hall uses at once come first.
 _SLICES: Final[tuple[tuple[Feature | None, tuple[APIRouter, ...]], ...]] = (
@@ -112,7 +115,6 @@ def build_app(services: Services) -> FastAPI:
         docs_url=None,
         redoc_url=None,
         responses=PROBLEMS,
-        max_body_size=LONGEST_BODY,
         generate_unique_id_function=lambda route: route.name,
     )
     app.state.services = services
@@ -138,6 +140,7 @@ def build_app(services: Services) -> FastAPI:
     app.include_router(oidc.router)
     app.include_router(pages.router)  # the last: it answers every path that is left
     handle_problems(app)
+    app.add_middleware(BodyLimit, longer=_LONGER_BODIES)
     app.add_middleware(CrossOriginGuard, origin=services.settings.link_base)
     app.add_middleware(Bounds, per_minute=services.settings.requests_per_minute)
     app.add_middleware(Observed, metrics=app.state.metrics)

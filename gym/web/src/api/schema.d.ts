@@ -1763,7 +1763,7 @@ export interface paths {
         };
         /**
          * List Members
-         * @description Return the members of the gym.
+         * @description Return the members of the gym, the newest first.
          */
         get: operations["list_members"];
         put?: never;
@@ -6736,6 +6736,13 @@ export interface components {
         Page_GymFacts_: {
             /** Items */
             items: components["schemas"]["GymFacts"][];
+            /** Next */
+            next: string | null;
+        };
+        /** Page[Member] */
+        Page_Member_: {
+            /** Items */
+            items: components["schemas"]["Member"][];
             /** Next */
             next: string | null;
         };
@@ -13612,7 +13619,12 @@ export interface operations {
     };
     list_members: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description `next` of the page before */
+                cursor?: string | null;
+                /** @description rows of a page */
+                size?: number;
+            };
             header?: never;
             path: {
                 gym: string;
@@ -13627,7 +13639,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Member"][];
+                    "application/json": components["schemas"]["Page_Member_"];
                 };
             };
             /** @description Why not, in words */

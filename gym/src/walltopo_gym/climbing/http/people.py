@@ -18,7 +18,7 @@ from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.models import Profile
 from walltopo_gym.accounts.people import Audience, Category, profile_of
-from walltopo_gym.api.fields import Body, Moment, Text
+from walltopo_gym.api.fields import Body, Digits, Moment, Text
 from walltopo_gym.api.services import Db
 from walltopo_gym.climbing.ascents import Kind
 from walltopo_gym.climbing.boards import Age, BoardQuery, board, circuits, month_of
@@ -284,7 +284,7 @@ def set_feed(body: FeedIn, session: Db, actor: SignedInMay) -> None:
 def read_feed(
     session: Db, access: ReaderMay,
     before: Annotated[Moment | None, Query(description="begun before")] = None,
-    size: Annotated[int, Query(ge=1, le=100)] = 30,
+    size: Annotated[Digits, Query(ge=1, le=100)] = 30,
 ) -> Feed:  # fmt: skip
     """Return sessions of followed people in this gym."""
     me = access.actor.known
@@ -344,14 +344,14 @@ class BoardFacts(BaseModel):
 def read_board(
     session: Db, access: ReaderMay,
     period: Annotated[str, Query(
-        pattern=r"^(\d{4}(-(0[1-9]|1[0-2]))?|all)?$",
+        pattern=r"^([0-9]{4}(-(0[1-9]|1[0-2]))?|all)?$",
         description='"2026-03", "2026" or "all"; empty: this month')] = "",
     circuit: Text = "",
     category: Literal["", "women", "men", "other"] = "",
     age: Age = "",
     friends: bool = False,
-    size: Annotated[int, Query(ge=1, le=200)] = 50,
-    skip: Annotated[int, Query(ge=0, le=1_000_000)] = 0,
+    size: Annotated[Digits, Query(ge=1, le=200)] = 50,
+    skip: Annotated[Digits, Query(ge=0, le=1_000_000)] = 0,
 ) -> BoardFacts:  # fmt: skip
     """Return the board by points: the sum of the best ten routes of a period, of people who agreed
     to be listed."""

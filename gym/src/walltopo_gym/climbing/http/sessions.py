@@ -15,7 +15,7 @@ from sqlalchemy.orm import Session
 from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.accounts.people import profile_of
-from walltopo_gym.api.fields import Moment
+from walltopo_gym.api.fields import Digits, Moment
 from walltopo_gym.api.services import Db
 from walltopo_gym.api.tables import CsvDialectOf, CsvFile
 from walltopo_gym.climbing.http.ascents import AscentFacts
@@ -77,7 +77,7 @@ class SessionPage(SessionFacts):
 def list_climbing_sessions(
     session: Db, access: ReaderMay,
     before: Annotated[Moment | None, Query(description="begun before")] = None,
-    size: Annotated[int, Query(ge=1, le=200)] = 20,
+    size: Annotated[Digits, Query(ge=1, le=200)] = 20,
 ) -> list[SessionFacts]:  # fmt: skip
     """Return one's own sessions in this gym, the latest first."""
     mine = select(ClimbingSession).where(

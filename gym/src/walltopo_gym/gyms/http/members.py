@@ -17,6 +17,7 @@ from walltopo_gym.accounts.limits import count_mail
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.accounts.people import one_spelling
 from walltopo_gym.api.fields import Body, Secret, Text
+from walltopo_gym.api.paging import Cursor, Page, Size, page_by
 from walltopo_gym.api.services import Db, HooksOf, ServicesOf, network_of
 from walltopo_gym.errors import ForbiddenError, NotFoundError
 from walltopo_gym.gyms.access import Access, OwnerMay, gym_rule
@@ -119,15 +120,22 @@ def leave_gym(session: Db, access: MemberMay) -> None:
 
 
 @router.get("/gyms/{gym}/members")
-def list_members(session: Db, access: OwnerMay) -> list[Member]:
-    """Return the members of the gym."""
-    rows = session.execute(
-        select(Person.id, Person.name, Membership.role, Membership.created_at)
-        .join(Membership, Membership.person_id == Person.id)
+def list_members(
+    session: Db, access: OwnerMay, cursor: Cursor = None, size: Size = 50
+) -> Page[Member]:
+    """Return the members of the gym, the newest first."""
+    order = Membership.created_at, Membership.person_id
+    rows = (
+        select(Person.name, Membership.role, *order)
+        .join(Person, Person.id == Membership.person_id)
         .where(Membership.gym_id == access.gym.id)
-        .order_by(Person.name, Person.id)
     )
-    return [Member(id=row[0], name=row[1], role=Role(row[2]), created_at=row[3]) for row in rows]
+    found, following = page_by(session, rows, order, cursor, size)
+    items = [
+        Member(id=person, name=name, role=Role(role), created_at=since)
+        for name, role, since, person in found
+    ]
+    return Page(items=items, next=following)
 
 
 @router.patch("/gyms/{gym}/members/{person}", status_code=204)

@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session
 from walltopo_gym.accounts.access import AnyoneMay
 from walltopo_gym.accounts.limits import count_document
 from walltopo_gym.api.documents import DocumentTurn, document
-from walltopo_gym.api.fields import Text
+from walltopo_gym.api.fields import Digits, Text
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.access import Access, GuestMay, SetterMay, visible_gym
@@ -36,7 +36,7 @@ from walltopo_gym.walls.models import Wall
 router = APIRouter(tags=["hall"])
 
 _PDF = "application/pdf"
-Days = Annotated[int, Query(ge=1, le=90)]
+Days = Annotated[Digits, Query(ge=1, le=90)]
 Code = Annotated[str, Query(max_length=20)]
 
 
@@ -83,7 +83,7 @@ def read_poster(
 def read_cards(
     request: Request, services: ServicesOf, _: DocumentTurn, access: SetterMay,
     size: CardSize = "a6", language: Language = "en", wall: UUID | None = None,
-    days: Annotated[int, Query(ge=0, le=90, description="new for at most so long; 0: all")] = 0,
+    days: Annotated[Digits, Query(ge=0, le=90, description="new for at most so long; 0: all")] = 0,
     text: Text = "",
 ) -> Response:  # fmt: skip
     """Return route cards, several on a sheet of A4, with lines to cut along."""

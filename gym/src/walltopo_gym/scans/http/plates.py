@@ -10,6 +10,7 @@ from walltopo.reconstruct.scale.plate_pdf import PAPERS, draw_plate, draw_sticke
 from walltopo.reconstruct.scale.plates import built_in_plates
 from walltopo_gym.accounts.access import AnyoneMay
 from walltopo_gym.api.documents import document
+from walltopo_gym.api.fields import Digits
 from walltopo_gym.errors import NotFoundError
 
 router = APIRouter(tags=["scans"])
@@ -29,7 +30,7 @@ _ANSWER: Final[dict[int | str, dict[str, Any]]] = {
 )  # fmt: skip
 def read_scale_plate(
     request: Request, actor: AnyoneMay, paper: Paper,
-    number: Annotated[int, Path(ge=1, le=9)],
+    number: Annotated[Digits, Path(ge=1, le=9)],
 ) -> Response:  # fmt: skip
     """Return a scale plate to print at 100 %. Plates in one scan need different numbers."""
     kinds = [plate for plate in built_in_plates() if plate.name == paper]
@@ -46,7 +47,7 @@ def read_scale_plate(
 )  # fmt: skip
 def read_stickers(
     request: Request, actor: AnyoneMay, paper: Paper,
-    count: Annotated[int, Path(ge=1, le=587)],
+    count: Annotated[Digits, Path(ge=1, le=587)],
 ) -> Response:  # fmt: skip
     """Return sheets of stickers for bare walls, to print at 100 % and cut."""
     pdf = to_pdf(draw_stickers(range(count), PAPERS[paper]), PAPERS[paper], "walltopo stickers")

@@ -22,6 +22,7 @@ from sqlalchemy.orm import Session
 from starlette.requests import ClientDisconnect
 from starlette.responses import StreamingResponse
 
+from walltopo_gym.api.fields import Digits
 from walltopo_gym.api.services import Db, Services, ServicesOf
 from walltopo_gym.errors import (
     ConflictError,
@@ -41,7 +42,7 @@ from walltopo_gym.walls.models import Wall
 
 _VERSION: Final = "1.0.0"
 _PIECE: Final = 1 << 20
-_LONGEST_PHOTO: Final = 2_000_000_000  # what can be announced at most, by the settings
+LONGEST_PHOTO: Final = 2_000_000_000  # what can be announced at most, by the settings
 
 
 def _speak_tus(response: Response, tus_resumable: Annotated[str | None, Header()] = None) -> None:
@@ -119,7 +120,7 @@ def read_overlap(scan: UUID, session: Db, access: UploaderMay) -> OverlapFacts:
 def announce_photo(
     scan: UUID, request: Request, response: Response, session: Db, services: ServicesOf,
     later: BackgroundTasks, access: UploaderMay,
-    upload_length: Annotated[int, Header(ge=1, lt=2**63)],
+    upload_length: Annotated[Digits, Header(ge=1, lt=2**63)],
     upload_metadata: Annotated[str, Header(max_length=2000)],
 ) -> None:  # fmt: skip
     """Announce a photo; `Location` is its address, `Upload-Offset` the number of stored bytes."""
@@ -162,12 +163,10 @@ def ask_offset(
     response.headers["cache-control"] = "no-store"
 
 
-@router.patch(
-    "/gyms/{gym}/photos/{photo}", status_code=204, dependencies=[Tus], max_body_size=_LONGEST_PHOTO
-)
+@router.patch("/gyms/{gym}/photos/{photo}", status_code=204, dependencies=[Tus])
 async def send_photo(
     photo: UUID, request: Request, response: Response, services: ServicesOf, access: UploaderMay,
-    upload_offset: Annotated[int, Header(ge=0, lt=2**63)],
+    upload_offset: Annotated[Digits, Header(ge=0, lt=2**63)],
     content_type: Annotated[str, Header()],
 ) -> None:  # fmt: skip
     """Append bytes to a photo from `Upload-Offset` on; a complete photo is stored."""
