@@ -77,7 +77,7 @@ class SmtpMailer:
         try:
             self.hand_over(mail)
         except OSError as error:
-            _LOG.error("mail to %s was not sent: %s", mail.to, error)
+            _LOG.error("a mail to %s was not sent: %s", _domain(mail.to), without_address(error))
 
     def hand_over(self, mail: Mail) -> None:
         message = EmailMessage()
@@ -90,7 +90,10 @@ class SmtpMailer:
         if "Message-ID" not in message:
             message["Message-ID"] = make_msgid(domain=self._sender.rpartition("@")[2])
         message.set_content(mail.text)
-        self._deliver(message)  # SMTP's own errors are OSErrors, too
+        try:
+            self._deliver(message)  # SMTP's own errors are OSErrors, too
+        except smtplib.SMTPRecipientsRefused as error:
+            raise OSError(without_address(error)) from None
 
     def check(self) -> None:
         """Connect and sign in, without sending a mail.
@@ -116,6 +119,18 @@ class SmtpMailer:
             if self._settings.smtp_user:
                 _sign_in(server, self._settings.smtp_user, self._settings.smtp_password)
             yield server
+
+
+def without_address(error: OSError) -> str:
+    """Return an error of sending without the recipient's address, which outlives an account."""
+    if isinstance(error, smtplib.SMTPRecipientsRefused):
+        reasons = (f"{code} {text!r}" for code, text in error.recipients.values())
+        return f"the mail server refused the recipient: {', '.join(reasons)}"
+    return str(error)
+
+
+def _domain(address: str) -> str:
+    return address.rpartition("@")[2]
 
 
 def _sign_in(server: smtplib.SMTP, user: str, password: str) -> None:

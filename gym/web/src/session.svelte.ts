@@ -3,7 +3,7 @@
 import { answer, api, Problem, type Schemas } from "./api/client";
 import { forgetBody } from "./walls/body";
 import { forgetWall } from "./walls/script";
-import { forgetAnswers, isCutOff, KEPT, keeps, returned } from "./offline/reception.svelte";
+import { forgetPrivate, isCutOff, KEPT, keeps, returned } from "./offline/reception.svelte";
 
 const SIGNED_IN = "walltopo-signed-in";
 
@@ -29,7 +29,7 @@ export function signedOut(): void {
 function forget(): void {
   forgetBody();
   forgetWall();
-  void forgetAnswers();
+  void forgetPrivate();
 }
 
 /** The last signed-in person; visitors are not looked up. Stored data is enough until the server responds. */

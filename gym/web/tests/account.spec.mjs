@@ -273,6 +273,42 @@ test("a gym gone private while it is open says so", async ({ browser, places }) 
   await owner.close();
 });
 
+test("signing out removes what private gyms left in the browser", async ({ browser, places }) => {
+  const [member, owner] = [await visit(browser, places), await visit(browser, places)];
+  const { page } = member;
+  await signIn(owner, places, places.owner);
+  await signIn(member, places, places.member);
+  const kept = () => page.evaluate(async () => {
+    const files = await caches.open("files");
+    const rows = await Promise.all((await files.keys()).map(async (key) => (await files.match(key)).headers.get("cache-control")));
+    return { private: rows.filter((row) => /private/.test(row)).length, public: rows.filter((row) => /public/.test(row)).length };
+  });
+  const look = async (visibility) => {
+    assert.equal((await ask(owner.page, "PATCH", `/gyms/${places.gym}`, { visibility })).status, 200);
+    await page.evaluate(() => caches.delete("files"));
+    await member.go(`/g/${places.gym}`);
+    await page.getByRole("link", { name: "Cave" }).first().click();
+    await wallDrawn(page);
+  };
+  const signOut = async () => {
+    await member.go("/me");
+    await page.getByRole("button", { name: "Sign out", exact: true }).click();
+    await page.getByRole("link", { name: "Sign in" }).first().waitFor();
+  };
+  await look("private");
+  assert.ok((await kept()).private > 0);
+  await signOut();
+  await page.waitForFunction(async () => (await (await caches.open("files")).keys()).length === 0);
+  await signIn(member, places, places.member);
+  await look("public");
+  const before = await kept();
+  assert.ok(before.public > 0);
+  await signOut();
+  assert.deepEqual(await kept(), before); // a visitor may see them, also offline
+  await member.close();
+  await owner.close();
+});
+
 test("who is excluded is told so, takes their data, and goes", async ({ browser, places }) => {
   const [judge, owner] = [await visit(browser, places), await visit(browser, places)];
   await signIn(judge, places, places.judge);

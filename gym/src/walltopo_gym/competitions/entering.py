@@ -10,7 +10,13 @@ from sqlalchemy import func, select, update
 from sqlalchemy.orm import Session
 
 from walltopo_gym.competitions.bodies import EntryBody
-from walltopo_gym.competitions.models import Category, Competition, Entry, WaiverSignature
+from walltopo_gym.competitions.models import (
+    Category,
+    Competition,
+    Entry,
+    ScoreEvent,
+    WaiverSignature,
+)
 from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError, RequestError
 
 NO_NAME: Final = "—"
@@ -162,15 +168,26 @@ def misfit(
 
 
 def forget_names(session: Session, person: UUID) -> None:
-    """Remove a person's name from start lists and signatures; ranks stay."""
+    """Remove a person's name and texts from start lists, signatures and appeals; ranks stay.
+
+    The competitions' revisions grow, so that no kept board shows the name.
+    """
+    own = select(Entry.id).where(Entry.person_id == person)
+    cups = select(Entry.competition_id).where(Entry.person_id == person)
     session.execute(
-        update(Entry).where(Entry.person_id == person)
-        .values(name=NO_NAME, team="", club="", birth_year=None)
+        update(Competition).where(Competition.id.in_(cups))
+        .values(revision=Competition.revision + 1)
     )  # fmt: skip
     session.execute(
-        update(WaiverSignature).where(WaiverSignature.person_id == person,
-                                      WaiverSignature.on_paper.is_(False))
-        .values(signed_by=NO_NAME)
+        update(WaiverSignature).where(WaiverSignature.entry_id.in_(own)).values(signed_by=NO_NAME)
+    )
+    session.execute(update(ScoreEvent).where(ScoreEvent.entry_id.in_(own)).values(text=""))
+    session.execute(
+        update(ScoreEvent).where(ScoreEvent.person_id == person).values(text="", device="")
+    )
+    session.execute(
+        update(Entry).where(Entry.person_id == person)
+        .values(name=NO_NAME, team="", club="", birth_year=None, gender="")
     )  # fmt: skip
 
 

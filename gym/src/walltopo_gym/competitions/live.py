@@ -27,7 +27,6 @@ from walltopo_gym.competitions.board_view import BoardView, CategoryLines, Line
 from walltopo_gym.competitions.history import board_of, catch_up, seq_at
 from walltopo_gym.competitions.models import Competition, Round
 from walltopo_gym.competitions.ranking import Step
-from walltopo_gym.competitions.sheet import load_sheet
 from walltopo_gym.database.engine import Database
 
 _LOG = logging.getLogger("walltopo_gym.competitions")
@@ -213,11 +212,8 @@ def _is_same(row: Competition, view: BoardView, *, public: bool) -> bool:
 
 def _brought_up(session: Session, row: Competition, kept: _Kept, *, frozen: bool) -> BoardView:
     of = (row.revision, row.frozen_at) if frozen else (row.revision,)
-    if kept.board is None or (frozen and of != kept.of):
+    if kept.board is None or of != kept.of:  # names and texts may have been removed, too
         kept.board, kept.view = board_of(session, row, row.frozen_at if frozen else None), None
-    elif of != kept.of:
-        kept.board.results.use(load_sheet(session, row))
-        kept.view = None
     kept.of = of
     if not frozen and catch_up(session, row.id, kept.board):
         kept.view = None

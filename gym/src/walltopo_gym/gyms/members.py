@@ -168,7 +168,7 @@ def ban(session: Session, gym: UUID, person: UUID, reason: str, by: UUID) -> Non
     if role != Role.GUEST:
         remove_member(session, gym, person, by)
     session.merge(Ban(gym_id=gym, person_id=person, reason=reason))
-    log_change(session, "member.ban", person=by, gym=gym, subject=str(person), reason=reason)
+    log_change(session, "member.ban", person=by, gym=gym, subject=str(person))
 
 
 def end_ban(session: Session, gym: UUID, person: UUID, by: UUID) -> None:

@@ -76,7 +76,7 @@ class Message(Keyed, Base):
 
     `kind` and `subject` say what it is about, `target` is "mail" or a push address. The row stays
     after sending or after giving up for `error`, so that the message is not sent again. `body`:
-    content for the channel.
+    content for the channel, until it is sent: it has names and notes of others.
     """
 
     __tablename__ = "messages"

@@ -83,7 +83,7 @@ class MessageSender:
         with self.database.writing() as session:
             kept = session.get(Message, row.id)
             if kept is not None:
-                kept.error, kept.sent_at = "", now()
+                kept.error, kept.sent_at, kept.body = "", now(), {}
 
     def _mail(self, row: Message) -> None:
         with self.database.reading() as session:
@@ -121,3 +121,5 @@ def note_failure(session: Session, failure: Failure, message: str) -> None:
     if row is not None:
         row.error = failure.error[:300]
         row.sent_at = now() if failure.again_at is None else None
+        if row.sent_at is not None:
+            row.body = {}

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 from uuid import UUID
 
-from sqlalchemy import Select, delete, func, inspect, select
+from sqlalchemy import Select, delete, func, inspect, select, update
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.audit import log_change
@@ -15,6 +15,7 @@ from walltopo_gym.accounts.models import (
     AuditEntry,
     Identity,
     KnownBrowser,
+    MailedLink,
     Passkey,
     Person,
     Profile,
@@ -135,6 +136,10 @@ def forget(session: Session, person: UUID) -> None:
         if (session.scalar(owners) or 0) <= 1:
             raise ConflictError("gym-without-owner", "gym-owner-first", gym=gym.name)
     forget_names(session, person)
+    own_reports = update(HoldReport).where(HoldReport.person_id == person)
+    session.execute(own_reports.values(note=""))
+    email = session.get_one(Person, person).email
+    session.execute(delete(MailedLink).where(MailedLink.email == email))
     session.execute(delete(Person).where(Person.id == person))
     log_change(session, "person.delete", person=person)
 

@@ -243,8 +243,7 @@ def promote_problem(problem: UUID, services: ServicesOf, access: PublisherMay) -
     with services.database.writing() as session:
         row = _problem(session, access, problem)
         wall = session.get_one(Wall, row.wall_id)
-        author = session.scalar(select(Person.name).where(Person.id == row.person_id)) or ""
-        route = promote(session, wall, row, author)
+        route = promote(session, wall, row)
         _log(session, access, "problem.promote", row, route=str(route.id))
     with services.database.reading() as session:
         return _one(session, services.store, access, row)
@@ -375,8 +374,8 @@ def _facts(access: Access, one: Shown) -> ClimberProblem:
 
 
 def _log(session: Session, access: Access, action: str, row: Problem, **facts: str) -> None:
-    log_change(session, action, person=access.actor.known, gym=access.gym.id, subject=row.name,
-               problem=str(row.id), **facts)  # fmt: skip
+    log_change(session, action, person=access.actor.known, gym=access.gym.id, subject=str(row.id),
+               **facts)  # fmt: skip
 
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (router,)

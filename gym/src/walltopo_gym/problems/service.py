@@ -280,10 +280,11 @@ def set_climbed(
     session.add(row)
 
 
-def promote(session: Session, wall: Wall, problem: Problem, setter: str) -> Route:
+def promote(session: Session, wall: Wall, problem: Problem) -> Route:
     """Make a route of a problem, without a place on the wall until a scan shows it; return it.
 
-    A problem becomes a route once: the route has the problem's id.
+    A problem becomes a route once: the route has the problem's id. It has no setter: guests see
+    routes, and the author has shown their name to members alone.
 
     Raises
     ------
@@ -293,7 +294,7 @@ def promote(session: Session, wall: Wall, problem: Problem, setter: str) -> Rout
         raise ConflictError("problem-private")
     facts: dict[str, Any] = {
         "name": problem.name, "colour": "", "grade_system_id": problem.grade_system_id,
-        "grade": problem.grade, "setter": setter, "tags": [], "set_on": now().date(),
+        "grade": problem.grade, "setter": "", "tags": [], "set_on": now().date(),
         "strip_on": None,
     }  # fmt: skip
     [route] = add_routes(session, wall, [HandRoute(problem.id, facts)])

@@ -71,7 +71,13 @@ export function keeps(): boolean {
   return Boolean(navigator.serviceWorker?.controller);
 }
 
-/** The stored data belongs to another account. */
-export async function forgetAnswers(): Promise<void> {
-  if ("caches" in window) await caches.delete("answers");
+/** Deletes stored data that only the account before may see: answers, and files of private gyms. */
+export async function forgetPrivate(): Promise<void> {
+  if (!("caches" in window)) return;
+  await caches.delete("answers");
+  const files = await caches.open("files");
+  for (const key of await files.keys()) {
+    const kept = await files.match(key);
+    if (!/\bpublic\b/.test(kept?.headers.get("cache-control") ?? "")) await files.delete(key);
+  }
 }

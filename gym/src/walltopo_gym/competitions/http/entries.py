@@ -264,5 +264,6 @@ def _facts(session: Session, entries: Any) -> list[EntryFacts]:
 
 
 def _log(session: Session, access: Access, action: str, entry: Entry) -> None:
-    log_change(session, action, person=access.actor.known, gym=access.gym.id, subject=entry.name,
-               entry=str(entry.id))  # fmt: skip
+    # By number: the log outlives the competitor's account.
+    log_change(session, action, person=access.actor.known, gym=access.gym.id,
+               subject=f"#{entry.bib}", entry=str(entry.id))  # fmt: skip
