@@ -58,7 +58,7 @@ def chain(length: int) -> list[Json]:
 
 @contextmanager
 def unread(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Fail if trimesh is asked to read anything in the block."""
+    """Fail if trimesh reads anything in the block."""
     import trimesh
 
     def load(*_: object, **__: object) -> object:

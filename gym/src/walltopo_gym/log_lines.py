@@ -16,6 +16,9 @@ _INDENT: Final = "    "
 # A stack frame as `traceback` writes it, also within an exception group: it ends with source code.
 _FRAME: Final = re.compile(r'[ |+-]*File "')
 
+# `extra` of a record whose line breaks are ours, such as those of a mail: they are kept.
+OWN_LINES: Final = {"has_own_lines": True}
+
 _ExcInfo = tuple[type[BaseException], BaseException, TracebackType | None] | tuple[None, None, None]
 
 
@@ -45,11 +48,14 @@ def traceback_of(error: BaseException) -> str:
 
 
 class PlainFormatter(logging.Formatter):
-    """Formats a record as one line, and the lines of its traceback indented."""
+    """Formats a record as one line; lines of its traceback and `OWN_LINES` are indented."""
 
     def formatMessage(self, record: logging.LogRecord) -> str:  # noqa: N802 # logging's name
-        """Return the record's line."""
-        return escaped(super().formatMessage(record))
+        """Return the record's line, and the further lines that are ours."""
+        text = super().formatMessage(record)
+        if not getattr(record, "has_own_lines", False):
+            return escaped(text)
+        return f"\n{_INDENT}".join(escaped(line) for line in text.split("\n"))
 
     def formatException(self, ei: _ExcInfo) -> str:  # noqa: N802 # logging's name
         """Return the traceback."""

@@ -15,6 +15,7 @@ from urllib.parse import urlsplit
 
 from walltopo_gym.clock import now
 from walltopo_gym.database.lock import check_unlocked
+from walltopo_gym.log_lines import OWN_LINES
 from walltopo_gym.settings import GymSettings
 
 _LOG = logging.getLogger("walltopo_gym.mail")
@@ -53,7 +54,7 @@ class ConsoleMailer:
     def send(self, mail: Mail) -> None:
         _LOG.warning(
             "mail (set `smtp_host` to have it sent)\n  to: %s\n  %s\n\n%s",
-            mail.to, mail.subject, mail.text,
+            mail.to, mail.subject, mail.text, extra=OWN_LINES,
         )  # fmt: skip
 
     hand_over = send

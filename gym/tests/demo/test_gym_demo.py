@@ -202,7 +202,8 @@ def test_climbers_made_problems_once(world: World) -> None:
         fill(session, gym, routes, UNTIL)
         for _ in range(2):
             make_problems(session, gym, [wall], versions, UNTIL)
-        problems = session.scalars(select(Problem).order_by(Problem.created_at)).all()
+        made = select(Problem).where(Problem.wall_id == wall.id)
+        problems = session.scalars(made.order_by(Problem.created_at)).all()
         assert len({problem.name for problem in problems}) == len(problems) >= 4
         for problem in problems:
             assert [used["use"] for used in problem.holds][0 :: len(problem.holds) - 1] == [

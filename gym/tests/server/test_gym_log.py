@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from walltopo_gym.log_lines import escaped, traceback_of
+from walltopo_gym.mail import ConsoleMailer, Mail
 from walltopo_gym.server.observed import log_config
 
 FORGED = "\n2026-01-01 00:00:00,000 INFO walltopo_gym.a owner\x1b[2J\r\u2028\u202e\x85"
@@ -80,6 +81,18 @@ def test_a_traceback_can_be_read_and_forges_no_line(
     assert any(line.strip() == "raise KeyError(FORGED)" for line in rest)
     assert any("The above exception was the direct cause" in line for line in rest)
     assert any(line.strip(" |").startswith(r"ValueError: \n") for line in rest)
+
+
+def test_a_mail_in_the_log_can_be_read_and_forges_no_line(
+    log: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log("plain")
+    link = "https://walls.example.com/sign-up#secret"
+    ConsoleMailer().send(Mail(f"a@example.com{FORGED}", "Welcome", f"Hello,\n\n{link}\n{FORGED}"))
+    first, *rest = _lines(capsys)
+    assert _OURS.match(first)
+    assert link in [line.strip() for line in rest]
+    assert all(line.startswith("    ") for line in rest)
 
 
 def test_json_has_one_line_a_record(log: Any, capsys: pytest.CaptureFixture[str]) -> None:

@@ -30,6 +30,7 @@ from walltopo_gym.database.engine import Database
 from walltopo_gym.errors import without_folders
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.jobs.queue import Failure, Job, enqueue
+from walltopo_gym.log_lines import OWN_LINES
 from walltopo_gym.scans.artifacts import download_scan
 from walltopo_gym.scans.models import Scan, ScanEdits
 from walltopo_gym.scans.running import WorkerStopsError
@@ -165,7 +166,8 @@ class OwnNetworks:
             code = child.wait()
         if code == 0:
             return ""
-        _LOG.warning("own network: %s\n%s", ending(code), "\n".join(lines[-20:]))
+        _LOG.warning("own network: %s\n%s", ending(code), "\n".join(lines[-20:]),
+                     extra=OWN_LINES)  # fmt: skip
         first = next((line for line in lines if line.startswith("error: ")), ending(code))
         return without_folders(first.removeprefix("error: "))[:500]
 

@@ -19,7 +19,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.documents import DocumentTurn
-from walltopo_gym.api.fields import Moment
+from walltopo_gym.api.fields import Digits, Moment
 from walltopo_gym.api.paging import Size
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.api.tables import CsvDialectOf, CsvFile
@@ -117,7 +117,7 @@ def put_score_event(
 @router.get("/gyms/{gym}/competitions/{competition}/events")
 def list_score_events(
     competition: UUID, session: Db, access: JudgeMay,
-    after: Annotated[int, Query(ge=0, le=2_000_000_000)] = 0,
+    after: Annotated[Digits, Query(ge=0, le=2_000_000_000)] = 0,
     size: Size = 100,
     entry: UUID | None = None,
     problem: UUID | None = None,
