@@ -256,7 +256,7 @@ def test_a_setter_makes_a_route_of_it_once(world: World, scan: UUID) -> None:
     route = world.server.ask(
         "GET", f"{world.path}/routes/{made[0].json()['route_id']}", world.people["member"]
     ).json()
-    assert (route["name"], route["setter"], route["grade"]) == ("Mine", "member", graded["grade"])
+    assert (route["name"], route["setter"], route["grade"]) == ("Mine", "", graded["grade"])
     private = uuid4()
     put(world, "setter", scan, private, share="private")
     path = f"{world.path}/problems/{private}/promote"
