@@ -128,6 +128,31 @@ def test_a_wall_that_did_not_change_is_not_sent_again(
     assert (answer.status_code, len(answer.json()["routes"])) == (200, 2)
 
 
+def test_a_wall_whose_grades_were_renamed_is_sent_again(
+    current: tuple[World, dict[str, Any]],
+) -> None:
+    """Grades, names and setters change without the wall's revision."""
+    world, before = current
+    system = world.server.ask("GET", f"{world.path}/grade-systems", world.owner).json()[0]
+    own = {"name": "Ours", "kind": "own", "grades": [{"label": "easy"}, {"label": "hard"}]}
+    made = world.server.ask("POST", f"{world.path}/grade-systems", world.owner, own).json()
+    assert system["id"] != made["id"]
+    graded = {"grade_system_id": made["id"], "grade": "hard"}
+    route = f"{world.path}/routes/{before['routes'][0]['id']}"
+    assert world.server.ask("PATCH", route, world.people["setter"], graded).is_success
+    member, path = world.people["member"], f"{world.path}/walls/{world.wall.id}/published"
+    tag = world.server.ask("GET", path, member).headers["etag"]
+    grades = [{"label": "easy"}, {"label": "stern"}]
+    renamed = own | {"grades": grades, "renamed": {"hard": "stern"}}
+    changed = world.server.ask(
+        "PUT", f"{world.path}/grade-systems/{made['id']}", world.owner, renamed
+    )
+    assert changed.status_code == 200, changed.text
+    answer = world.server.ask("GET", path, member, headers={"if-none-match": tag})
+    assert answer.status_code == 200
+    assert "stern" in {row["grade"] for row in answer.json()["routes"]}
+
+
 def test_grades_are_the_gyms(current: tuple[World, dict[str, Any]]) -> None:
     world, before = current
     system = world.server.ask("GET", f"{world.path}/grade-systems", world.owner).json()[0]["id"]

@@ -13,6 +13,7 @@ from gym.tests.worlds import World
 
 from walltopo.scans.colmap_model import open_model
 from walltopo.scans.folder import ScanFolder
+from walltopo_gym.editing.service import EditSessions
 from walltopo_gym.scans.distance import distance_settings
 from walltopo_gym.scans.models import Scan, ScanEdits
 
@@ -54,6 +55,33 @@ def test_a_distance_queues_the_scan_and_drops_its_edits(world: World, tiny_scan:
     assert (row.run, row.distance["metres"]) == (1, 2.0)
     assert all(len(marks) >= 2 for marks in row.distance["points"].values())
     assert give(world, scan, points).status_code == 409  # it is on its way
+
+
+@pytest.mark.slow
+def test_the_editor_opens_the_results_of_the_present_run(world: World, tiny_scan: Path) -> None:
+    scan, sessions = world.finished(tiny_scan), world.server.services.get(EditSessions)
+    first = sessions.of(scan, 0)
+    assert sessions.of(scan, 0) is first
+    with world.server.database.writing() as session:
+        session.get_one(Scan, scan).run = 1
+    second = sessions.of(scan, 1)
+    assert second is not first
+    assert sessions.of(scan, 1) is second
+    # Results of the earlier run that come late are dropped.
+    with world.server.database.writing() as session:
+        session.add(ScanEdits(scan_id=scan, revision=1, shown=0, log={}))
+    first._upload_results("1")
+    with world.server.database.reading() as session:
+        assert session.get_one(ScanEdits, scan).shown == 0
+
+
+@pytest.mark.slow
+def test_a_scan_whose_edits_are_being_applied_is_not_scaled(world: World, tiny_scan: Path) -> None:
+    scan = world.finished(tiny_scan)
+    with world.server.database.writing() as session:
+        session.add(ScanEdits(scan_id=scan, revision=2, shown=1, log={}))
+    refused = give(world, scan, on_the_wall(tiny_scan))
+    assert (refused.status_code, refused.json()["code"]) == (409, "edits-carried-out")
 
 
 def test_a_version_of_a_published_wall_keeps_its_scale(world: World) -> None:

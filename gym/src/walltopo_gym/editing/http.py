@@ -114,14 +114,16 @@ def read_edit_photos(
     return json_response(CropsOut(opened.session.crops(place)))
 
 
-def _check(services: Services, access: Access, scan: UUID) -> None:
+def _check(services: Services, access: Access, scan: UUID) -> int:
+    """Return the run of a scan that is in review."""
     with services.database.reading() as session:
-        check_in_review(scan_of(session, access.gym.id, scan).state)
+        row = scan_of(session, access.gym.id, scan)
+        check_in_review(row.state)
+        return row.run
 
 
 def _opened(services: Services, access: Access, scan: UUID) -> OpenScan:
-    _check(services, access, scan)
-    return services.get(EditSessions).of(scan)
+    return services.get(EditSessions).of(scan, _check(services, access, scan))
 
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (router,)

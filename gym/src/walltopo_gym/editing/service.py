@@ -24,6 +24,7 @@ from walltopo_gym.scans.artifacts import (
     upload_stage,
 )
 from walltopo_gym.scans.edits import SavedLog, mark_shown, read_log, save_log
+from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.pictures import keep_front
 from walltopo_gym.scans.queues import gym_of
 from walltopo_gym.storage.files import FileStore
@@ -87,8 +88,10 @@ class OpenScan:
     process dies before, the next process that opens the scan computes them again.
     """
 
-    def __init__(self, scan: UUID, folder: Path, database: Database, store: FileStore) -> None:
-        self.scan = scan
+    def __init__(
+        self, scan: UUID, run: int, folder: Path, database: Database, store: FileStore
+    ) -> None:
+        self.scan, self.run = scan, run
         self._database, self._store = database, store
         shutil.rmtree(folder, ignore_errors=True)
         self._folder = ScanFolder(folder)
@@ -125,7 +128,14 @@ class OpenScan:
         shutil.rmtree(self._folder.root, ignore_errors=True)
 
     def _upload_results(self, version: str) -> None:
-        """Upload the folder's results: files first, then the row that names them."""
+        """Upload the folder's results: files first, then the row that names them.
+
+        Those of an earlier run of the scan are dropped.
+        """
+        with self._database.reading() as session:
+            row = session.get(Scan, self.scan)
+        if row is None or row.run != self.run:
+            return
         for stage in STAGES_AFTER_LOG:
             upload_stage(self._store, self.scan, self._folder, stage)
         upload_files(self._store, self.scan, self._folder, self._folder.edits)
@@ -153,8 +163,12 @@ class EditSessions:
         self._opening = threading.Lock()
         self._opened: OrderedDict[UUID, OpenScan] = OrderedDict()
 
-    def of(self, scan: UUID) -> OpenScan:
+    def of(self, scan: UUID, run: int) -> OpenScan:
         """Return an opened scan; the first time takes as long as loading it.
+
+        Parameters
+        ----------
+        run : the scan's; the results of another run are closed.
 
         Raises
         ------
@@ -162,10 +176,13 @@ class EditSessions:
         """
         with self._opening:
             found = self._opened.get(scan)
+            if found is not None and found.run != run:
+                self._opened.pop(scan).close()
+                found = None
             if found is None:
                 self._make_room()
                 folder = self._folder / str(scan)
-                found = OpenScan(scan, folder, self._database, self._store)
+                found = OpenScan(scan, run, folder, self._database, self._store)
                 self._opened[scan] = found
             self._opened.move_to_end(scan)
             return found
