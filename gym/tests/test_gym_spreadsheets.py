@@ -7,6 +7,7 @@ from decimal import Decimal
 import pytest
 
 from walltopo_gym.spreadsheets import csv_table, dialect_of, read_table
+from walltopo_gym.texts import one_line
 
 COLUMNS = ("name", "points", "share", "note")
 ROWS: list[dict[str, object]] = [
@@ -22,7 +23,7 @@ def test_the_reader_reads_what_the_writer_writes(language: str) -> None:
     dialect = dialect_of(language)
     found = list(read_table(csv_table(COLUMNS, ROWS, dialect), COLUMNS, "name", 100))
     assert [cells["name"] for _, cells in found] == [row["name"] for row in ROWS]
-    assert [cells["note"] for _, cells in found] == [row["note"] for row in ROWS]
+    assert [cells["note"] for _, cells in found] == [one_line(str(row["note"])) for row in ROWS]
     points = [cells["points"].replace(dialect.decimal, ".") for _, cells in found]
     assert points == ["24.9", "-3", "0", "7"]
 

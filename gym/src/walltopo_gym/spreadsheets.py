@@ -5,15 +5,19 @@ from __future__ import annotations
 import csv
 import io
 import re
-import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from typing import Final
 
 from walltopo_gym.errors import RequestError
+from walltopo_gym.texts import one_line, same_key
 
 MAX_FAULTS: Final = 100  # a table with more is read no further
+_MAX_TITLE: Final = 10  # lines that may stand above the heading
+# The first bytes of .xlsx and .xls, as a reader of text sees them.
+_WORKBOOKS: Final = "PK\x03\x04", "\xd0\xcf\x11\xe0"
+_WEB_PAGE: Final = re.compile(r"<(!doctype|html|table|\?xml|meta|head|body)", re.IGNORECASE)
 MAX_SHOWN: Final = 40  # characters of a cell in an error message
 BOM: Final = "\ufeff"
 # A text that `harmless` has marked is marked again, so that the mark can be taken off.
@@ -117,9 +121,9 @@ def read_table(
 
     Parameters
     ----------
-    text : lines with commas, semicolons or tabs between the columns; the first names them, or the
-        second after Excel's `sep=;`. Columns without a name at the end are dropped if they are
-        empty. Cells come back in Unicode's form NFC.
+    text : lines with commas, semicolons or tabs between the columns. One of the first lines names
+        them: above it may stand Excel's `sep=;` and a title. Columns without a name at the end are
+        dropped if they are empty. Cells come back as `one_line` writes them.
     columns : the known ones; needed : the one that must be there.
 
     Raises
@@ -128,12 +132,14 @@ def read_table(
     """
     if "\ufffd" in text:
         raise RequestError("table-letters", "table-send-file")
-    text = unicodedata.normalize("NFC", text.lstrip(BOM))
-    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    text = text.lstrip(BOM).replace("\r\n", "\n").replace("\r", "\n")
+    _check_text(text)
     # Excel's own line for the separator; its number counts, so that the others keep theirs.
     declared = re.match(r'"?sep=(.)"?\n', text)
-    above = 1 if declared else 0
     text = text[declared.end() :] if declared else text
+    title = _title_lines(text, columns, needed)
+    above = title + (1 if declared else 0)
+    text = text.split("\n", title)[-1]
     head = text.partition("\n")[0]
     between = declared[1] if declared else _separator(head, columns)
     reader = csv.reader(io.StringIO(text), delimiter=between, strict=True)
@@ -155,10 +161,38 @@ def read_table(
             at = reader.line_num + above
             if any(cell.strip() for cell in line[len(named) :]):
                 raise RequestError("table-no-column", "table-head", number=at)
-            cells = (_as_it_was(cell.strip()) for cell in line)
+            cells = (one_line(_as_it_was(cell.strip())) for cell in line)
             yield at, dict(zip(named, cells, strict=False))
     except csv.Error as error:
         raise RequestError("table-line", number=reader.line_num + above) from error
+
+
+def _check_text(text: str) -> None:
+    """Refuse a file that is no text table: a workbook, a web page.
+
+    Raises
+    ------
+    RequestError : says what it is, and how to save a table.
+    """
+    begin = text[:200].lstrip()
+    if begin.startswith(_WORKBOOKS):
+        raise RequestError("table-workbook", "table-save-csv")
+    if _WEB_PAGE.match(begin):
+        raise RequestError("table-web-page", "table-save-csv")
+
+
+def _title_lines(text: str, columns: Sequence[str], needed: str) -> int:
+    """Return how many lines stand above the first one that names the needed column; 0 without it.
+
+    A title names no column, or it would be a heading with errors.
+    """
+    for number, line in enumerate(text.split("\n")[:_MAX_TITLE]):
+        names = _names(line.split(_separator(line, columns)))
+        if needed in names:
+            return number
+        if any(name in columns for name in names):
+            return 0
+    return 0
 
 
 def _separator(head: str, columns: Sequence[str]) -> str:
@@ -172,7 +206,7 @@ def _separator(head: str, columns: Sequence[str]) -> str:
 
 
 def _names(cells: Sequence[str]) -> list[str]:
-    return [cell.strip().strip('"').lower().replace(" ", "_") for cell in cells]
+    return [same_key(cell.strip().strip('"')).replace(" ", "_") for cell in cells]
 
 
 def _check_columns(named: Sequence[str], columns: Sequence[str], needed: str) -> None:

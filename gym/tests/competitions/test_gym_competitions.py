@@ -383,17 +383,79 @@ def test_the_same_start_list_twice_adds_nobody_twice(public: World) -> None:
     contest = Contest(public, {"categories": [{"name": "Ma\u0308nner"}]}).make()
     table = "name;category;bib;birth_year\nB\u00f6hm;M\u00e4nner;7;2001\nNov\u00e1;M\u00e4nner;;\n"
     first = contest.ask("POST", "/entries/import", {"csv": table}).json()
-    assert (first["entries"], first["known"], first["errors"]) == (2, 0, [])
+    assert (first["entries"], first["known"], first["errors"]) == (2, [], [])
     more = table + "Bo\u0308hm;M\u00e4nner;;1980\n"  # another person of that name
     second = contest.ask("POST", "/entries/import", {"csv": more}).json()
-    assert (second["entries"], second["known"], second["errors"]) == (1, 2, [])
+    assert (second["entries"], second["errors"]) == (1, [])
+    assert [(one["line"], one["name"], one["bib"]) for one in second["known"]] == [
+        (2, "B\u00f6hm", 7), (3, "Nov\u00e1", 8),
+    ]  # fmt: skip
     names = sorted(entry["name"] for entry in contest.ask("GET", "/entries").json())
     assert names == ["B\u00f6hm", "B\u00f6hm", "Nov\u00e1"]
+
+
+NAMESAKES = (
+    ("name;club\nEva;Praha\n", "name;club\nEva;Brno\n", 2),
+    ("name;club\nEva;Praha\n", "name;club\nEva;PRAHA\n", 1),
+    ("name;team\nEva;Blue\n", "name;team\nEva;Red\n", 2),
+    ("name;gender\nSascha;w\n", "name;gender\nSascha;m\n", 2),
+    ("name;birth_year\nEva;2001\n", "name;birth_year\nEva;2002\n", 2),
+    ("name\nEva\n", "name\nEva\nEva\n", 2),  # two lines are two people
+    ("name\nEva\nEva\n", "name\nEva\nEva\n", 2),
+    ("name\nEva\n", "name;club\nEva;Brno\n", 1),  # nothing tells them apart: see below
+)
+
+
+@pytest.mark.parametrize(("first", "second", "people"), NAMESAKES)
+def test_people_of_one_name_are_told_apart_by_what_a_list_says(
+    public: World, first: str, second: str, people: int
+) -> None:
+    contest = Contest(public, {"categories": [{"name": "Open"}]}).make()
+    for table in (first, second):
+        payload = contest.ask("POST", "/entries/import", {"csv": table}).json()
+        assert payload["errors"] == []
+    assert len(contest.ask("GET", "/entries").json()) == people
+
+
+def test_where_nothing_tells_two_people_apart_the_list_says_whom_it_means(public: World) -> None:
+    contest = Contest(public, {"categories": [{"name": "Open"}]}).make()
+    assert contest.ask("POST", "/entries/import", {"csv": "name\nEva\n"}).json()["entries"] == 1
+    found = contest.ask("POST", "/entries/import", {"csv": "name\nEva\n"}).json()
+    assert [(one["line"], one["bib"]) for one in found["known"]] == [(2, 1)]
+    body = {"csv": "name\nEva\n", "others": [2]}
+    found = contest.ask("POST", "/entries/import", body).json()
+    assert (found["entries"], found["known"]) == (1, [])
+    assert [one["bib"] for one in contest.ask("GET", "/entries").json()] == [1, 2]
+
+
+LOOKS_THE_SAME = ("U\u00a014", "U  14", " U 14\u200b", "U\u2009 14 ", "\ufeffU 14", "u 14")
+
+
+@pytest.mark.parametrize("spaced", LOOKS_THE_SAME)
+def test_white_space_that_looks_the_same_is_the_same(public: World, spaced: str) -> None:
+    contest = Contest(public, {"categories": [{"name": "U 14"}]}).make()
+    contest.ask("POST", "/entries/import", {"csv": "name;category\nEva Nov\u00e1;U 14\n"})
+    name = spaced.replace("U", "Eva").replace("u", "eva").replace("14", "Nov\u00e1")
+    again = f"name\u00a0;category\n{name};{spaced}\n"
+    found = contest.ask("POST", "/entries/import", {"csv": again}).json()
+    assert (found["entries"], len(found["known"]), found["errors"]) == (0, 1, [])
+    made = contest.ask("POST", "/entries", {
+        "name": f" {name} ", "category_id": contest.sheet["categories"][0]["id"],
+    }).json()  # fmt: skip
+    assert made["name"].casefold() == "eva nov\u00e1"
+    twice = contest.ask("PUT", "/sheet", {
+        "categories": [{"name": "U 14"}, {"name": spaced}], "rounds": contest.sheet["rounds"],
+    })  # fmt: skip
+    assert twice.status_code in (409, 422), twice.text
 
 
 @pytest.mark.parametrize(
     "table",
     [
+        "Spring Cup 2026\n\nname;category\nEva;Open\n",
+        '"Spring Cup; in November"\nname;category\nEva;Open\n',
+        "Spring Cup;;\nas of 3/11;;\nname;category;\nEva;Open;\n",
+        'name;category\n"Eva\nNov\u00e1";Open\n',
         "sep=;\nname;category\nEva;Open\n",
         '"sep=,"\r\nname,category\r\nEva,Open\r\n',
         "name;category;;\nEva;Open;;\n;;;\n",
@@ -411,6 +473,10 @@ def test_lists_as_spreadsheets_write_them(public: World, table: str) -> None:
     ("table", "code"),
     [
         ("name;category\nB\ufffdhm;Open\n", "table-letters"),
+        ("PK\x03\x04\x14\x00\x06\x00[Content_Types].xml", "table-workbook"),
+        ("\u00d0\u00cf\x11\u00e0\u00a1\u00b1", "table-workbook"),
+        ("<html xmlns:x='urn:x'><table><tr><td>name</td></tr></table>", "table-web-page"),
+        ("\n <?xml version='1.0'?><Workbook/>", "table-web-page"),
         ("sep=;\nname;category;\nEva;Open;\nIvo;Open;x\n", "table-no-column"),
     ],
 )

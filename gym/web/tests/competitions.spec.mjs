@@ -76,6 +76,15 @@ async function listed(setter) {
   await page.getByText("3 competitors were added.").waitFor();
   await page.getByText("Béla Tóth Women").waitFor();
   await fine(setter, "list");
+  // The same name again: the list says whom it means, and the setter can add another person.
+  await page.getByLabel("Or paste it here").fill("name;category;gender\nBéla Tóth;Women;w");
+  await page.getByRole("button", { name: "Import" }).click();
+  await page.getByText("One competitor is on the list already.").waitFor();
+  const add = page.getByRole("button", { name: "Add as other people" });
+  assert.ok(await add.isDisabled());
+  await page.getByLabel(/Line 2: Béla Tóth.*No. 12/).check();
+  assert.ok(await add.isEnabled());
+  await fine(setter, "list-namesake");
 }
 
 async function entered(climber, place) {

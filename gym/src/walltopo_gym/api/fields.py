@@ -18,7 +18,10 @@ from pydantic import (
     model_validator,
 )
 
+from walltopo_gym.texts import one_line
+
 # Printable, of one line: no control or bidirectional override characters, no lone surrogates.
+_CONTROLS: Final = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]")
 _LINE = r"^[^\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]+$"
 
 _MAX_DEPTH: Final = 20  # no body is nested deeper; what is, is refused by its fields
@@ -37,17 +40,23 @@ def composed(value: Any, depth: int = 0) -> Any:
     return value
 
 
+def _as_one_line(given: Any) -> Any:
+    """Return a text of one line in its normal form; leave control characters to be refused."""
+    if isinstance(given, str) and not _CONTROLS.search(given):
+        return one_line(given)
+    return given
+
+
 Name = Annotated[
-    str, StringConstraints(strip_whitespace=True, min_length=1, max_length=80, pattern=_LINE)
+    str,
+    BeforeValidator(_as_one_line),
+    StringConstraints(min_length=1, max_length=80, pattern=_LINE),
 ]
-# Composed here too: query parameters have no `Body` around them.
 Text = Annotated[
     str,
-    BeforeValidator(composed),
-    StringConstraints(
-        strip_whitespace=True, max_length=120, pattern=_LINE.replace("]+$", "]*$")
-    ),
-]  # fmt: skip
+    BeforeValidator(_as_one_line),
+    StringConstraints(max_length=120, pattern=_LINE.replace("]+$", "]*$")),
+]
 # Words of several lines: no control characters but tabs and line breaks.
 LongText = r"^[^\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]*$"
 Slug = Annotated[str, Field(pattern=r"^[a-z0-9]+(-[a-z0-9]+)*$", max_length=60)]

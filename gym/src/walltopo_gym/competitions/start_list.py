@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-import unicodedata
+from collections.abc import Collection
 from typing import Final, NamedTuple
 from uuid import UUID
 
@@ -15,6 +15,7 @@ from walltopo_gym.competitions.entering import misfit, next_bib
 from walltopo_gym.competitions.models import Category, Competition, Entry
 from walltopo_gym.errors import RequestError
 from walltopo_gym.spreadsheets import MAX_FAULTS, MAX_SHOWN, Fault, check_cell, read_table
+from walltopo_gym.texts import same_key
 
 COLUMNS: Final = ("name", "category", "bib", "team", "club", "birth_year", "gender", "handicap")
 MAX_LINES: Final = 2_000
@@ -31,36 +32,47 @@ class _CellError(NamedTuple):
     problem: RequestError
 
 
+class KnownLine(NamedTuple):
+    """A line that means a competitor who is entered already, as far as its cells tell."""
+
+    line: int
+    entry: Entry
+
+
 class StartList(NamedTuple):
-    """The content of a table: new entries, the number of lines that are entered already, errors."""
+    """The content of a table: new entries, lines of competitors who are entered already, errors."""
 
     entries: list[EntryBody]
-    known: int
+    known: list[KnownLine]
     faults: list[Fault]
 
 
-def read_start_list(session: Session, row: Competition, text: str) -> StartList:
+def read_start_list(
+    session: Session, row: Competition, text: str, others: Collection[int] = ()
+) -> StartList:
     """Return the entries of a table that are new, and its errors.
 
     Parameters
     ----------
-    text : lines with commas, semicolons or tabs between the columns; the first names them.
+    text : a table as `read_table` reads it.
+    others : lines of people who are not those of the same name on the list.
 
     Raises
     ------
     RequestError : the text is not such a table.
     """
     there = select(Category).where(Category.competition_id == row.id).order_by(Category.place)
-    categories = {_name_key(category.name): category for category in session.scalars(there)}
+    categories = {same_key(category.name): category for category in session.scalars(there)}
     there_already = _Entered(session, row)
     taken = set(there_already.bibs)
     entries: list[EntryBody] = []
     faults: list[Fault] = []
-    known = 0
+    known: list[KnownLine] = []
     for number, cells in read_table(text, COLUMNS, "name", MAX_LINES):
         found, wrong = _entry(cells, categories)
-        if not wrong and there_already.has(found):
-            known += 1
+        same = None if wrong or number in others else there_already.take(found)
+        if same is not None:
+            known.append(KnownLine(number, same))
             continue
         wrong += _check_bib(found.bib, taken)
         faults.extend(Fault(number, *one) for one in wrong)
@@ -78,23 +90,42 @@ class _Entered:
         self.bibs = {entry.bib for entry in every}
         self._by_name: dict[tuple[str, UUID], list[Entry]] = {}
         for entry in every:
-            key = _name_key(entry.name), entry.category_id
+            key = same_key(entry.name), entry.category_id
             self._by_name.setdefault(key, []).append(entry)
 
-    def has(self, words: EntryBody) -> bool:
-        """Return whether a competitor has this name and category, and no other number or year."""
-        return any(
-            words.bib in (None, entry.bib)
-            and (
-                None in (words.birth_year, entry.birth_year) or words.birth_year == entry.birth_year
-            )
-            for entry in self._by_name.get((_name_key(words.name), words.category_id), [])
-        )
+    def take(self, words: EntryBody) -> Entry | None:
+        """Return the competitor whom a line means, and none of its cells contradicts; None if it is
+        somebody else.
+
+        Each competitor is taken once: two lines of one name are two people.
+        """
+        among = self._by_name.get((same_key(words.name), words.category_id), [])
+        meant = [entry for entry in among if not _differ(words, entry)]
+        if not meant:
+            return None
+        found = max(meant, key=lambda entry: _agreeing(words, entry))
+        among.remove(found)
+        return found
 
 
-def _name_key(name: str) -> str:
-    """Return the same text for names that differ in composed letters, upper or lower case alone."""
-    return unicodedata.normalize("NFC", name).casefold()
+# Facts that tell two people of one name apart where both have them.
+_TELLING: Final = ("bib", "birth_year", "club", "team", "gender")
+
+
+def _differ(words: EntryBody, entry: Entry) -> bool:
+    return any(
+        one and other and _comparable(one) != _comparable(other)
+        for one, other in ((getattr(words, name), getattr(entry, name)) for name in _TELLING)
+    )
+
+
+def _agreeing(words: EntryBody, entry: Entry) -> int:
+    pairs = ((getattr(words, name), getattr(entry, name)) for name in _TELLING)
+    return sum(_comparable(one) == _comparable(other) for one, other in pairs)
+
+
+def _comparable(value: str | int | None) -> str | int | None:
+    return same_key(value) if isinstance(value, str) else value
 
 
 def take_in(session: Session, row: Competition, entries: list[EntryBody]) -> None:
@@ -161,7 +192,7 @@ def _category(
     """Return the category by name; without a name, the only one. Note an error if there is none."""
     if not name and len(categories) == 1:
         return next(iter(categories.values()))
-    found = categories.get(_name_key(name))
+    found = categories.get(same_key(name))
     if found is None:
         names = ", ".join(category.name for category in categories.values())
         key = "cell-no-category" if name else "cell-category-missing"

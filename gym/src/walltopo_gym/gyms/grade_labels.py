@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from walltopo_climb.grades.scales import SCALES, Scale, ScaleGrade
 from walltopo_gym.errors import RequestError
+from walltopo_gym.texts import same_key
 
 
 def own_label(kind: str, labels: Sequence[str], written: str) -> str | None:
@@ -23,7 +24,7 @@ def own_label(kind: str, labels: Sequence[str], written: str) -> str | None:
         found = next((label for label, one in read.items() if one and one.key == grade.key), None)
         if found is not None:
             return found
-    return next((label for label in labels if label.casefold() == written.casefold()), None)
+    return next((label for label in labels if same_key(label) == same_key(written)), None)
 
 
 def spelled(kind: str, labels: Sequence[str]) -> list[str]:

@@ -16,6 +16,7 @@ from walltopo_gym.gyms.grade_labels import own_label
 from walltopo_gym.gyms.models import GradeSystem
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.spreadsheets import MAX_SHOWN
+from walltopo_gym.texts import same_key
 from walltopo_gym.walls.models import Wall
 from walltopo_gym.webhooks.service import note
 
@@ -82,7 +83,7 @@ class Grades:
 
 
 def _is_same(one: str, other: str) -> bool:
-    return one.casefold() == other.casefold()
+    return same_key(one) == same_key(other)
 
 
 def check_facts(facts: Mapping[str, Any]) -> list[FactError]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
+from walltopo_gym.texts import same_key
+
 # English, German, Czech and French names; the key is the colour's name in a scan.
 _NAMES: Final = {
     "black": "black schwarz černá noir",
@@ -30,4 +32,4 @@ _COLOURS: Final = {
 def colour_of(text: str) -> str:
     """Return the colour that a name means in any of the languages; a gym's own names stay as they
     are."""
-    return _COLOURS.get(" ".join(text.split()).casefold(), text)
+    return _COLOURS.get(same_key(text), text)

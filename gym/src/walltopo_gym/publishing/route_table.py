@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import date
@@ -26,6 +27,7 @@ from walltopo_gym.walls.models import Wall
 
 COLUMNS: Final = ("name", "grade", "grade_system", "colour", "setter", "tags", "set_on",
                   "strip_on")  # fmt: skip
+_DAYS: Final = ("set_on", "strip_on")
 _MAX_TEXT: Final = {"name": 80, "colour": 40, "setter": 80}
 _MAX_TAGS: Final = 20
 _MAX_TAG: Final = 80
@@ -62,11 +64,12 @@ def read_routes(
     RequestError : the text is not such a table.
     """
     grades = Grades(session, wall.gym_id)
-    order = _order(text)
+    table_lines = list(read_table(text, COLUMNS, "name", MAX_ROUTES))
+    order = _order([cells.get(name, "") for _, cells in table_lines for name in _DAYS])
     there = {(row.name, row.colour, row.grade) for row, _ in wall_routes(session, wall)}
     lines: list[TableLine] = []
     faults: list[Fault] = []
-    for number, cells in read_table(text, COLUMNS, "name", MAX_ROUTES):
+    for number, cells in table_lines:
         facts, wrong = _facts(cells, grades, today, order)
         if wrong:
             faults.extend(Fault(number, *one) for one in wrong)
@@ -124,9 +127,14 @@ def _tags(cell: str, wrong: list[FactError]) -> list[str]:
     return tags
 
 
-def _order(text: str) -> str:
-    """Return "dmy" or "mdy" for a table's dates with slashes; empty if none of them decides it."""
-    found = _SLASHES.findall(text)
+def _order(days: Sequence[str]) -> str:
+    """Return "dmy" or "mdy" for a table's dates with slashes; empty if none of them decides it.
+
+    Parameters
+    ----------
+    days : the cells of the columns of days.
+    """
+    found = [match.groups() for day in days if (match := _SLASHES.fullmatch(day))]
     orders = {"dmy": any(int(first) > _MONTHS for first, _, _ in found),
               "mdy": any(int(second) > _MONTHS for _, second, _ in found)}  # fmt: skip
     sure = [order for order, is_sure in orders.items() if is_sure]

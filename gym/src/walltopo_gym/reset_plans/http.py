@@ -46,6 +46,7 @@ from walltopo_gym.reset_plans.service import (
     route_in,
     routes_of,
 )
+from walltopo_gym.texts import same_key
 from walltopo_gym.walls.http import wall_of
 
 router = APIRouter(tags=["reset plans"])
@@ -221,8 +222,8 @@ def find_reset_people(
     if not named:
         return rows
     # Here and not in SQL: SQLite lowers no letters but A to Z.
-    wanted = named.casefold()
-    return [row for row in rows if len(wanted) > 1 and wanted in row.name.casefold()][:_MAX_FOUND]
+    wanted = same_key(named)
+    return [row for row in rows if len(wanted) > 1 and wanted in same_key(row.name)][:_MAX_FOUND]
 
 
 @router.put("/gyms/{gym}/reset-plans/{plan}")

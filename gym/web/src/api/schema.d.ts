@@ -4250,7 +4250,7 @@ export interface components {
              */
             kind: "font" | "v" | "french" | "uiaa" | "circuits" | "own";
             /** Grades */
-            grades: components["schemas"]["Grade"][];
+            grades: components["schemas"]["Grade-Input"][];
             /** Renamed */
             renamed?: {
                 [key: string]: string;
@@ -5019,7 +5019,21 @@ export interface components {
          * Grade
          * @description One grade; a circuit has a colour and a range in Font or V.
          */
-        Grade: {
+        "Grade-Input": {
+            /** Label */
+            label: string;
+            /** Colour */
+            colour?: string | null;
+            /** Low */
+            low?: string | null;
+            /** High */
+            high?: string | null;
+        };
+        /**
+         * Grade
+         * @description One grade; a circuit has a colour and a range in Font or V.
+         */
+        "Grade-Output": {
             /** Label */
             label: string;
             /** Colour */
@@ -5141,7 +5155,7 @@ export interface components {
             /** Kind */
             kind: string;
             /** Grades */
-            grades: components["schemas"]["Grade"][];
+            grades: components["schemas"]["Grade-Output"][];
         };
         /**
          * GradeTarget
@@ -5195,7 +5209,22 @@ export interface components {
          * GradeWish
          * @description A wished number of routes of a grade.
          */
-        GradeWish: {
+        "GradeWish-Input": {
+            /**
+             * System
+             * Format: uuid
+             */
+            system: string;
+            /** Grade */
+            grade: string;
+            /** Routes */
+            routes: number;
+        };
+        /**
+         * GradeWish
+         * @description A wished number of routes of a grade.
+         */
+        "GradeWish-Output": {
             /**
              * System
              * Format: uuid
@@ -5522,6 +5551,27 @@ export interface components {
             missing: number[];
             /** Ignored */
             ignored: number;
+        };
+        /**
+         * KnownCompetitor
+         * @description A line that nothing but its number tells apart from a competitor on the list.
+         */
+        KnownCompetitor: {
+            /** Line */
+            line: number;
+            /**
+             * Entry Id
+             * Format: uuid
+             */
+            entry_id: string;
+            /** Bib */
+            bib: number;
+            /** Name */
+            name: string;
+            /** Club */
+            club: string;
+            /** Birth Year */
+            birth_year: number | null;
         };
         /**
          * KnownDistance
@@ -5913,7 +5963,7 @@ export interface components {
              */
             kind: "font" | "v" | "french" | "uiaa" | "circuits" | "own";
             /** Grades */
-            grades: components["schemas"]["Grade"][];
+            grades: components["schemas"]["Grade-Input"][];
         };
         /**
          * NewGym
@@ -6167,7 +6217,7 @@ export interface components {
              */
             note?: string;
             /** Wishes */
-            wishes?: components["schemas"]["GradeWish"][];
+            wishes?: components["schemas"]["GradeWish-Input"][];
             /** Setters */
             setters?: string[];
             /** Forerunners */
@@ -7465,7 +7515,7 @@ export interface components {
             /** Published At */
             published_at: string | null;
             /** Wishes */
-            wishes: components["schemas"]["GradeWish"][];
+            wishes: components["schemas"]["GradeWish-Output"][];
             /** Setters */
             setters: components["schemas"]["ResetPersonFacts"][];
             /** Forerunners */
@@ -8413,7 +8463,8 @@ export interface components {
         };
         /**
          * StartListBody
-         * @description A start list as text; with `really` false it is only checked.
+         * @description A start list as text; with `really` false it is only checked. `others`: lines of people who
+         *     only have the name of somebody on the list.
          */
         StartListBody: {
             /** Csv */
@@ -8423,18 +8474,23 @@ export interface components {
              * @default true
              */
             really?: boolean;
+            /**
+             * Others
+             * @default []
+             */
+            others?: number[];
         };
         /**
          * StartListFacts
          * @description The content of a start list. If it has errors, nothing is imported.
          *
-         *     `entries`: number of new competitors; `known`: number of lines that are on the list already.
+         *     `entries`: number of new competitors; `known`: lines of people who are on the list already.
          */
         StartListFacts: {
             /** Entries */
             entries: number;
             /** Known */
-            known: number;
+            known: components["schemas"]["KnownCompetitor"][];
             /** Errors */
             errors: components["schemas"]["FaultFacts"][];
             /** Columns */

@@ -37,8 +37,8 @@ export const entries = (path: Here, how: How = {}) => answer(api.GET(`${OF}/entr
 export const addEntry = (path: Here, body: Schemas["EntryBody"]) => answer(api.POST(`${OF}/entries`, { params: { path }, body }));
 export const changeEntry = (path: Here, entry: string, body: Schemas["EntryChange"]) =>
   answer(api.PATCH(`${OF}/entries/{entry}`, { params: { path: { ...path, entry } }, body }));
-export const importEntries = (path: Here, csv: string, really: boolean) =>
-  answer(api.POST(`${OF}/entries/import`, { params: { path }, body: { csv, really } }));
+export const importEntries = (path: Here, csv: string, really: boolean, others: number[] = []) =>
+  answer(api.POST(`${OF}/entries/import`, { params: { path }, body: { csv, really, others } }));
 export const signWaiver = (path: Here, entry: string, signed_by: string) =>
   answer(api.POST(`${OF}/entries/{entry}/waiver`, { params: { path: { ...path, entry } }, body: { signed_by } }));
 

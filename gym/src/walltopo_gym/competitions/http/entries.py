@@ -107,20 +107,33 @@ class OwnEntry(BaseModel):
 
 
 class StartListBody(Body):
-    """A start list as text; with `really` false it is only checked."""
+    """A start list as text; with `really` false it is only checked. `others`: lines of people who
+    only have the name of somebody on the list."""
 
     csv: str = Field(max_length=1_000_000)
     really: bool = True
+    others: list[Annotated[int, Field(ge=1)]] = Field([], max_length=2_000)
+
+
+class KnownCompetitor(BaseModel):
+    """A line that nothing but its number tells apart from a competitor on the list."""
+
+    line: int
+    entry_id: UUID
+    bib: int
+    name: str
+    club: str
+    birth_year: int | None
 
 
 class StartListFacts(BaseModel):
     """The content of a start list. If it has errors, nothing is imported.
 
-    `entries`: number of new competitors; `known`: number of lines that are on the list already.
+    `entries`: number of new competitors; `known`: lines of people who are on the list already.
     """
 
     entries: int
-    known: int
+    known: list[KnownCompetitor]
     errors: list[FaultFacts]
     columns: list[str]
 
@@ -167,13 +180,18 @@ def import_entries(
 ) -> StartListFacts:
     """Import a start list: all of its lines that are new, or none if one has an error."""
     row = locked(session, access.gym.id, competition)
-    entries, known, faults = read_start_list(session, row, body.csv)
+    entries, known, faults = read_start_list(session, row, body.csv, set(body.others))
     if body.really and not faults and entries:
         take_in(session, row, entries)
         log_change(session, "entry.import", person=access.actor.known, gym=access.gym.id,
                    subject=row.name, entries=len(entries))  # fmt: skip
     errors = [FaultFacts.of(fault) for fault in faults]
-    return StartListFacts(entries=len(entries), known=known, errors=errors, columns=list(COLUMNS))
+    return StartListFacts(
+        entries=len(entries), errors=errors, columns=list(COLUMNS),
+        known=[KnownCompetitor(line=one.line, entry_id=one.entry.id, bib=one.entry.bib,
+                               name=one.entry.name, club=one.entry.club,
+                               birth_year=one.entry.birth_year) for one in known],
+    )  # fmt: skip
 
 
 @router.post("/gyms/{gym}/competitions/{competition}/entries/{entry}/waiver", status_code=201)
