@@ -15,6 +15,7 @@ from urllib.parse import urlsplit
 
 from walltopo_gym.clock import now
 from walltopo_gym.database.lock import check_unlocked
+from walltopo_gym.domains import ascii_domain, ascii_mail
 from walltopo_gym.log_lines import OWN_LINES
 from walltopo_gym.settings import GymSettings
 
@@ -82,7 +83,7 @@ class SmtpMailer:
 
     def hand_over(self, mail: Mail) -> None:
         message = EmailMessage()
-        message["From"], message["To"] = self._sender, with_ascii_domain(mail.to)
+        message["From"], message["To"] = self._sender, _in_ascii(mail.to)
         message["Subject"] = mail.subject
         # Large providers refuse mails without these two.
         message["Date"] = format_datetime(now())
@@ -114,7 +115,8 @@ class SmtpMailer:
     def _signed_in(self) -> Iterator[smtplib.SMTP]:
         check_unlocked("the mail server is called")
         kind = smtplib.SMTP_SSL if self._secure else smtplib.SMTP
-        with kind(self._settings.smtp_host, self._port, timeout=_PATIENCE_S) as server:
+        host = ascii_domain(self._settings.smtp_host)
+        with kind(host, self._port, timeout=_PATIENCE_S) as server:
             if self._settings.smtp_security == "starttls":
                 server.starttls()
             if self._settings.smtp_user:
@@ -147,19 +149,6 @@ def _sign_in(server: smtplib.SMTP, user: str, password: str) -> None:
         raise smtplib.SMTPAuthenticationError(code, answer)
 
 
-def with_ascii_domain(address: str) -> str:
-    """Return a mail address whose domain is written in ASCII (IDNA 2008)."""
-    name, at, domain = address.rpartition("@")
-    if not at or domain.isascii():
-        return address
-    import idna
-
-    try:
-        return name + at + idna.encode(domain, uts46=True).decode("ascii")
-    except idna.IDNAError as error:
-        raise OSError(f"{domain} is no domain ({error})") from error
-
-
 def make_mailer(settings: GymSettings) -> Mailer:
     """Return the mailer of the settings."""
     return SmtpMailer(settings) if settings.smtp_host else ConsoleMailer()
@@ -168,4 +157,11 @@ def make_mailer(settings: GymSettings) -> Mailer:
 def sender_of(settings: GymSettings) -> str:
     """Return this server's sender address."""
     host = urlsplit(settings.link_base).hostname or "localhost"
-    return settings.mail_from or f"walltopo@{host}"
+    return _in_ascii(settings.mail_from) or f"walltopo@{host}"
+
+
+def _in_ascii(address: str) -> str:
+    try:
+        return ascii_mail(address)
+    except ValueError as error:
+        raise OSError(str(error)) from error

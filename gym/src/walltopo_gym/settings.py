@@ -17,6 +17,7 @@ from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, Settings
 
 from walltopo.core import InputError, SettingsError
 from walltopo.core.settings import unknown_setting
+from walltopo_gym.domains import ascii_url
 
 FILE = "gym.toml"
 PREFIX = "WALLTOPO_GYM_"
@@ -128,6 +129,7 @@ class GymSettings(BaseSettings):
                 "expected an address without a path: the platform needs a host name of its own, "
                 "such as https://walls.gym.example"
             )
+        ascii_url(given)  # refuses a host that is no domain
         return given
 
     @property
@@ -139,8 +141,11 @@ class GymSettings(BaseSettings):
 
     @property
     def link_base(self) -> str:
-        """Return the address that links begin with, without a trailing slash."""
-        return self.address.rstrip("/") or f"http://localhost:{self.port}"
+        """Return the address that links begin with, in ASCII, without a trailing slash.
+
+        Browsers send and compare origins in this form, and mail servers know no other.
+        """
+        return ascii_url(self.address).rstrip("/") or f"http://localhost:{self.port}"
 
     @classmethod
     def settings_customise_sources(

@@ -17,7 +17,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from walltopo.core import SettingsError
-from walltopo_gym.mail import Mail, SmtpMailer, with_ascii_domain
+from walltopo_gym.accounts.passkeys import Site
+from walltopo_gym.domains import ascii_mail, ascii_url
+from walltopo_gym.mail import Mail, SmtpMailer, sender_of
 from walltopo_gym.operating.doctor import examine
 from walltopo_gym.settings import GymSettings, load_settings
 
@@ -168,6 +170,36 @@ def test_an_address_that_cannot_be_served_is_refused(tmp_path: Path, address: st
 
 
 def test_a_domain_stays_as_it_is_or_is_refused() -> None:
-    assert with_ascii_domain("a@b.example") == "a@b.example"
-    with pytest.raises(OSError, match="no domain"):
-        with_ascii_domain("a@-ü-.example")
+    assert ascii_mail("a@b.example") == "a@b.example"
+    with pytest.raises(ValueError, match="no domain"):
+        ascii_mail("a@-ü-.example")
+
+
+UMLAUT = "https://kletterhalle-köln.example"
+ASCII = "https://xn--kletterhalle-kln-zwb.example"
+
+
+def test_a_server_with_an_umlaut_sends_mails_and_compares_origins(tmp_path: Path) -> None:
+    """Mail servers without SMTPUTF8, browsers and passkeys know the name in ASCII alone."""
+    with mail_server("walls", "right") as server:
+        given = settings_for(server, tmp_path, "right").model_copy(update={"address": UMLAUT})
+        SmtpMailer(given).hand_over(Mail("ada@gym.example", "News", f"{given.link_base}/me"))
+        made = message_from_bytes(server.mails[0], policy=policy.SMTP)
+    assert str(made["From"]) == f"walltopo@{ASCII.removeprefix('https://')}"
+    assert ASCII in made.get_content()
+    assert given.link_base == ASCII
+    assert Site(given.link_base).host == ASCII.removeprefix("https://")
+    named = given.model_copy(update={"mail_from": "walls@köln.example"})
+    assert sender_of(named) == "walls@xn--kln-sna.example"
+
+
+@pytest.mark.parametrize(
+    ("typed", "sent"),
+    [
+        (f"{UMLAUT}:8443/hö?q=ü", f"{ASCII}:8443/h%C3%B6?q=%C3%BC"),
+        ("https://straße.example/a%20b", "https://xn--strae-oqa.example/a%20b"),
+        ("https://gym.example/a b", "https://gym.example/a b"),
+    ],
+)
+def test_an_address_is_sent_in_ascii(typed: str, sent: str) -> None:
+    assert ascii_url(typed) == sent

@@ -21,6 +21,7 @@ from walltopo_gym.accounts.people import NO_PASSWORD, add_person, find_person, o
 from walltopo_gym.accounts.secrets import hash_of, new_secret
 from walltopo_gym.clock import now
 from walltopo_gym.database.lock import check_unlocked
+from walltopo_gym.domains import ascii_url
 from walltopo_gym.errors import ForbiddenError, SignInNeededError, UnavailableError
 
 _GOOD_FOR: Final = timedelta(minutes=10)
@@ -62,9 +63,9 @@ class Provider:
         ------
         EnvironmentLacksError : the provider does not respond or names another issuer.
         """
-        base = self.issuer.rstrip("/")
+        base = ascii_url(self.issuer).rstrip("/")
         found = self._get(f"{base}/.well-known/openid-configuration")
-        if str(found.get("issuer", "")).rstrip("/") != base:
+        if ascii_url(str(found.get("issuer", ""))).rstrip("/") != base:
             raise UnavailableError("provider-other", issuer=self.issuer)
         return found
 

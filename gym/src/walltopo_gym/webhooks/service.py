@@ -24,6 +24,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.clock import now
 from walltopo_gym.database.lock import check_unlocked
+from walltopo_gym.domains import ascii_domain, ascii_url
 from walltopo_gym.errors import RequestError
 from walltopo_gym.jobs.queue import Job, enqueue
 from walltopo_gym.webhooks.models import Webhook, WebhookEvent
@@ -113,8 +114,8 @@ def _check_name(host: str) -> None:
     RequestError : a label is empty or longer than 63 characters, or the name longer than 253.
     """
     try:
-        spelled = host.rstrip(".").encode("idna")
-    except UnicodeError as error:
+        spelled = ascii_domain(host.rstrip(".")).encode("idna")
+    except ValueError as error:  # UnicodeError is one
         raise RequestError("webhook-host-part") from error
     if len(spelled) > _LONGEST_NAME:
         raise RequestError("webhook-host-long")
@@ -149,7 +150,7 @@ def post(url: str, content: bytes, headers: Mapping[str, str], *, private: bool)
     RequestError : the address is invalid or lies in a private network; OSError : no response.
     """
     check_url(url, private=private)
-    parts = urlsplit(url)
+    parts = urlsplit(ascii_url(url))
     assert parts.hostname is not None
     port = parts.port or (443 if parts.scheme == "https" else 80)
     addresses = _resolve(parts.hostname, port)
