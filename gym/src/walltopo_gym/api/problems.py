@@ -14,7 +14,14 @@ from starlette.exceptions import HTTPException
 from starlette.responses import JSONResponse
 
 from walltopo.core import EnvironmentLacksError, InputError, WalltopoError
-from walltopo_gym.errors import RequestError, SignInNeededError, TooManyError, without_folders
+from walltopo_gym.database.errors import explain
+from walltopo_gym.errors import (
+    RequestError,
+    SignInNeededError,
+    TooManyError,
+    UnavailableError,
+    without_folders,
+)
 from walltopo_gym.spreadsheets import Fault
 
 _LOG = logging.getLogger("walltopo_gym.api")
@@ -147,7 +154,10 @@ def _handle_race(request: Request, error: Exception) -> JSONResponse:
 
 
 def _handle_away(request: Request, error: Exception) -> JSONResponse:
-    """Answer that the database is away or starting. It keeps all of a request or nothing."""
+    """Answer that the database is away, full or damaged. It keeps all of a request or nothing."""
     _LOG.error("the database does not answer: %s", error)
-    away = RequestError("database-away", "try-again-soon")
+    found = explain(error)
+    if isinstance(found, UnavailableError):
+        return problem_answer(found)
+    away = found or RequestError("database-away", "try-again-soon")
     return problem_answer(away, 503, {"retry-after": "2"})

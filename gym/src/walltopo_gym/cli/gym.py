@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from walltopo.core import InputError
 from walltopo_gym.cli import demo, operator
-from walltopo_gym.cli.options import add_place
+from walltopo_gym.cli.options import add_place, in_words
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -63,6 +63,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     settings = inner.add_parser("settings", help="every setting with its default")
     settings.add_argument("--markdown", action="store_true", help="as the table of the docs")
     settings.set_defaults(run=_settings)
+    for command in inner.choices.values():
+        command.set_defaults(run=in_words(command.get_default("run")))
 
 
 _NO_HTTPS = (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from pathlib import Path
 
 
@@ -11,3 +12,20 @@ def add_place(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--data", type=Path, metavar="DIR", help="the folder of everything")
     parser.add_argument("--database", metavar="URL", help="PostgreSQL instead of SQLite in DIR")
     parser.add_argument("--objects", metavar="URL", help="an S3 bucket instead of files in DIR")
+
+
+def in_words(run: Callable[[argparse.Namespace], int]) -> Callable[[argparse.Namespace], int]:
+    """Return a command that says in words what its database, file store or disk lacks."""
+
+    def run_it(args: argparse.Namespace) -> int:
+        try:
+            return run(args)
+        except Exception as error:
+            from walltopo_gym.database.errors import explain
+
+            found = explain(error)
+            if found is None:
+                raise
+            raise found from error
+
+    return run_it

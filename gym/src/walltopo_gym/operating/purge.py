@@ -70,7 +70,9 @@ class Purged:
 def purge(
     settings: GymSettings, database: Database, store: FileStore, *, really: bool = True
 ) -> Purged:
-    """Delete expired rows and unreferenced files.
+    """Delete unreferenced files and expired rows.
+
+    Files go first: on a full disk they make the room that the deletion of rows needs.
 
     Parameters
     ----------
@@ -82,8 +84,6 @@ def purge(
     """
     purged = Purged()
     with alone(settings.data):
-        with database.writing() if really else database.reading() as session:
-            purged.rows = sum(_expired(session))
         for key, size, written in list(store.entries("")):
             if written > now() - _YOUNG or _is_named(settings, database, key):
                 continue
@@ -93,6 +93,8 @@ def purge(
             purged.bytes += size
         if really:
             _drop_incoming(settings, database, purged)
+        with database.writing() if really else database.reading() as session:
+            purged.rows = sum(_expired(session))
     return purged
 
 
