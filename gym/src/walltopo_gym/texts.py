@@ -17,6 +17,14 @@ _JOINERS: Final = re.compile("[\u200c\u200d]")
 _EDGE_JOINERS: Final = re.compile("^[\u200c\u200d]+|[\u200c\u200d]+$|(?<=\\s)[\u200c\u200d]+")
 
 
+_UNPRINTABLE: Final = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]+")
+
+
+def printable(text: str) -> str:
+    """Return a stranger's text as one printable line: no control or direction characters."""
+    return one_line(_UNPRINTABLE.sub(" ", text))
+
+
 def one_line(text: str) -> str:
     """Return a text in Unicode's form NFC, with single plain spaces and without unseen characters.
 

@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from types import SimpleNamespace
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
@@ -18,6 +19,7 @@ from joserfc import jwt
 from joserfc.jwk import KeySet, RSAKey
 from werkzeug.serving import make_server
 
+from walltopo_gym.accounts import oidc
 from walltopo_gym.api.services import Services
 from walltopo_gym.server.app import PREFIX, build_app
 
@@ -174,3 +176,57 @@ def test_without_a_provider_there_is_none(server: Server, provider: Provider) ->
     assert server.ask("GET", "/server").json()["oidc"] is None
     facts = browser(server, provider).get(f"{PREFIX}/server").json()
     assert facts["oidc"] == "Gym pass"
+
+
+@pytest.mark.parametrize(
+    ("name", "stored"),
+    [
+        ("Ada\r\nBcc: x@y.example", "Ada Bcc: x@y.example"),
+        ("\x1b[2JAda\x00", "[2JAda"),
+        ("\u202eadA", "adA"),
+        (" \u200b ", "ada.name"),
+        ("A" * 200, "A" * 80),
+    ],
+)
+def test_a_providers_name_becomes_one_printable_line(
+    server: Server, provider: Provider, name: str, stored: str
+) -> None:
+    email = f"ada.name+{len(server.outbox.mails)}.{abs(hash(name))}@example.com"
+    provider.claims = {"email": email, "name": name, "sub": email}
+    client = browser(server, provider)
+    assert come_back(client).status_code == 303
+    found = client.get(f"{PREFIX}/me").json()["name"]
+    assert found == stored if stored != "ada.name" else found.startswith("ada.name+")
+
+
+def test_the_document_of_a_provider_is_kept_and_requests_wait_for_no_other(
+    server: Server, provider: Provider, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(oidc, "_DOCUMENTS", {})
+    asked = []
+    get = oidc.Provider._get
+
+    def counted(self: oidc.Provider, url: str) -> dict[str, Any]:
+        asked.append(url)
+        return get(self, url)
+
+    monkeypatch.setattr(oidc.Provider, "_get", counted)
+    client = browser(server, provider)
+    for _ in range(3):
+        assert client.get("/oidc/sign-in").status_code == 303
+    assert len(asked) == 1
+
+
+@pytest.mark.parametrize("bound", ["_MAX_BYTES", "_PATIENCE_S"])
+def test_a_provider_that_sends_too_much_or_too_slowly_is_left(
+    server: Server, provider: Provider, monkeypatch: pytest.MonkeyPatch, bound: str
+) -> None:
+    monkeypatch.setattr(oidc, "_DOCUMENTS", {})
+    if bound == "_MAX_BYTES":
+        monkeypatch.setattr(oidc, bound, 10)
+    else:
+        real = time.monotonic
+        moments = iter([real(), real() + 10_000])
+        monkeypatch.setattr(oidc, "time", SimpleNamespace(monotonic=lambda: next(moments)))
+    answer = browser(server, provider).get("/oidc/sign-in")
+    assert (answer.status_code, answer.json()["code"]) == (507, "provider-silent")

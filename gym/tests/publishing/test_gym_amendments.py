@@ -10,7 +10,7 @@ import msgspec
 import pytest
 from gym.tests.publishing.test_gym_publish import HOLDS, current, draft
 from gym.tests.worlds import World
-from sqlalchemy import select
+from sqlalchemy import select, update
 
 from walltopo.scans.edits import EditLog
 from walltopo_gym.accounts.models import AuditEntry
@@ -127,3 +127,27 @@ def test_an_interrupted_amendment_is_completed(
     assert states[amendment["id"]] == "uploading"
     assert amendment["state"] == "review"
     assert len(draft(world, amendment["id"])["lines"]) == len(before["routes"])
+
+
+def test_an_amendment_that_another_request_published_stays_published(
+    current: Current, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two requests copy its files at once; the slower one finds it completed."""
+    world, _ = current
+    copy_below = FileStore.copy_below
+    done: list[str] = []
+
+    def overtaken(store: FileStore, prefix: str, target: str) -> None:
+        copy_below(store, prefix, target)
+        if not done:
+            done.append(target)
+            amendment = amend(world)
+            moved = update(Scan).where(Scan.id == UUID(amendment["id"]))
+            with world.server.database.writing() as session:
+                session.execute(moved.values(state="published"))
+
+    monkeypatch.setattr(FileStore, "copy_below", overtaken)
+    answer = world.server.ask(
+        "POST", f"{world.path}/walls/{world.wall.id}/amendments", world.people["setter"]
+    )
+    assert answer.json()["state"] == "published"

@@ -6,9 +6,10 @@ verified belongs to that person. Needs the extra `walltopo-gym[oidc]`.
 
 from __future__ import annotations
 
+import json
+import time
 from dataclasses import dataclass
 from datetime import timedelta
-from functools import cached_property
 from typing import Any, Final
 from uuid import UUID
 
@@ -23,9 +24,14 @@ from walltopo_gym.clock import now
 from walltopo_gym.database.lock import check_unlocked
 from walltopo_gym.domains import ascii_url
 from walltopo_gym.errors import ForbiddenError, SignInNeededError, UnavailableError
+from walltopo_gym.texts import printable
 
 _GOOD_FOR: Final = timedelta(minutes=10)
 _PATIENCE_S: Final = 10
+_KEPT_S: Final = 600
+_MAX_BYTES: Final = 1_000_000
+# Discovery documents by issuer, and when they came. Two requests at once may fetch one twice.
+_DOCUMENTS: Final[dict[str, tuple[float, dict[str, Any]]]] = {}
 _WORK: Final = "the provider of accounts is called"
 _SIGNED_BY: Final = ["RS256", "PS256", "ES256", "EdDSA"]
 
@@ -55,28 +61,38 @@ class Provider:
     client_secret: str
     callback: str
 
-    @cached_property
+    @property
     def places(self) -> dict[str, Any]:
-        """Return the provider's discovery document.
+        """Return the provider's discovery document, of at most some minutes ago.
 
         Raises
         ------
-        EnvironmentLacksError : the provider does not respond or names another issuer.
+        UnavailableError : the provider does not respond or names another issuer.
         """
         base = ascii_url(self.issuer).rstrip("/")
+        known = _DOCUMENTS.get(base)
+        if known is not None and known[0] > time.monotonic() - _KEPT_S:
+            return known[1]
         found = self._get(f"{base}/.well-known/openid-configuration")
         if ascii_url(str(found.get("issuer", ""))).rstrip("/") != base:
             raise UnavailableError("provider-other", issuer=self.issuer)
+        _DOCUMENTS[base] = time.monotonic(), found
         return found
 
     def _get(self, url: str) -> dict[str, Any]:
         import requests
 
         check_unlocked(_WORK)
+        until = time.monotonic() + _PATIENCE_S
         try:
-            answer = requests.get(url, timeout=_PATIENCE_S)
-            answer.raise_for_status()
-            body: dict[str, Any] = answer.json()
+            with requests.get(url, timeout=_PATIENCE_S, stream=True) as answer:
+                answer.raise_for_status()
+                content = b""
+                for piece in answer.iter_content(None):
+                    content += piece
+                    if len(content) > _MAX_BYTES or time.monotonic() > until:
+                        raise ValueError("the answer is too long, or too slow")
+            body: dict[str, Any] = json.loads(content)
         except (requests.RequestException, ValueError) as error:
             raise UnavailableError(
                 "provider-silent", "sign-in-otherwise", name=self.issuer
@@ -188,8 +204,8 @@ def _claims(provider: Provider, token: str, nonce: str) -> Claims:
     if claims.get("email_verified") is not True or not claims.get("email"):
         raise ForbiddenError("provider-not-verified", "provider-verify")
     email = one_spelling(str(claims["email"]))
-    name = str(claims.get("name") or email.partition("@")[0])
-    return Claims(str(claims["iss"]), str(claims["sub"]), email, name[:80])
+    name = printable(str(claims.get("name") or ""))[:80].rstrip() or email.partition("@")[0][:80]
+    return Claims(str(claims["iss"]), str(claims["sub"]), email, name)
 
 
 def person_of(session: Session, claims: Claims, *, may_sign_up: bool) -> UUID:

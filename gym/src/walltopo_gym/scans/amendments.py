@@ -34,8 +34,10 @@ def amend(database: Database, store: FileStore, wall: UUID, person: UUID) -> UUI
         for kind in ("scans", "pictures"):
             store.copy_below(f"{kind}/{row.amends_id}/", f"{kind}/{row.id}/")
         with database.writing() as session:
-            session.get_one(Scan, row.id).state = State.REVIEW
-            routes_changed(session, row.id)
+            found = session.get_one(Scan, row.id, with_for_update=True)
+            if found.state == State.UPLOADING:  # else another request has completed it meanwhile
+                found.state = State.REVIEW
+                routes_changed(session, row.id)
     return row.id
 
 

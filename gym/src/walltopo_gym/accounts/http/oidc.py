@@ -18,6 +18,7 @@ from walltopo_gym.accounts.oidc import (
     use_attempt,
 )
 from walltopo_gym.api.services import ServicesOf
+from walltopo_gym.api.turns import turn_for
 from walltopo_gym.errors import NotFoundError, SignInNeededError
 from walltopo_gym.settings import GymSettings
 
@@ -25,6 +26,8 @@ router = APIRouter(include_in_schema=False)
 
 _COOKIE: Final = "__Host-walltopo-oidc"
 _CALLBACK: Final = "/oidc/callback"
+# A provider that says nothing holds up few threads.
+ProviderTurn = Annotated[None, turn_for("provider", 8)]
 
 
 def _provider(settings: GymSettings) -> Provider:
@@ -37,7 +40,7 @@ def _provider(settings: GymSettings) -> Provider:
 
 
 @router.get("/oidc/sign-in")
-def go_to_provider(services: ServicesOf) -> RedirectResponse:
+def go_to_provider(services: ServicesOf, _: ProviderTurn) -> RedirectResponse:
     """Redirect the browser to the provider."""
     provider = _provider(services.settings)
     attempt = begin(provider)
@@ -52,7 +55,7 @@ def go_to_provider(services: ServicesOf) -> RedirectResponse:
 
 @router.get(_CALLBACK)
 def come_back(
-    request: Request, services: ServicesOf,
+    request: Request, services: ServicesOf, _: ProviderTurn,
     state: Annotated[str, Query(max_length=200)] = "",
     code: Annotated[str, Query(max_length=4000)] = "",
 ) -> RedirectResponse:  # fmt: skip
