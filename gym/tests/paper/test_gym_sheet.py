@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from walltopo_gym.errors import RequestError
 from walltopo_gym.paper import numbered
 from walltopo_gym.paper.printable import PrintableText
-from walltopo_gym.paper.sheet import Sheet
+from walltopo_gym.paper.sheet import SIZES, Paper, Sheet
 
 ADDRESS = "https://walls.example.com/r/0123456789"
 
@@ -67,3 +67,21 @@ def test_each_character_is_printed_or_reported(words: str) -> None:
     printed = letters.text(words)
     assert letters.missing.isdisjoint(printed)
     assert letters.text(printed) == printed
+
+
+def test_a_page_says_which_scripts_its_font_lacks() -> None:
+    sheet = Sheet("Results", lacks="not printed: {scripts}")
+    sheet.text("אנה 花子 Žofie 🧗")
+    assert sheet.missing
+    lines = "".join(words_of(sheet.pdf()).split())
+    assert "notprinted:Cjk,Hebrew,symbols" in lines
+    plain = Sheet("Results", lacks="not printed: {scripts}")
+    plain.text("Žofie")
+    assert "not printed" not in words_of(plain.pdf())
+
+
+@pytest.mark.parametrize("size", ["letter", "tabloid", "a4"])
+def test_a_page_has_the_size_of_its_paper(size: Paper) -> None:
+    sheet = Sheet("Results", size=size)
+    width, height = pages_of(sheet.pdf())[0].get_size()
+    assert (round(width * 25.4 / 72), round(height * 25.4 / 72)) == SIZES[size]

@@ -7,7 +7,7 @@ from decimal import Decimal
 from typing import Final
 
 from walltopo_gym.competitions.board_view import BoardView, Line, RoundLine
-from walltopo_gym.paper.sheet import Sheet
+from walltopo_gym.paper.sheet import Paper, Sheet
 from walltopo_gym.spreadsheets import CsvDialect, csv_table
 
 _COLUMNS: Final = ("category", "rank", "shared", "bib", "name", "team", "club", "out", "points")
@@ -28,15 +28,17 @@ def results_csv(board: BoardView, dialect: CsvDialect) -> str:
     return csv_table(columns, (dict(zip(columns, row, strict=True)) for row in rows), dialect)
 
 
-def results_pdf(board: BoardView, gym: str, when: str, words: dict[str, str]) -> bytes:
-    """Return the results as PDF.
+def results_pdf(
+    board: BoardView, gym: str, when: str, words: dict[str, str], size: Paper = "a4"
+) -> tuple[bytes, set[str]]:
+    """Return the results as PDF, and the characters that its font lacks.
 
     Parameters
     ----------
     when : the day as text; words : headings ("rank", "bib", "name", "team", "points", "out",
-        "frozen") in the reader's language.
+        "frozen", "lacks") in the reader's language.
     """
-    sheet = Sheet(board.name, when, foot=gym)
+    sheet = Sheet(board.name, when, foot=gym, size=size, lacks=words["lacks"])
     if board.frozen_at is not None:
         sheet.text(words["frozen"], quiet=True)
     for category in board.categories:
@@ -60,7 +62,7 @@ def results_pdf(board: BoardView, gym: str, when: str, words: dict[str, str]) ->
                 for team in board.teams]  # fmt: skip
         sheet.table([words["rank"], words["team"], words["name"], words["points"]], rows,
                     widths=[1, 3, 7, 2], right={0, 3}, bold={1})  # fmt: skip
-    return sheet.pdf()
+    return sheet.pdf(), sheet.missing
 
 
 def _rank(line: Line) -> str:

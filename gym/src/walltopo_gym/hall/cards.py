@@ -1,4 +1,4 @@
-"""Route cards for the wall: several on a sheet of A4, with lines to cut along."""
+"""Route cards for the wall: several on a sheet, with lines to cut along."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from walltopo_gym.hall.codes import code_of
 from walltopo_gym.hall.words import PAINT, Words
 from walltopo_gym.paper.codes import draw_code
 from walltopo_gym.paper.printable import BOLD, PLAIN, PrintableText
+from walltopo_gym.paper.sheet import SIZES
 from walltopo_gym.publishing.models import Route
 
 CardSize = Literal["a4", "a5", "a6", "a7"]
 MAX_CARDS: Final = 400
 _MM: Final = 72 / 25.4
-_SHEET: Final = (210 * _MM, 297 * _MM)
-# Across and down on a sheet of A4: each cut halves.
+CardPaper = Literal["a4", "letter"]
+# Across and down on a sheet; each cut halves, which gives these sizes on A4.
 _GRID: Final[dict[CardSize, tuple[int, int]]] = {
     "a4": (1, 1), "a5": (1, 2), "a6": (2, 2), "a7": (2, 4),
 }  # fmt: skip
@@ -41,7 +42,7 @@ class Cards:
     text: str
     base: str
 
-    def pdf(self, words: Words, size: CardSize) -> tuple[bytes, set[str]]:
+    def pdf(self, words: Words, size: CardSize, paper: CardPaper = "a4") -> tuple[bytes, set[str]]:
         """Return the sheets, and the characters that the font lacks.
 
         Raises
@@ -53,32 +54,33 @@ class Cards:
         if len(self.routes) > MAX_CARDS:
             raise RequestError("cards-too-many", "cards-choose-wall", most=MAX_CARDS)
         letters, out = PrintableText(), BytesIO()
-        canvas = Canvas(out, pagesize=_SHEET, invariant=1)
+        sheet = SIZES[paper][0] * _MM, SIZES[paper][1] * _MM
+        canvas = Canvas(out, pagesize=sheet, invariant=1)
         canvas.setTitle(letters.text(self.gym))
         across, down = _GRID[size]
-        width, height = _SHEET[0] / across, _SHEET[1] / down
+        width, height = sheet[0] / across, sheet[1] / down
         for number, route in enumerate(self.routes):
             place = number % (across * down)
             if place == 0:
                 if number:
                     canvas.showPage()
-                _draw_cuts(canvas, across, down)
+                _draw_cuts(canvas, sheet, across, down)
             canvas.saveState()
-            canvas.translate(place % across * width, _SHEET[1] - (place // across + 1) * height)
+            canvas.translate(place % across * width, sheet[1] - (place // across + 1) * height)
             _Card(self, route, words, letters, width, height).draw(canvas)
             canvas.restoreState()
         canvas.save()
         return out.getvalue(), letters.missing
 
 
-def _draw_cuts(canvas: Any, across: int, down: int) -> None:
+def _draw_cuts(canvas: Any, sheet: tuple[float, float], across: int, down: int) -> None:
     canvas.setStrokeGray(0.6)
     canvas.setLineWidth(0.4)
     canvas.setDash(3, 3)
     for number in range(1, across):
-        canvas.line(_SHEET[0] * number / across, 0, _SHEET[0] * number / across, _SHEET[1])
+        canvas.line(sheet[0] * number / across, 0, sheet[0] * number / across, sheet[1])
     for number in range(1, down):
-        canvas.line(0, _SHEET[1] * number / down, _SHEET[0], _SHEET[1] * number / down)
+        canvas.line(0, sheet[1] * number / down, sheet[0], sheet[1] * number / down)
     canvas.setDash()
 
 

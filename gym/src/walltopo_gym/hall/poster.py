@@ -46,7 +46,7 @@ class Poster:
         sheet = Sheet(
             f"{self.gym.name}: {words.say('new')}", period, foot=f"{self.gym.name} · {home}",
             page=words.say("page", page="{page}", pages="{pages}"), code=home,
-            code_note=words.say("scan"), size=size,
+            code_note=words.say("scan"), size=size, lacks=words.say("lacks", scripts="{scripts}"),
         )  # fmt: skip
         if not self.walls:
             sheet.text(words.say("nothing"))

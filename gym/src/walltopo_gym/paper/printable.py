@@ -7,6 +7,7 @@ A character without a glyph would be an empty box. It is printed as a question m
 from __future__ import annotations
 
 import unicodedata
+from collections.abc import Collection
 from functools import cache
 from importlib.resources import as_file, files
 from typing import Any, Final
@@ -32,6 +33,16 @@ def _fonts() -> dict[str, Any]:
         registerFont(made[name])
     registerFontFamily(PLAIN, normal=PLAIN, bold=BOLD, italic=PLAIN, boldItalic=BOLD)
     return made
+
+
+def scripts_of(characters: Collection[str]) -> list[str]:
+    """Return the scripts of letters by their names in Unicode, and "symbols" for all others."""
+    names = {
+        unicodedata.name(one, "symbols").partition(" ")[0].partition("-")[0].capitalize()
+        if unicodedata.category(one)[0] in "LM" else "symbols"
+        for one in characters
+    }  # fmt: skip
+    return sorted(names)
 
 
 class PrintableText:

@@ -16,13 +16,14 @@ from typing import Any, Final, Literal
 
 from walltopo_gym.paper.codes import draw_code
 from walltopo_gym.paper.numbered import numbered
-from walltopo_gym.paper.printable import BOLD, PLAIN, PrintableText
+from walltopo_gym.paper.printable import BOLD, PLAIN, PrintableText, scripts_of
 
-Paper = Literal["a3", "a4", "a5", "a6", "a7"]
+Paper = Literal["a3", "a4", "a5", "a6", "a7", "letter", "tabloid"]
 _MM: Final = 72 / 25.4
-# ISO 216, millimetres, upright.
+# ISO 216 and ANSI/ASME Y14.1, millimetres, upright.
 SIZES: Final[dict[Paper, tuple[int, int]]] = {
     "a3": (297, 420), "a4": (210, 297), "a5": (148, 210), "a6": (105, 148), "a7": (74, 105),
+    "letter": (216, 279), "tabloid": (279, 432),
 }  # fmt: skip
 # All lengths below are those of A4; other sizes scale the same page.
 _MARGIN: Final = 15 * _MM
@@ -39,14 +40,15 @@ class Sheet:
     ----------
     title, subtitle : at its head, once; foot : at the bottom of each page, on the left.
     page : page number text, with {page} and {pages}; code : address of a QR code beside the title,
-        with `code_note` below it.
+        with `code_note` below it; lacks : a last line with {scripts}, where the font lacks some.
     """
 
     def __init__(
         self, title: str, subtitle: str = "", *, foot: str = "", page: str = "{page} / {pages}",
-        code: str = "", code_note: str = "", size: Paper = "a4",
+        code: str = "", code_note: str = "", size: Paper = "a4", lacks: str = "",
     ) -> None:  # fmt: skip
         self._letters = PrintableText()
+        self._lacks = lacks
         self._title, self._foot, self._page = title, foot, page
         self._scale = SIZES[size][0] / SIZES["a4"][0]
         self._size = tuple(length * _MM / self._scale for length in SIZES[size])
@@ -135,6 +137,9 @@ class Sheet:
             topMargin=_MARGIN, bottomMargin=_MARGIN + 8, invariant=1,
             title=self._letters.text(self._title), creator="walltopo",
         )  # fmt: skip
+        if self._lacks and self.missing:
+            scripts = ", ".join(scripts_of(self.missing))
+            self.text(self._lacks.format(scripts=scripts), quiet=True)
         document.build(self._parts, canvasmaker=numbered(self._scale, self._draw_foot))
         return out.getvalue()
 

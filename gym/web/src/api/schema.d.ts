@@ -3656,7 +3656,8 @@ export interface paths {
         };
         /**
          * Read Cards
-         * @description Return route cards, several on a sheet of A4, with lines to cut along.
+         * @description Return route cards, several on a sheet, with lines to cut along. Their sizes are those on
+         *     A4.
          */
         get: operations["read_cards"];
         put?: never;
@@ -9361,6 +9362,7 @@ export interface operations {
         parameters: {
             query?: {
                 language?: "en" | "de" | "cs" | "fr";
+                size?: "a4" | "letter";
             };
             header?: never;
             path: {
@@ -18324,7 +18326,7 @@ export interface operations {
             query?: {
                 days?: number;
                 language?: "en" | "de" | "cs" | "fr";
-                size?: "a3" | "a4";
+                size?: "a3" | "a4" | "letter" | "tabloid";
             };
             header?: never;
             path: {
@@ -18372,6 +18374,7 @@ export interface operations {
                 /** @description new for at most so long; 0: all */
                 days?: number;
                 text?: string;
+                paper?: "a4" | "letter";
             };
             header?: never;
             path: {

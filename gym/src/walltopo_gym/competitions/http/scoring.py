@@ -18,7 +18,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Person
-from walltopo_gym.api.documents import DocumentTurn
+from walltopo_gym.api.documents import DocumentTurn, document
 from walltopo_gym.api.fields import Digits, Moment
 from walltopo_gym.api.paging import Size
 from walltopo_gym.api.services import Db, ServicesOf
@@ -204,14 +204,18 @@ _COLUMNS = [name for name in EventFacts.model_fields if name not in ("by_name", 
 
 _WORDS: Final[dict[Language, dict[str, str]]] = {
     "en": {"rank": "#", "bib": "No.", "name": "Name", "team": "Team or club", "points": "Points",
-           "out": "out", "frozen": "As it stood when the board was frozen."},
+           "out": "out", "frozen": "As it stood when the board was frozen.",
+           "lacks": "The font of this page lacks letters (shown as ?): {scripts}."},
     "de": {"rank": "#", "bib": "Nr.", "name": "Name", "team": "Team oder Verein",
            "points": "Punkte", "out": "raus",
-           "frozen": "Stand von dem Moment, in dem die Tafel angehalten wurde."},
+           "frozen": "Stand von dem Moment, in dem die Tafel angehalten wurde.",
+           "lacks": "Der Schrift dieser Seite fehlen Zeichen (als ? gedruckt): {scripts}."},
     "cs": {"rank": "#", "bib": "Č.", "name": "Jméno", "team": "Tým nebo oddíl", "points": "Body",
-           "out": "mimo", "frozen": "Stav z okamžiku, kdy byla tabule zmrazena."},
+           "out": "mimo", "frozen": "Stav z okamžiku, kdy byla tabule zmrazena.",
+           "lacks": "V písmu této stránky chybí znaky (vytištěny jako ?): {scripts}."},
     "fr": {"rank": "#", "bib": "N°", "name": "Nom", "team": "Équipe ou club", "points": "Points",
-           "out": "NC", "frozen": "Tel qu’au moment où le classement a été figé."},
+           "out": "NC", "frozen": "Tel qu’au moment où le classement a été figé.",
+           "lacks": "Caractères absents de la police de cette page (imprimés « ? ») : {scripts}."},
 }  # fmt: skip
 
 
@@ -309,16 +313,16 @@ def read_results_table(
 
 @router.get("/gyms/{gym}/competitions/{competition}/results.pdf", response_class=ResultsPaper)
 def read_results_paper(
-    competition: UUID, _: DocumentTurn, session: Db, access: GuestMay, boards: BoardsOf,
-    language: Language = "en",
-) -> ResultsPaper:  # fmt: skip
+    competition: UUID, request: Request, _: DocumentTurn, session: Db, access: GuestMay,
+    boards: BoardsOf, language: Language = "en", size: Literal["a4", "letter"] = "a4",
+) -> Response:  # fmt: skip
     """Return the board as PDF."""
     row = competition_of(session, access, competition)
     view = boards.view(session, row, public=not access.role.covers(Role.JUDGE))
     begins = row.starts_at or row.created_at
     when = f"{begins.astimezone(ZoneInfo(access.gym.time_zone)):%Y-%m-%d}"
-    content = results_pdf(view, access.gym.name, when, _WORDS[language])
-    return ResultsPaper(content, headers={"content-disposition": 'inline; filename="results.pdf"'})
+    content, missing = results_pdf(view, access.gym.name, when, _WORDS[language], size)
+    return document(request, content, "application/pdf", "results.pdf", shown=True, missing=missing)
 
 
 def _fields(view: BoardView) -> dict[str, Any]:

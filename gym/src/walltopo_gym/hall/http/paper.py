@@ -19,7 +19,7 @@ from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.access import Access, GuestMay, SetterMay, visible_gym
 from walltopo_gym.gyms.models import Gym
-from walltopo_gym.hall.cards import Cards, CardSize
+from walltopo_gym.hall.cards import CardPaper, Cards, CardSize
 from walltopo_gym.hall.codes import route_by_code
 from walltopo_gym.hall.feeds import atom, calendar
 from walltopo_gym.hall.new_routes import coming, new_routes, today
@@ -57,7 +57,7 @@ class ShortLink(BaseModel):
 @router.get("/gyms/{gym}/poster.pdf", response_class=Response, responses=_kind(_PDF))
 def read_poster(
     request: Request, services: ServicesOf, _: DocumentTurn, access: SetterMay, days: Days = 7,
-    language: Language = "en", size: Literal["a3", "a4"] = "a4",
+    language: Language = "en", size: Literal["a3", "a4", "letter", "tabloid"] = "a4",
 ) -> Response:  # fmt: skip
     """Return a poster of new routes: each wall with its picture and a code that leads there."""
     _count(services, access)
@@ -84,9 +84,10 @@ def read_cards(
     request: Request, services: ServicesOf, _: DocumentTurn, access: SetterMay,
     size: CardSize = "a6", language: Language = "en", wall: UUID | None = None,
     days: Annotated[Digits, Query(ge=0, le=90, description="new for at most so long; 0: all")] = 0,
-    text: Text = "",
+    text: Text = "", paper: CardPaper = "a4",
 ) -> Response:  # fmt: skip
-    """Return route cards, several on a sheet of A4, with lines to cut along."""
+    """Return route cards, several on a sheet, with lines to cut along. Their sizes are those on
+    A4."""
     _count(services, access)
     with services.database.reading() as session:
         gym = session.get_one(Gym, access.gym.id)
@@ -98,7 +99,7 @@ def read_cards(
     if not routes:
         raise NotFoundError("cards-none")
     cards = Cards(routes, gym.name, text, services.settings.link_base)
-    content, missing = cards.pdf(words_in(language), size)
+    content, missing = cards.pdf(words_in(language), size, paper)
     return document(request, content, _PDF, f"{gym.slug}-cards-{size}.pdf", shown=True,
                     missing=missing)  # fmt: skip
 

@@ -1,1 +1,0 @@
-import{Bt as e,Vt as t}from"./common-0qNCzIg-.js";async function n(n){let r=[];for(let i;i!==null;){let a=i?{size:200,cursor:i}:{size:200},o=await e(t.GET(`/api/v1/gyms/{gym}/members`,{params:{path:{gym:n},query:a}}));r.push(...o.items),i=o.next}return r.sort((e,t)=>e.name.localeCompare(t.name))}export{n as t};
