@@ -318,7 +318,8 @@ class Camera:
 
     @property
     def is_pinhole(self) -> bool:
-        return not any(self.distortion)
+        """Return whether the lens has no distortion; a fisheye without coefficients has some."""
+        return self.model != "OPENCV_FISHEYE" and not any(self.distortion)
 
     def matrix(self) -> Floats:
         """Return the (3, 3) calibration matrix K, without distortion."""

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from walltopo.core import Camera, InputError, View
+from walltopo.core import InputError, View
 from walltopo.core.errors import naming
 from walltopo.core.files import check_name, move_into_place
+from walltopo.scans.colmap_lens import camera_of
 from walltopo.scans.document import check_once
 
 if TYPE_CHECKING:
@@ -109,15 +110,9 @@ def _check_images(model: pycolmap.Reconstruction) -> None:
 
 def view_of_image(image: pycolmap.Image) -> View:
     """Return a registered image as a `View` without masks."""
-    camera = image.camera
     pose = image.cam_from_world
     pose = pose() if callable(pose) else pose
-    intrinsics = Camera(
-        camera.model.name,
-        int(camera.width),
-        int(camera.height),
-        tuple(float(p) for p in camera.params),
-    )
+    intrinsics = camera_of(image.camera)
     return View(str(image.name), intrinsics, np.asarray(pose.matrix(), dtype=np.float64))
 
 

@@ -57,6 +57,8 @@ _MODELS = {
     "OPENCV": False,
     "FULL_OPENCV": False,
     "OPENCV_FISHEYE": True,
+    "SIMPLE_RADIAL_FISHEYE": True,
+    "RADIAL_FISHEYE": True,
 }
 _UNDISTORT = "Undistort the photos first; then all lens parameters are 0."
 # Names of lens parameters; those that are no field of `_Frame` are not understood.

@@ -20,6 +20,13 @@ def _world_from_cam(view: View, opengl: bool) -> np.ndarray:
     return np.column_stack([rotation @ _GL if opengl else rotation, view.centre])
 
 
+def _brown(camera: Camera) -> tuple[float, ...]:
+    """Return k1, k2, p1, p2, k3 of OpenCV."""
+    if camera.model == "SIMPLE_RADIAL":
+        return (*camera.distortion, 0.0, 0.0, 0.0, 0.0)
+    return (*camera.distortion, *[0.0] * 5)[:5]
+
+
 def write_polycam(folder: Path, views: Sequence[View]) -> None:
     cameras = folder / "keyframes" / "corrected_cameras"
     cameras.mkdir(parents=True)
@@ -50,8 +57,13 @@ def write_nerfstudio(folder: Path, views: Sequence[View]) -> None:
         camera = view.camera
         entry |= {"w": camera.width, "h": camera.height, "fl_x": camera.fx, "fl_y": camera.fy}
         entry |= {"cx": camera.cx, "cy": camera.cy}
+        if camera.model == "OPENCV_FISHEYE":
+            entry |= dict(zip(("k1", "k2", "k3", "k4"), camera.distortion, strict=True))
+        else:
+            entry |= dict(zip(("k1", "k2", "p1", "p2", "k3"), _brown(camera), strict=True))
         frames.append(entry)
-    content = {"camera_model": "OPENCV", "frames": frames}
+    fisheye = views[0].camera.model == "OPENCV_FISHEYE"
+    content = {"camera_model": "OPENCV_FISHEYE" if fisheye else "OPENCV", "frames": frames}
     (folder / "transforms.json").write_text(json.dumps(content), "utf-8")
 
 
@@ -61,10 +73,8 @@ def write_colmap(folder: Path, views: Sequence[View]) -> None:
     cameras, images = [], []
     for number, view in enumerate(views, start=1):
         camera = view.camera
-        size = f"{camera.width} {camera.height}"
-        cameras.append(
-            f"{number} PINHOLE {size} {camera.fx!r} {camera.fy!r} {camera.cx!r} {camera.cy!r}"
-        )
+        values = " ".join(map(repr, camera.params))
+        cameras.append(f"{number} {camera.model} {camera.width} {camera.height} {values}")
         x, y, z, w = Rotation.from_matrix(view.cam_from_world[:, :3]).as_quat().tolist()
         a, b, c = view.cam_from_world[:, 3].tolist()
         images += [f"{number} {w!r} {x!r} {y!r} {z!r} {a!r} {b!r} {c!r} {number} {view.name}", ""]
@@ -81,11 +91,17 @@ _XMP = """<x:xmpmeta xmlns:x="adobe:ns:meta/">
        xmlns:xcr="http://www.capturingreality.com/ns/xcr/1.1#">
       <xcr:Rotation>{rotation}</xcr:Rotation>
       <xcr:Position>{position}</xcr:Position>
-      <xcr:DistortionCoeficients>0 0 0 0 0 0</xcr:DistortionCoeficients>
+      <xcr:DistortionCoeficients>{lens}</xcr:DistortionCoeficients>
     </rdf:Description>
   </rdf:RDF>
 </x:xmpmeta>
 """
+
+
+def _realityscan_lens(camera: Camera) -> tuple[float, ...]:
+    """Return k1, k2, k3, k4, t1, t2."""
+    k1, k2, p1, p2, k3 = _brown(camera)
+    return k1, k2, k3, 0.0, p2, p1
 
 
 def write_xmp(folder: Path, views: Sequence[View]) -> None:
@@ -98,6 +114,7 @@ def write_xmp(folder: Path, views: Sequence[View]) -> None:
             v=(camera.cy - camera.height / 2) / side,
             rotation=" ".join(map(repr, view.cam_from_world[:, :3].ravel().tolist())),
             position=" ".join(map(repr, view.centre.tolist())),
+            lens=" ".join(map(repr, _realityscan_lens(camera))),
         )
         (folder / f"{Path(view.name).stem}.xmp").write_text(text, "utf-8")
 
@@ -113,7 +130,8 @@ def write_csv(folder: Path, views: Sequence[View]) -> None:
             36 * (camera.cx - camera.width / 2) / side,
             36 * (camera.cy - camera.height / 2) / side,
         ]
-        row = [*pose[:, 3], -heading, pitch, roll, camera.fx / side * 36, *middle, *[0] * 6]
+        row = [*pose[:, 3], -heading, pitch, roll, camera.fx / side * 36, *middle]
+        row += _realityscan_lens(camera)
         lines.append(",".join([view.name, *(repr(float(x)) for x in row)]))
     (folder / "cameras.csv").write_text("\n".join(lines) + "\n", "utf-8")
 
@@ -122,10 +140,13 @@ def write_metashape(folder: Path, views: Sequence[View]) -> None:
     sensors, cameras = [], []
     for number, view in enumerate(views):
         camera = view.camera
+        k1, k2, p1, p2, k3 = _brown(camera)
+        lens = {"k1": k1, "k2": k2, "k3": k3, "p1": p2, "p2": p1, "b1": camera.fx - camera.fy}
+        values = "".join(f"<{name}>{value!r}</{name}>" for name, value in lens.items())
         sensors.append(
             f'<sensor id="{number}" label="phone" type="frame">'
             f'<resolution width="{camera.width}" height="{camera.height}"/>'
-            f'<calibration type="frame" class="adjusted"><f>{camera.fx!r}</f>'
+            f'<calibration type="frame" class="adjusted"><f>{camera.fy!r}</f>{values}'
             f"<cx>{camera.cx - camera.width / 2!r}</cx>"
             f"<cy>{camera.cy - camera.height / 2!r}</cy></calibration></sensor>"
         )

@@ -58,6 +58,12 @@ def _import(app: str) -> Make:
 
 _ALL = ("p0.jpg", "p1.jpg", "p2.jpg")
 _RECORD3D = {"w": 640, "h": 480, "K": [500, 0, 0, 0, 500, 0, 320, 240, 1]}
+_METASHAPE = (
+    '<document><chunk><sensors><sensor id="0"><resolution width="640" height="480"/><calibration>'
+    "<f>500</f><k4>0.1</k4></calibration></sensor></sensors><cameras>"
+    '<camera id="0" sensor_id="0" label="p0"><transform>1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1</transform>'
+    "</camera></cameras></chunk></document>"
+)
 _CSV = "#name,x,y,alt,heading,pitch,roll,f\n"
 
 # Name of the input, its maker, exit code, words of the output, and the command.
@@ -117,6 +123,20 @@ POSE_CASES: tuple[tuple[str, Make, int, str, str], ...] = (
         _with_poses("cameras.csv", _CSV + "p0.jpg,1,2,3,north,0,0,26\n"),
         3,
         "cameras.csv",
+        "scan",
+    ),
+    (
+        "a lens of Metashape with k4",
+        _with_poses("cameras.xml", _METASHAPE),
+        3,
+        "k4 is not understood",
+        "scan",
+    ),
+    (
+        "a lens that folds back within the photo",
+        _with_poses("transforms.json", _frames(_ALL, k1=-8)),
+        3,
+        "folds back",
         "scan",
     ),
     ("`--mesh` without poses", _mesh_alone, 2, "dense.mesh needs sparse.poses", "scan"),

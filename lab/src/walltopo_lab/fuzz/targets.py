@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from walltopo_lab.fuzz.poses import make_poses, read_poses_of
+
 if TYPE_CHECKING:
     from walltopo.scans.edits import EditLog
 
@@ -482,6 +484,7 @@ TARGETS: dict[str, Target] = {
     "sets": Target(_make_sets, _read_set),
     "colmap": Target(_make_models, _read_model),
     "transforms": Target(_make_transforms, _read_transforms),
+    "poses": Target(make_poses, read_poses_of),
     "meshes": Target(_make_meshes, _read_meshes),
     "painted": Target(_make_painted, _read_painted),
     "arrays": Target(_make_arrays, _read_arrays),

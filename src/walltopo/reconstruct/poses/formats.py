@@ -9,7 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from walltopo.core import Camera, InputError, View
+from walltopo.core.errors import naming
 from walltopo.core.files import as_text
+from walltopo.geometry.screen import valid_slope
 from walltopo.reconstruct.poses import (
     colmap,
     metashape,
@@ -80,12 +82,34 @@ def find_format(path: Path) -> tuple[Format, Path]:
     raise InputError(f"{path}: holds no camera poses that are read here", f"Known are: {known}.")
 
 
+def check_lens(camera: Camera) -> None:
+    """Raise InputError if a lens shows a direction twice within the middle of its photo.
+
+    The polynomial of a real calibration may fold back outside of the photo or in its corners. One
+    that folds within half of the shorter side belongs to another unit or another model.
+    """
+    slope = valid_slope(camera)
+    if not np.isfinite(slope):
+        return
+    ray = np.array([slope, 0.0, 1.0])
+    radius = float(camera.project(ray)[0] - camera.cx)
+    if radius < min(camera.width, camera.height) / 2:
+        lens = ", ".join(f"{value:g}" for value in camera.distortion)
+        raise InputError(
+            f"the lens of {camera.model} ({lens}) folds back {max(radius, 0):.0f} px from the "
+            f"middle of a photo of {camera.width}x{camera.height} px",
+            "Check that the lens parameters are for this model and not in pixels; or undistort "
+            "the photos, then all are 0.",
+        )
+
+
 def read_poses(path: Path, photos: Sequence[Path]) -> GivenPoses:
     """Return the poses at or in a path for the photos of a scan.
 
     Raises
     ------
-    InputError : no known format, a damaged file, or no pose of any of the photos.
+    InputError : no known format, a damaged file, no pose of any of the photos, or an impossible
+        lens.
     """
     item, poses = find_format(path)
     files = PhotoFiles(tuple(photos))
@@ -99,6 +123,8 @@ def read_poses(path: Path, photos: Sequence[Path]) -> GivenPoses:
         elif photo in posed:
             raise InputError(f"{poses}: has two poses for {as_text(photo.name)}")
         else:
+            with naming(f"{poses}: {as_text(photo.name)}"):
+                check_lens(view.camera)
             posed[photo] = _upright(view, files, photo)
     if not posed:
         raise InputError(

@@ -8,6 +8,7 @@ have the opposite order of OpenCV's. The unit and the direction are arbitrary.
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -26,6 +27,10 @@ from walltopo.reconstruct.poses.export import (
 )
 from walltopo.reconstruct.poses.xml_files import read_xml
 from walltopo.scans.poses import posed_view
+
+# Metashape's k4 is a factor of r^8, p3 and p4 are higher orders of the tangential distortion, and
+# b2 is skew: no lens model here has them.
+_NOT_READ = re.compile(r"(?!k[1-3]$|p[12]$|b1$)([kpb]\d+|skew)")
 
 
 def find_poses(path: Path) -> Path | None:
@@ -87,7 +92,12 @@ def read(poses: Path, photos: PhotoFiles) -> Export:
 
 
 def _camera(sensor: ElementTree.Element | None, number: str) -> Camera:
-    """Return the adjusted calibration of a sensor, else the first."""
+    """Return the adjusted calibration of a sensor, else the first.
+
+    Raises
+    ------
+    InputError : it lacks a value, or has a lens parameter that is not understood and not zero.
+    """
     if sensor is None:
         raise InputError(f"sensor {number} is missing")
     if sensor.get("type", "frame") != "frame":
@@ -106,6 +116,13 @@ def _camera(sensor: ElementTree.Element | None, number: str) -> Camera:
         text = calibration.findtext(name)
         return 0.0 if text is None else numbers(text, 1, f"sensor {number}: {name}")[0]
 
+    for entry in calibration:
+        if _NOT_READ.fullmatch(entry.tag) and value(entry.tag):
+            raise InputError(
+                f"sensor {number}: the lens parameter {entry.tag} is not understood",
+                "Untick it in Metashape's Optimize Cameras, and export again; or undistort the "
+                "photos there, and export both.",
+            )
     size = f"{resolution.get('width')} {resolution.get('height')}"
     width, height = numbers(size, 2, f"sensor {number}: resolution")
     focal = value("f")

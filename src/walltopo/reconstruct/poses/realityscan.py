@@ -37,6 +37,7 @@ _XCR = "{http://www.capturingreality.com/ns/xcr/1.1#}"
 _FILM = 36.0  # millimetres
 _COLUMNS = ("x", "y", "alt", "heading", "pitch", "roll", "f")
 _LENS = ("k1", "k2", "k3", "k4", "t1", "t2")
+_SQUARE = "Undistort the photos in RealityScan, and export both again."
 _ALIGN_AGAIN = "Set the distortion model to Brown3 in RealityScan, align and export again."
 
 
@@ -151,6 +152,9 @@ def _view_of_sidecar(path: Path, photos: PhotoFiles) -> tuple[str, View] | None:
         model = values.get(_XCR + "DistortionModel", "brown3")
         if any(lens) and not model.startswith("brown"):
             raise InputError(f"the lens model {model!r} is not understood", _ALIGN_AGAIN)
+        for name, neutral in (("Skew", 0.0), ("AspectRatio", 1.0)):
+            if row(name, 1, str(neutral))[0] != neutral:
+                raise InputError(f"{name} is not {neutral:g}, which is not understood", _SQUARE)
         camera = _camera(photo, photos, focal, middle, lens)
         cam_from_world = np.reshape(row("Rotation", 9), (3, 3))
         pose = np.column_stack([cam_from_world.T, row("Position", 3)])
@@ -165,7 +169,9 @@ def _views_of_table(path: Path, photos: PhotoFiles) -> Iterator[View]:
         lines = path.read_text("utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"cannot be read as text ({error})") from error
-    head = next(k for k, line in enumerate(lines) if line.startswith("#name"))
+    head = next((k for k, line in enumerate(lines) if line.startswith("#name")), None)
+    if head is None:
+        raise InputError("no line begins with '#name', which names the columns")
     for entry in csv.DictReader(lines[head:]):
         name = str(entry.get("#name"))
         photo = photos.find(name)

@@ -28,5 +28,5 @@ def read_xml(path: Path) -> ElementTree.Element:
         raise InputError(f"{path}: declares entities, which are not read")
     try:
         return ElementTree.fromstring(data)
-    except (ElementTree.ParseError, ValueError) as error:
+    except (ElementTree.ParseError, LookupError, ValueError) as error:
         raise InputError(f"{path}: not valid XML ({error})") from error

@@ -30,7 +30,7 @@ from walltopo.reconstruct.sparse.jobs import (
 )
 from walltopo.reconstruct.sparse.models import join_models
 from walltopo.reconstruct.sparse.pairs import choose_pairs, in_tiles
-from walltopo.reconstruct.sparse.posed import start_from_poses
+from walltopo.reconstruct.sparse.posed import keeps_lens, start_from_poses
 from walltopo.reconstruct.sparse.stickers import add_stickers
 
 EVENT = "@walltopo "
@@ -353,6 +353,8 @@ def refine(model: Any, held_images: set[int], held_cameras: set[int]) -> None:
     options.ceres.loss_function_type = pycolmap.LossFunctionType.CAUCHY
     options.ceres.loss_function_scale = max(_error_scale(model), _MIN_ERROR_PX)
     options.ceres.solver_options.max_num_iterations = _REFINE_ITERATIONS
+    changing = [camera for number, camera in model.cameras.items() if number not in held_cameras]
+    options.refine_extra_params = not keeps_lens(camera.model.name for camera in changing)
     options.ceres.solver_options.num_threads = 1  # bit-identical
     config = pycolmap.BundleAdjustmentConfig()
     for number in sorted(int(k) for k in model.reg_image_ids()):

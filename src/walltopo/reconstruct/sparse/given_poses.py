@@ -105,6 +105,8 @@ def _entry(group: Sequence[Camera]) -> CameraEntry:
     elif middle.is_pinhole:
         model = "OPENCV"
         params = np.array([middle.fx, middle.fy, middle.cx, middle.cy, 0.0, 0.0, 0.0, 0.0])
+    elif model == "FULL_OPENCV" and not any(middle.distortion[4:]):
+        model, params = "OPENCV", params[:8]  # its lens can be adjusted (see `posed`)
     return CameraEntry(model, first.width, first.height, tuple(params.tolist()), True)
 
 

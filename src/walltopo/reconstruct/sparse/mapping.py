@@ -53,6 +53,7 @@ from walltopo.reconstruct.sparse.jobs import (
     write_masks,
 )
 from walltopo.reconstruct.sparse.lookalikes import are_connected, are_observed
+from walltopo.reconstruct.sparse.pose_check import poses_contradict
 from walltopo.scans.artifacts import Context
 from walltopo.scans.colmap_model import SparseModel, open_model
 from walltopo.scans.manifest import Metrics
@@ -91,6 +92,10 @@ def map_photos(
         model, aligned, figures = align_to_reference(folder, photos, settings, context)
         return model, aligned, None, figures
     views = {} if given is None else posed_views(given, photos)
+    if given is not None and poses_contradict(
+        folder, photos, views, settings, context.scratch, context.progress
+    ):
+        raise contradiction(given)
     attempt = _reconstruct(folder, photos, given, views, settings, context)
     result = attempt.result
     if not result.models and given is not None:

@@ -3,18 +3,23 @@
 A phone's poses drift by centimetres and tenths of a degree. So points are first accepted with
 generous errors, the poses are refined, and points are triangulated again with COLMAP's own limits.
 Position priors hold parts of the scene that share no points with others.
+
+Lens parameters beyond COLMAP's OPENCV are kept as given. Adjusted on one wall, the eight of
+FULL_OPENCV and the four of OPENCV_FISHEYE leave all bounds (k2 = 137), and COLMAP then drops every
+photo of that camera.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from walltopo.reconstruct.sparse.jobs import ColmapJob, MapTask
+from walltopo.core import Camera
+from walltopo.reconstruct.sparse.jobs import CameraEntry, ColmapJob, MapTask
 
 # Reprojection errors (px per 1,000 px of the longer side) that points may have, by round.
 _ROUNDS = (16.0, 4.0)
@@ -23,13 +28,38 @@ _MIN_PX = 4.0  # COLMAP's own limit
 
 _MIN_PHOTO_POINTS = 15  # a photo that sees fewer points is not placed by its pose alone
 
-# Smallest share of matches that must become points. On the tiny gym, correct poses with a phone's
-# noise reach 99 %, and poses of other photos 16 %.
-_MIN_EXPLAINED = 0.5
-
 # Standard deviation of a given position, as a share of the diagonal of all positions: 10 cm on a
 # wall of five metres, weak against the points, and enough for parts that no point connects.
 _POSITION_SHARE = 0.02
+
+# Fewer verified matches between posed photos say nothing about the poses.
+_MIN_MATCHES = 100
+
+_KEPT_LENSES = ("FULL_OPENCV", "OPENCV_FISHEYE")
+
+
+def keeps_lens(models: Iterable[str]) -> bool:
+    """Return whether a bundle adjustment must keep the distortion of cameras of these models."""
+    return any(model in _KEPT_LENSES for model in models)
+
+
+def allow_given_lenses(options: Any, cameras: Iterable[CameraEntry]) -> None:
+    """Let COLMAP use the given lens parameters as they are, in place.
+
+    COLMAP takes a camera with a parameter above 1 for a failed calibration. Rational lenses of
+    OpenCV have parameters of 20 and more.
+
+    Parameters
+    ----------
+    options : `pycolmap.IncrementalPipelineOptions`.
+    """
+    lenses = [Camera(one.model, one.width, one.height, one.params) for one in cameras]
+    largest = max((abs(value) for lens in lenses for value in lens.distortion), default=0.0)
+    for part in (options, options.mapper, options.triangulation):
+        part.max_extra_param = max(part.max_extra_param, 2 * largest)
+    if keeps_lens(lens.model for lens in lenses):
+        options.ba_refine_extra_params = False
+        options.mapper.abs_pose_refine_extra_params = False
 
 
 def start_from_poses(
@@ -41,7 +71,7 @@ def start_from_poses(
 ) -> dict[int, Any] | None:
     """Return the model by its number 0; empty without common points; None for a contradiction.
 
-    The poses contradict the photos if too few of the photos' matches meet in points.
+    The poses contradict the photos if there are matches enough, and too few of them meet in points.
 
     Parameters
     ----------
@@ -50,18 +80,21 @@ def start_from_poses(
     """
     from walltopo.geometry.colmap import pycolmap
 
+    allow_given_lenses(options, job.cameras)
     model = pycolmap.Reconstruction(task.posed)
     positions = {number: image.projection_center() for number, image in model.images.items()}
     longest = max(max(camera.width, camera.height) for camera in model.cameras.values())
     event(step="poses", total=len(_ROUNDS))
     for limit in _ROUNDS:
         model = _triangulate(model, database, job, task, options, limit * longest / 1000)
+        explained = _explained_share(model, database)
         _drop_unseen(model)
         if model.num_reg_images() < 2:
-            return {}
+            return {} if explained is None or explained >= task.min_explained else None
         _refine_near(model, positions, job.seed)
         event(advance=1)
-    if _explained_share(model, database) < _MIN_EXPLAINED:
+    explained = _explained_share(model, database)
+    if explained is not None and explained < task.min_explained:
         return None
     if model.num_reg_images() < task.expected:
         model = _register_others(model, database, job, task, options, event)
@@ -93,8 +126,11 @@ def _drop_unseen(model: Any) -> None:
             model.deregister_frame(image.frame_id)
 
 
-def _explained_share(model: Any, database: Path) -> float:
-    """Return the share of the verified matches between placed photos that are one point."""
+def _explained_share(model: Any, database: Path) -> float | None:
+    """Return the share of the verified matches between placed photos that are one point.
+
+    The share is None if there are fewer than `_MIN_MATCHES`.
+    """
     from walltopo.geometry.colmap import pycolmap
 
     placed = {image.image_id: image for image in model.images.values() if image.has_pose}
@@ -111,7 +147,7 @@ def _explained_share(model: Any, database: Path) -> float:
                 first, second = point_of[a][matches[:, 0]], point_of[b][matches[:, 1]]
                 total += len(matches)
                 joined += int(((first == second) & (first >= 0)).sum())
-    return joined / total if total else 0.0
+    return joined / total if total >= _MIN_MATCHES else None
 
 
 def _refine_near(model: Any, positions: dict[int, Any], seed: int) -> None:
@@ -119,6 +155,9 @@ def _refine_near(model: Any, positions: dict[int, Any], seed: int) -> None:
     from walltopo.geometry.colmap import pycolmap
 
     options = pycolmap.BundleAdjustmentOptions()
+    options.refine_extra_params = not keeps_lens(
+        camera.model.name for camera in model.cameras.values()
+    )
     options.ceres.loss_function_type = pycolmap.LossFunctionType.CAUCHY
     options.ceres.loss_function_scale = 1.0
     options.ceres.solver_options.num_threads = 1  # bit-identical
