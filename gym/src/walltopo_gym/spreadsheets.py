@@ -15,8 +15,8 @@ from walltopo_gym.texts import one_line, same_key
 
 MAX_FAULTS: Final = 100  # a table with more is read no further
 _MAX_TITLE: Final = 10  # lines that may stand above the heading
-# The first bytes of .xlsx and .xls, as a reader of text sees them.
-_WORKBOOKS: Final = "PK\x03\x04", "\xd0\xcf\x11\xe0"
+# The first bytes of .xlsx and .xls, as windows-1252 and windows-1250 have them.
+_WORKBOOKS: Final = "PK\x03\x04", "\xd0\xcf\x11\xe0", "\u0110\u010e\x11\u0155"
 _WEB_PAGE: Final = re.compile(r"<(!doctype|html|table|\?xml|meta|head|body)", re.IGNORECASE)
 MAX_SHOWN: Final = 40  # characters of a cell in an error message
 BOM: Final = "\ufeff"

@@ -203,18 +203,18 @@ def test_the_document_of_a_provider_is_kept_and_requests_wait_for_no_other(
     server: Server, provider: Provider, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(oidc, "_DOCUMENTS", {})
-    asked = []
+    fetched = []
     get = oidc.Provider._get
 
     def counted(self: oidc.Provider, url: str) -> dict[str, Any]:
-        asked.append(url)
+        fetched.append(url)
         return get(self, url)
 
     monkeypatch.setattr(oidc.Provider, "_get", counted)
     client = browser(server, provider)
     for _ in range(3):
         assert client.get("/oidc/sign-in").status_code == 303
-    assert len(asked) == 1
+    assert len(fetched) == 1
 
 
 @pytest.mark.parametrize("bound", ["_MAX_BYTES", "_PATIENCE_S"])

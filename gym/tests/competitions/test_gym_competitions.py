@@ -407,7 +407,7 @@ NAMESAKES = (
 
 
 @pytest.mark.parametrize(("first", "second", "people"), NAMESAKES)
-def test_people_of_one_name_are_told_apart_by_what_a_list_says(
+def test_a_list_distinguishes_people_of_one_name_by_its_other_cells(
     public: World, first: str, second: str, people: int
 ) -> None:
     contest = Contest(public, {"categories": [{"name": "Open"}]}).make()

@@ -123,7 +123,7 @@ def test_a_purge_makes_room_first_and_then_deletes_rows(lone: World) -> None:
         ("the database system is starting up", "database-away"),
     ],
 )
-def test_other_errors_of_a_database_are_told_apart(words: str, code: str) -> None:
+def test_each_kind_of_database_error_has_its_own_code(words: str, code: str) -> None:
     found = explain(DatabaseError("SELECT 1", {}, sqlite3.DatabaseError(words)))
     assert found is not None
     assert found.key == code
