@@ -40,3 +40,9 @@ def test_impossible_values_and_files_are_reported(tmp_path: Path) -> None:
 def test_postgresqls_own_spelling_is_understood(tmp_path: Path, spelled: str) -> None:
     settings = load_settings({"data": tmp_path, "database": spelled}, {})
     assert settings.database_url == "postgresql+psycopg://u@h/d"
+
+
+@pytest.mark.parametrize("url", ["walls", "mysql://a@b/c", "sqlite://", "/dev/full", "sqlite:///"])
+def test_a_database_of_another_kind_is_refused_in_words(tmp_path: Path, url: str) -> None:
+    with pytest.raises(SettingsError, match="expected a URL"):
+        load_settings({"data": tmp_path, "database": url}, {})

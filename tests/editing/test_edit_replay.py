@@ -91,6 +91,14 @@ def test_split_makes_a_new_route_with_the_id_that_was_requested() -> None:
         assert members(found)[4] == [5]
 
 
+def test_all_entries_together_skip_few_ids() -> None:
+    """Tables have a row for each id, so ids that skip further and further take all memory."""
+    far = [Split(route=route(1, 1), holds=(ref(5),), new=900),
+           Split(route=route(1, 1), holds=(ref(6),), new=1_800)]  # fmt: skip
+    found = members(after(far))
+    assert (found[900], found[901]) == ([5], [6])
+
+
 def test_assign_moves_a_hold_or_takes_it_out() -> None:
     found = after(
         [Assign(hold=ref(11), route=route(1, 3)), Assign(hold=ref(12), route=Ref(0, PLACE[12]))]

@@ -6,6 +6,7 @@ Unknown names are refused everywhere, so that a misspelt setting is never ignore
 from __future__ import annotations
 
 import os
+import re
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -116,6 +117,16 @@ class GymSettings(BaseSettings):
             if self.database.startswith(spelled):
                 return "postgresql+psycopg://" + self.database.removeprefix(spelled)
         return self.database
+
+    @field_validator("database")
+    @classmethod
+    def _known_database(cls, given: str) -> str:
+        """Refuse a URL of another kind of database."""
+        if given and not re.match(r"(postgres(ql)?(\+psycopg)?://|sqlite:///.)", given):
+            raise ValueError(
+                "expected a URL such as postgresql://user@host/name, or nothing for SQLite"
+            )
+        return given
 
     @field_validator("address")
     @classmethod

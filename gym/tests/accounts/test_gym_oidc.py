@@ -230,3 +230,44 @@ def test_a_provider_that_sends_too_much_or_too_slowly_is_left(
         monkeypatch.setattr(oidc, "time", SimpleNamespace(monotonic=lambda: next(moments)))
     answer = browser(server, provider).get("/oidc/sign-in")
     assert (answer.status_code, answer.json()["code"]) == (507, "provider-silent")
+
+
+@pytest.mark.parametrize(("age_s", "status"), [(5, 201), (3600, 403), (None, 403)])
+def test_only_a_fresh_sign_in_at_the_provider_confirms_who_one_is(
+    server: Server, provider: Provider, age_s: int | None, status: int
+) -> None:
+    email = f"eva.{age_s}.{time.time_ns()}@example.com"
+    provider.claims = {"email": email, "sub": email}
+    if age_s is not None:
+        provider.claims["auth_time"] = int(time.time()) - age_s
+    client = browser(server, provider)
+    assert "max_age=600" in client.get("/oidc/sign-in").headers["location"]
+    assert come_back(client).status_code == 303
+    made = client.post(f"{PREFIX}/me/tokens", json={"name": "t", "scopes": ["read"]})
+    assert made.status_code == status, made.text
+
+
+@pytest.mark.parametrize(
+    ("audience", "party", "status"),
+    [(["walls"], None, 303), (["walls", "other"], "walls", 303),
+     (["walls", "other"], "other", 401), (["walls", "other"], None, 401)],
+)  # fmt: skip
+def test_a_token_for_several_clients_names_us_as_the_one(
+    server: Server, provider: Provider, audience: list[str], party: str | None, status: int
+) -> None:
+    email = f"azp.{time.time_ns()}@example.com"
+    provider.claims = {"email": email, "sub": email, "aud": audience}
+    provider.claims |= {} if party is None else {"azp": party}
+    assert come_back(browser(server, provider)).status_code == status
+
+
+@pytest.mark.parametrize("document", [[], {"issuer": 5}, {"authorization_endpoint": None}, "x"])
+def test_a_providers_odd_document_is_no_defect(
+    server: Server, provider: Provider, monkeypatch: pytest.MonkeyPatch, document: Any
+) -> None:
+    monkeypatch.setattr(oidc, "_DOCUMENTS", {})
+    if isinstance(document, dict) and "issuer" not in document:
+        document = document | {"issuer": provider.address}
+    monkeypatch.setattr(oidc.Provider, "_get", lambda *_: document)
+    answer = browser(server, provider).get("/oidc/sign-in")
+    assert (answer.status_code, answer.json()["code"]) == (507, "provider-other")

@@ -6,7 +6,7 @@ from typing import Any
 
 import httpx
 import pytest
-from gym.tests.authenticator import Device
+from gym.tests.authenticator import Device, text
 from gym.tests.worlds import ORIGIN, Server, Somebody
 
 from walltopo_gym.server.app import PREFIX
@@ -69,7 +69,12 @@ def test_a_device_that_does_not_know_its_owner_is_not_enough(server: Server) -> 
     assert added(server, server.person(), Device(ORIGIN, verifies=False)).status_code == 422
 
 
-@pytest.mark.parametrize("credential", [{}, {"response": 3}, {"response": {"clientDataJSON": "%"}}])
+NESTED = {"response": {"clientDataJSON": text(b"[" * 200_000)}}
+
+
+@pytest.mark.parametrize(
+    "credential", [{}, {"response": 3}, {"response": {"clientDataJSON": "%"}}, NESTED]
+)
 def test_nonsense_is_refused(server: Server, credential: dict[str, Any]) -> None:
     assert signed_in(server, credential).status_code == 401
     body = {"name": "phone", "credential": credential}

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 from gym.tests.hurried import waiting
 from gym.tests.worlds import Server, World, hold, new_database
-from sqlalchemy import select
+from sqlalchemy import select, text
 
-from walltopo.core import InputError
+from walltopo.core import EnvironmentLacksError, InputError
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.operating.backup import back_up, restore
 from walltopo_gym.operating.upkeep import alone
@@ -101,6 +101,22 @@ def _stamp(path: Path) -> tuple[int, int, int] | None:
         return None
     found = path.stat()
     return found.st_ino, found.st_size, found.st_mtime_ns
+
+
+def test_a_backup_of_a_newer_version_is_refused_before_anything_is_used(tmp_path: Path) -> None:
+    (tmp_path / "old").mkdir()
+    old = Server(tmp_path / "old")
+    old.services.store.put("content/abcd", b"x")
+    with old.database.writing() as session:
+        session.execute(text("UPDATE alembic_version SET version_num = '9999'"))
+    services = old.services
+    back_up(services.settings, services.database, services.store, tmp_path / "gym.tar")
+    old.close()
+    settings = load_settings({"data": tmp_path / "new"}, {})
+    for _ in range(2):  # and the place stays empty
+        with pytest.raises(EnvironmentLacksError, match="newer version"):
+            restore(settings, open_store(settings), tmp_path / "gym.tar")
+    assert not (tmp_path / "new" / "gym.sqlite").exists() or not open_store(settings).keys("")
 
 
 @pytest.mark.parametrize("overwrite", [False, True])

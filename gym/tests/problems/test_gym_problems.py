@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from datetime import timedelta
+from io import BytesIO
 from typing import Any
 from uuid import UUID, uuid4
 
@@ -14,12 +15,15 @@ from walltopo_gym.accounts import limits
 from walltopo_gym.accounts.limits import Limit
 from walltopo_gym.accounts.models import AuditEntry
 from walltopo_gym.clock import now
+from walltopo_gym.errors import UnavailableError
 from walltopo_gym.grading.placing import Placing
 from walltopo_gym.gyms.models import Ban, GradeSystem
 from walltopo_gym.messages import english
 from walltopo_gym.operating.own_data import forget
 from walltopo_gym.problems import estimate
 from walltopo_gym.problems.models import Problem
+from walltopo_gym.problems.service import Use, UsedHold
+from walltopo_gym.publishing.version_holds import version_holds
 
 pytestmark = pytest.mark.both_databases("search and paging in SQL")
 
@@ -299,6 +303,38 @@ def test_an_estimate_that_takes_too_long_is_ended_and_the_next_one_is_made(
         slow = ask()
     assert (slow.status_code, slow.json()["code"]) == (422, "estimate-too-long")
     assert ask().status_code == 200
+
+
+def test_an_estimator_outlives_its_process_and_ends_for_good(world: World, scan: UUID) -> None:
+    version = version_holds(world.server.services.store, scan)
+    used = [UsedHold(row["hold"], Use(row["use"])) for row in HOLDS]
+    estimator = estimate.Estimator()
+    first = estimator.estimate(used, version)
+    assert estimator._child is not None
+    estimator._child.kill()
+    assert estimator.estimate(used, version) == first
+    estimator.close()
+    with pytest.raises(UnavailableError):
+        estimator.estimate(used, version)
+
+
+class _Broken:
+    """A process that answers a part of a line."""
+
+    def __init__(self) -> None:
+        self.output = BytesIO(b'{"place": 1')
+        self.is_running = True
+
+    def send(self, message: bytes) -> None: ...
+
+    def kill(self) -> None:
+        self.is_running = False
+
+
+def test_a_part_of_an_estimate_is_none() -> None:
+    broken = _Broken()
+    assert estimate._answer(broken, b"", 600) == (b"", False)  # type: ignore[arg-type]
+    assert not broken.is_running
 
 
 def test_a_limit_of_a_day(world: World, scan: UUID, monkeypatch: pytest.MonkeyPatch) -> None:

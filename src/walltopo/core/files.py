@@ -115,6 +115,9 @@ def read_json(path: Path) -> Any:
     InputError : the file is missing, unreadable or not JSON; the message names the file.
     """
     try:
+        mode = Path(path).stat().st_mode  # of a link's target: reading a pipe or device may not end
+        if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
+            raise InputError(f"{path}: is a device, a pipe or a socket, not a file")
         return msgspec.json.decode(Path(path).read_bytes())
     except FileNotFoundError as error:
         raise InputError(f"{path}: no such file") from error

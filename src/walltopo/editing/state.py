@@ -17,7 +17,7 @@ from walltopo.scans.holds import Hold
 
 REACH = 0.12  # metres: a hold this near to the place of a reference is the one meant
 FAR = 0.5  # metres: a hold with the right id but farther away is another hold
-GAP = 1000  # maximum number of ids that an entry may skip
+GAP = 1000  # maximum number of ids that all entries together may skip
 
 
 @dataclass(frozen=True)
@@ -72,6 +72,8 @@ class EditState:
     route_names: dict[int, int] = field(default_factory=dict)
     last_hold: int = 0
     last_route: int = 0
+    first_hold: int = 0  # the highest id before the first entry
+    first_route: int = 0
 
     @classmethod
     def of(cls, snapshot: ScanSnapshot) -> EditState:
@@ -79,16 +81,19 @@ class EditState:
         instances = snapshot.found.holds
         non_holds = {hold.id: hold for hold in snapshot.found.left_out}
         routes = snapshot.routes.routes
+        ids = [*snapshot.numbers, *non_holds, *(hold.id for hold in instances)]
+        last_hold = max(ids, default=0)
+        last_route = max((route.id for route in routes), default=0)
         return cls(
             snapshot=snapshot,
             labels=snapshot.labels.copy(),
             holds={hold.id: hold for hold in instances},
             non_holds=non_holds,
             route_of={hold: route.id for route in reversed(routes) for hold in route.holds},
-            last_hold=max(
-                [*snapshot.numbers, *non_holds, *(hold.id for hold in instances)], default=0
-            ),
-            last_route=max((route.id for route in routes), default=0),
+            last_hold=last_hold,
+            last_route=last_route,
+            first_hold=last_hold,
+            first_route=last_route,
         )
 
     # Resolve the references of an entry.
@@ -141,14 +146,15 @@ class EditState:
     def new_hold(self, wanted: int) -> int:
         """Return an id for a new hold: the wanted one if it is free."""
         number = _free(
-            wanted, {*self.holds, *self.non_holds, *self.snapshot.numbers}, self.last_hold
-        )
+            wanted, {*self.holds, *self.non_holds, *self.snapshot.numbers}, self.first_hold,
+            self.last_hold,
+        )  # fmt: skip
         self.last_hold, self.hold_names[wanted] = max(number, self.last_hold), number
         return number
 
     def new_route(self, wanted: int) -> int:
         """Return an id for a new route: the wanted one if it is free."""
-        number = _free(wanted, self.routes, self.last_route)
+        number = _free(wanted, self.routes, self.first_route, self.last_route)
         self.last_route, self.route_names[wanted] = max(number, self.last_route), number
         return number
 
@@ -236,6 +242,11 @@ class EditState:
                 self.non_holds[number] = replace(self.non_holds[number], position=(x, y, z))
 
 
-def _free(wanted: int, taken: set[int], last: int) -> int:
-    """Return the wanted id if it is free and leaves no large gap in the tables, else the next."""
-    return wanted if 0 < wanted <= last + GAP and wanted not in taken else last + 1
+def _free(wanted: int, taken: set[int], first: int, last: int) -> int:
+    """Return the wanted id if it is free and leaves no large gap in the tables, else the next.
+
+    Parameters
+    ----------
+    first : the highest id before the first entry; last : the highest id now.
+    """
+    return wanted if 0 < wanted <= first + GAP and wanted not in taken else last + 1

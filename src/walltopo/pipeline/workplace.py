@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from walltopo.core import BusyError, EnvironmentLacksError, InputError, settings_of
-from walltopo.core.files import HashCache, files_below, shipped_file
+from walltopo.core.files import HashCache, files_below, is_special, shipped_file
 from walltopo.core.locks import take_lock
 from walltopo.geometry.mesh_files import files_of_mesh
 from walltopo.pipeline.settings import Settings
@@ -99,6 +99,8 @@ def _remove_partial(folder: ScanFolder) -> None:
 @contextmanager
 def _lock(folder: ScanFolder) -> Iterator[None]:
     """Hold the lock of the folder; the system releases it when the process exits."""
+    if is_special(folder.root / _LOCK):
+        raise InputError(f"{folder.root / _LOCK}: is a device, a pipe or a socket; delete it")
     try:
         stream = (folder.root / _LOCK).open("w")
     except OSError as error:

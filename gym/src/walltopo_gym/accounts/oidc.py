@@ -29,6 +29,8 @@ from walltopo_gym.texts import printable
 _GOOD_FOR: Final = timedelta(minutes=10)
 _PATIENCE_S: Final = 10
 _KEPT_S: Final = 600
+_ENDPOINTS: Final = "issuer", "authorization_endpoint", "token_endpoint", "jwks_uri"
+_CONFIRMED_S: Final = 600  # a sign-in at the provider that is older proves nothing today
 _MAX_BYTES: Final = 1_000_000
 # Discovery documents by issuer, and when they came. Two requests at once may fetch one twice.
 _DOCUMENTS: Final[dict[str, tuple[float, dict[str, Any]]]] = {}
@@ -38,12 +40,13 @@ _SIGNED_BY: Final = ["RS256", "PS256", "ES256", "EdDSA"]
 
 @dataclass(frozen=True)
 class Claims:
-    """The provider's verified claims about a person."""
+    """The provider's verified claims about a person; `is_fresh`: they signed in there just now."""
 
     issuer: str
     subject: str
     email: str
     name: str
+    is_fresh: bool
 
 
 @dataclass(frozen=True)
@@ -74,7 +77,10 @@ class Provider:
         if known is not None and known[0] > time.monotonic() - _KEPT_S:
             return known[1]
         found = self._get(f"{base}/.well-known/openid-configuration")
-        if ascii_url(str(found.get("issuer", ""))).rstrip("/") != base:
+        endpoints = (found.get(name) for name in _ENDPOINTS) if isinstance(found, dict) else (None,)
+        if not all(isinstance(one, str) for one in endpoints) or (
+            ascii_url(found["issuer"]).rstrip("/") != base
+        ):
             raise UnavailableError("provider-other", issuer=self.issuer)
         _DOCUMENTS[base] = time.monotonic(), found
         return found
@@ -129,8 +135,9 @@ def begin(provider: Provider) -> Attempt:
     """Return a new attempt to sign in."""
     state, nonce, verifier = (new_secret()[0] for _ in range(3))
     url, _ = provider.client().create_authorization_url(
-        provider.places["authorization_endpoint"], state=state, nonce=nonce, code_verifier=verifier
-    )
+        provider.places["authorization_endpoint"], state=state, nonce=nonce,
+        code_verifier=verifier, max_age=_CONFIRMED_S,
+    )  # fmt: skip
     return Attempt(str(url), state, nonce, verifier)
 
 
@@ -199,13 +206,18 @@ def _claims(provider: Provider, token: str, nonce: str) -> Claims:
     try:
         claims = jwt.decode(token, provider.keys(), algorithms=_SIGNED_BY).claims
         wanted.validate(claims)
+        several = isinstance(claims["aud"], list) and len(claims["aud"]) > 1
+        if several and claims.get("azp") != provider.client_id:
+            raise ValueError("the token is for another client")
     except (JoseError, ValueError) as error:
         raise SignInNeededError("provider-not-for-us", "sign-in-again") from error
     if claims.get("email_verified") is not True or not claims.get("email"):
         raise ForbiddenError("provider-not-verified", "provider-verify")
     email = one_spelling(str(claims["email"]))
     name = printable(str(claims.get("name") or ""))[:80].rstrip() or email.partition("@")[0][:80]
-    return Claims(str(claims["iss"]), str(claims["sub"]), email, name)
+    at = claims.get("auth_time")
+    is_fresh = isinstance(at, (int, float)) and at > now().timestamp() - _CONFIRMED_S
+    return Claims(str(claims["iss"]), str(claims["sub"]), email, name, is_fresh)
 
 
 def person_of(session: Session, claims: Claims, *, may_sign_up: bool) -> UUID:

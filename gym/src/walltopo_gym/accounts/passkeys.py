@@ -85,7 +85,7 @@ def add_passkey(
             credential=credential, expected_challenge=challenge, expected_rp_id=site.host,
             expected_origin=site.origin, require_user_verification=True,
         )  # fmt: skip
-    except (WebAuthnException, ValueError, KeyError, TypeError) as error:
+    except (WebAuthnException, ValueError, KeyError, TypeError, RecursionError) as error:
         raise RequestError("passkey-not-added", why=error) from error
     row = Passkey(
         person_id=person, name=name, credential_id=found.credential_id,
@@ -135,7 +135,9 @@ def person_of(session: Session, site: Site, credential: dict[str, Any]) -> UUID:
         )  # fmt: skip
     except SignInNeededError:
         raise
-    except (WebAuthnException, RequestError, ValueError, KeyError, TypeError) as error:
+    except (
+        WebAuthnException, RequestError, ValueError, KeyError, TypeError, RecursionError,
+    ) as error:  # fmt: skip
         raise SignInNeededError("passkey-wrong") from error
     row.sign_count, row.used_at = found.new_sign_count, now()
     return row.person_id
@@ -163,7 +165,7 @@ def _used(session: Session, credential: dict[str, Any], person: UUID | None) -> 
     try:
         client = json.loads(base64url_to_bytes(credential["response"]["clientDataJSON"]))
         challenge = base64url_to_bytes(client["challenge"])
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, RecursionError) as error:
         raise RequestError("passkey-no-answer") from error
     is_ours = Challenge.challenge_hash == hash_of(challenge.hex()), Challenge.expires_at > now()
     whose = Challenge.person_id.is_(None) if person is None else Challenge.person_id == person

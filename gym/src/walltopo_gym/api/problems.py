@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
+from obstore.exceptions import BaseError as StoreError
 from pydantic import BaseModel
 from sqlalchemy.exc import IntegrityError, InterfaceError, OperationalError
 from starlette.exceptions import HTTPException
@@ -117,6 +118,7 @@ def handle_problems(app: FastAPI) -> None:
     app.add_exception_handler(IntegrityError, _handle_race)
     app.add_exception_handler(OperationalError, _handle_away)
     app.add_exception_handler(InterfaceError, _handle_away)
+    app.add_exception_handler(StoreError, _handle_away)
 
 
 def _handle_problem(request: Request, error: Exception) -> JSONResponse:

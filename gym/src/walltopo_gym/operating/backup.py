@@ -27,7 +27,7 @@ from walltopo.core import EnvironmentLacksError, InputError
 from walltopo.core.outputs import Target, written_file
 from walltopo_gym.database.engine import Database
 from walltopo_gym.errors import NotFoundError
-from walltopo_gym.migrations.run import migrate
+from walltopo_gym.migrations.run import NEWER_HINT, migrate, revisions
 from walltopo_gym.operating.backup_entries import (
     CONTENTS,
     FILES,
@@ -171,9 +171,13 @@ def _check_tables(database: Database, source: Path, tables: Path) -> None:
         try:
             address = f"{tables.absolute().as_uri()}?mode=ro&immutable=1"
             with closing(sqlite3.connect(address, uri=True)) as copy:
-                copy.execute("SELECT version_num FROM alembic_version").fetchall()
+                found = copy.execute("SELECT version_num FROM alembic_version").fetchall()
         except sqlite3.DatabaseError as error:
             raise InputError(f"{source}: its database is not a gym's ({error})") from error
+        if not {version for (version,) in found} <= set(revisions()):
+            raise EnvironmentLacksError(
+                f"{source}: a newer version of walltopo-gym made this backup", NEWER_HINT
+            )
         return
     listing = _end_of("pg_restore", "--list", str(tables))
     if listing.returncode or " TABLE DATA public alembic_version " not in listing.stdout:

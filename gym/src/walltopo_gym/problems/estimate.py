@@ -28,6 +28,7 @@ class Estimator:
         self._lock = threading.Lock()
         self._process = ExitStack()
         self._child: Child | None = None
+        self._is_closed = False
 
     def estimate(self, used: Sequence[UsedHold], version: VersionHolds) -> PlacedProblem:
         """Return what the model says of a problem on a version of its wall.
@@ -38,40 +39,57 @@ class Estimator:
         """
         check_unlocked("a problem is estimated")
         request = EstimateRequest(_route(used, version), [*version.by_id.values()], version.unit)
+        message = msgspec.json.encode(request) + b"\n"
         with self._lock:
-            child = self._running()
-            line = _answer(child, msgspec.json.encode(request) + b"\n", _LIMIT_S)
+            line, is_late = _answer(self._running(), message, _LIMIT_S)
+            if not line and not is_late:  # the process had died: a new one answers
+                line, is_late = _answer(self._running(), message, _LIMIT_S)
         if not line:
             raise RequestError("estimate-too-long", "estimate-fewer-holds")
         return msgspec.json.decode(line, type=PlacedProblem)
 
     def close(self) -> None:
-        """End the process."""
+        """End the process for good."""
         with self._lock:
             self._process.close()
-            self._child = None
+            self._child, self._is_closed = None, True
 
     def _running(self) -> Child:
+        if self._is_closed:
+            raise UnavailableError("estimate-no-process")
         if self._child is None or not self._child.is_running:
             self._process.close()
             command = python_module("walltopo_gym.problems.estimate_worker")
             # Its stderr goes into the operator's log.
             self._child = self._process.enter_context(child_process(command, errors=None))
-            if not _answer(self._child, b"", _BEGIN_S):
+            if not _answer(self._child, b"", _BEGIN_S)[0]:
                 raise UnavailableError("estimate-no-process")
         return self._child
 
 
-def _answer(child: Child, message: bytes, limit_s: float) -> bytes:
-    """Send a message and return the next line; empty if the process ended or was killed."""
-    timer = threading.Timer(limit_s, child.kill)
+def _answer(child: Child, message: bytes, limit_s: float) -> tuple[bytes, bool]:
+    """Send a message; return the next whole line, empty if there is none, and whether it was late.
+
+    A process that is late is killed.
+    """
+    late = threading.Event()
+
+    def end() -> None:
+        late.set()
+        child.kill()
+
+    timer = threading.Timer(limit_s, end)
     timer.start()
     try:
         child.send(message)
-        return child.output.readline()
+        line = child.output.readline()
     finally:
         timer.cancel()
         timer.join()
+    if not line.endswith(b"\n"):
+        child.kill()
+        return b"", late.is_set()
+    return line, late.is_set()
 
 
 def _route(used: Sequence[UsedHold], version: VersionHolds) -> Route:

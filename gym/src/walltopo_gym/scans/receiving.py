@@ -92,7 +92,10 @@ def finish(database: Database, store: FileStore, incoming: Incoming, photo: UUID
         row = session.get(Photo, photo)
     if row is None or not path.is_file():
         return  # somebody else finished it, or it was taken back
-    content = hash_of_file(path)
+    try:
+        content = hash_of_file(path)
+    except FileNotFoundError:
+        return  # the same: between the two looks
     if row.sha256 not in (None, content):
         incoming.drop(photo)
         with database.writing() as session:
@@ -101,7 +104,10 @@ def finish(database: Database, store: FileStore, incoming: Incoming, photo: UUID
         raise ContentError("content-other", "send-again", name=row.name)
     key = f"originals/{content}"
     incoming.check_copy(photo)
-    store.put(key, path)  # also where it is already: a purge leaves young files alone
+    try:
+        store.put(key, path)  # also where it is already: a purge leaves young files alone
+    except FileNotFoundError:
+        return  # another server has finished it
     with database.writing() as session:
         received = update(Photo).where(Photo.id == photo, Photo.state == "receiving")
         session.execute(received.values(state="received", sha256=content))

@@ -72,6 +72,6 @@ def come_back(
     with services.database.writing() as session:
         may = services.settings.sign_up == "open"
         person = person_of(session, claims, may_sign_up=may)
-        begin_here(session, services, request, answer, person)
+        begin_here(session, services, request, answer, person, confirmed=claims.is_fresh)
     answer.delete_cookie(_COOKIE, path="/", secure=True, httponly=True, samesite="lax")
     return answer

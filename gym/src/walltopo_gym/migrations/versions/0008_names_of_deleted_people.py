@@ -42,7 +42,8 @@ def _shorten_log(connection: Any) -> None:
                    _AUDIT.c.action == "member.ban")  # fmt: skip
     rows = connection.execute(sa.select(_AUDIT).where(named)).all()
     for row in rows:
-        details = {key: value for key, value in row.details.items() if key != "reason"}
+        known = row.details if isinstance(row.details, dict) else {}
+        details = {key: value for key, value in known.items() if key != "reason"}
         subject = details.get("entry") or details.get("problem") or row.subject
         change = sa.update(_AUDIT).where(_AUDIT.c.id == row.id)
         connection.execute(change.values(subject=subject, details=details))
