@@ -40,3 +40,9 @@ def test_impossible_values_and_files_are_reported(tmp_path: Path) -> None:
 def test_postgresqls_own_spelling_is_understood(tmp_path: Path, spelled: str) -> None:
     settings = load_settings({"data": tmp_path, "database": spelled}, {})
     assert settings.database_url == "postgresql+psycopg://u@h/d"
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
+def test_a_file_of_windows_notepad_is_read(tmp_path: Path, encoding: str) -> None:
+    (tmp_path / "gym.toml").write_text("port = 8123\n", encoding)
+    assert load_settings({"data": tmp_path}, {}).port == 8123
