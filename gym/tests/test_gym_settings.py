@@ -46,3 +46,9 @@ def test_postgresqls_own_spelling_is_understood(tmp_path: Path, spelled: str) ->
 def test_a_database_of_another_kind_is_refused_in_words(tmp_path: Path, url: str) -> None:
     with pytest.raises(SettingsError, match="expected a URL"):
         load_settings({"data": tmp_path, "database": url}, {})
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
+def test_a_file_of_windows_notepad_is_read(tmp_path: Path, encoding: str) -> None:
+    (tmp_path / "gym.toml").write_text("port = 8123\n", encoding)
+    assert load_settings({"data": tmp_path}, {}).port == 8123

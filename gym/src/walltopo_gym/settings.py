@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 import re
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -16,7 +15,8 @@ from urllib.parse import urlsplit
 from pydantic import Field, ValidationError, field_validator
 from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict
 
-from walltopo.core import InputError, SettingsError
+from walltopo.core import SettingsError
+from walltopo.core.files import read_toml
 from walltopo.core.settings import unknown_setting
 from walltopo_gym.domains import ascii_url
 
@@ -210,12 +210,7 @@ def load_settings(
 
 
 def _read(file: Path) -> dict[str, Any]:
-    if not file.is_file():
-        return {}
-    try:
-        return tomllib.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise InputError(f"{file}: cannot be read as TOML ({error})") from error
+    return read_toml(file) if file.is_file() else {}
 
 
 def _refuse_unknown(name: str, origin: str) -> None:

@@ -17,7 +17,8 @@ from typing import Any
 
 import msgspec
 
-from walltopo.core.errors import EnvironmentLacksError, InputError
+from walltopo.core.errors import EnvironmentLacksError, InputError, naming
+from walltopo.core.text_files import as_utf8, read_utf8
 
 # Files that desktop environments create in folders.
 _DESKTOP_FILES = frozenset({"Thumbs.db", "desktop.ini"})
@@ -114,15 +115,9 @@ def read_json(path: Path) -> Any:
     ------
     InputError : the file is missing, unreadable or not JSON; the message names the file.
     """
+    content = read_utf8(path)
     try:
-        mode = Path(path).stat().st_mode  # of a link's target: reading a pipe or device may not end
-        if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
-            raise InputError(f"{path}: is a device, a pipe or a socket, not a file")
-        return msgspec.json.decode(Path(path).read_bytes())
-    except FileNotFoundError as error:
-        raise InputError(f"{path}: no such file") from error
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+        return msgspec.json.decode(content)
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not valid JSON ({error})") from error
 
@@ -244,7 +239,9 @@ def read_toml(path: Path, hint: str = "") -> dict[str, Any]:
     if len(content) > _MAX_BYTES:
         raise InputError(f"{path}: larger than {_MAX_BYTES >> 20} MB, not a TOML of walltopo")
     try:
-        table = tomllib.loads(content.decode("utf-8"))
+        with naming(path):
+            content = as_utf8(content)
+        table = tomllib.loads(content.decode())
     except RecursionError as error:
         raise InputError(f"{path}: not valid TOML (nested too deeply)") from error
     except ValueError as error:  # TOMLDecodeError, UnicodeDecodeError, a number of 5,000 digits

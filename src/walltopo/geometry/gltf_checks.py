@@ -14,6 +14,7 @@ from typing import Annotated, Final
 import msgspec
 
 from walltopo.core import InputError
+from walltopo.core.text_files import read_utf8
 
 # trimesh takes seconds for a file at these limits. Scanners and editors write tens of each.
 MAX_NODES: Final = 20_000
@@ -59,13 +60,13 @@ def check_gltf(path: Path) -> None:
     InputError : it requires an unknown extension, declares or draws more numbers than its files can
         hold, or has too many nodes, levels or primitives.
     """
-    data = path.read_bytes()
+    data = read_utf8(path)
     size = len(data) + sum(item.stat().st_size for item in path.parent.glob("*.bin"))
     if data.startswith(b"glTF"):
         data = data[20 : 20 + int.from_bytes(data[12:16], "little")]
     try:
         table = msgspec.json.decode(data, type=_Gltf)
-    except (msgspec.DecodeError, RecursionError) as error:
+    except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: damaged: not the JSON of glTF ({error})") from error
     _check_extensions(path, table.required)
     # Without this check, zeros would fill the missing data, at any size.

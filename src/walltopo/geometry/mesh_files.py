@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from walltopo.core import InputError, Mesh
 from walltopo.core.errors import naming
 from walltopo.core.files import atomic_path, join_inside
+from walltopo.core.text_files import as_utf8, read_utf8
 from walltopo.geometry.gltf_checks import check_gltf
 from walltopo.geometry.polygon_files import GUESSED, read_obj, read_ply
 
@@ -94,10 +95,11 @@ def read_mesh_file(path: Path) -> MeshFile:
     reader = {".obj": read_obj, ".ply": read_ply}.get(path.suffix.lower())
     if reader is None or not path.is_file():
         return MeshFile(_read_by_trimesh(path))
+    content = _content(path)
     if path.suffix.lower() == ".ply":
-        _check_counts(path)
+        _check_counts(path, content)
     with naming(path):
-        found = reader(path.read_bytes())
+        found = reader(content)
         triangles, polygon = found.triangles()
         if len(triangles) == 0:
             raise InputError("holds no triangles", "A point cloud must be meshed first.")
@@ -156,17 +158,18 @@ def load_with_trimesh(path: Path, *, pictures: bool = False) -> Any:
         raise InputError(f"{path}: no such file")
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"{path}: not a mesh file; expected one of {', '.join(SUFFIXES)}")
+    content = _content(path)
     if path.suffix.lower() == ".ply":
-        _check_counts(path)
+        _check_counts(path, content)
     if path.suffix.lower() in (".glb", ".gltf"):
         check_gltf(path)
     if path.suffix.lower() == ".obj":
-        _check_materials(path)
+        _check_materials(path, content)
 
     try:
         return trimesh.load(
             # From memory: a streamed file could declare any length and so allocate any memory.
-            io.BytesIO(path.read_bytes()),
+            io.BytesIO(content),
             file_type=path.suffix[1:].lower(),
             resolver=_local_resolver(path.parent, pictures),
             process=False,
@@ -191,7 +194,7 @@ def _local_resolver(folder: Path, pictures: bool) -> Any:
             found = join_inside(folder, name)
             if found.suffix.lower() not in accepted:
                 raise FileNotFoundError(name)
-            return found.read_bytes()
+            return read_utf8(found) if found.suffix.lower() == ".mtl" else found.read_bytes()
 
         def write(self, name: str, data: bytes) -> None:
             raise PermissionError(name)
@@ -205,11 +208,21 @@ def _local_resolver(folder: Path, pictures: bool) -> Any:
     return LocalResolver()
 
 
-def _check_counts(path: Path) -> None:
+def _content(path: Path) -> bytes:
+    """Return the bytes of a mesh file, text as UTF-8 without a byte-order mark."""
+    if path.suffix.lower() != ".stl":
+        return read_utf8(path)
+    content = path.read_bytes()  # the first 80 bytes of a binary STL are arbitrary
+    with suppress(InputError):
+        if as_utf8(content[:16]).startswith(b"solid"):
+            return read_utf8(path)
+    return content
+
+
+def _check_counts(path: Path, content: bytes) -> None:
     """Raise InputError if a PLY declares more entries than it has bytes: counts size the arrays."""
-    size = path.stat().st_size
-    with path.open("rb") as stream:
-        head = stream.read(_HEADER).partition(b"end_header")[0]
+    size = len(content)
+    head = content[:_HEADER].partition(b"end_header")[0]
     for count in re.findall(rb"^\s*element\s+\S+\s+(\S+)", head, flags=re.MULTILINE):
         if not count.isdigit() or len(count) > 18 or int(count) > size:
             claimed = count[:20].decode("ascii", "replace")
@@ -229,7 +242,7 @@ def files_of_mesh(path: Path) -> list[Path]:
     if pattern is None or not path.is_file():
         return []
     found: list[Path] = []
-    for name in dict.fromkeys(pattern.findall(path.read_bytes())):
+    for name in dict.fromkeys(pattern.findall(read_utf8(path))):
         with suppress(InputError):  # a name that leads out of the folder is not read either
             file = join_inside(path.parent, name.decode("utf-8", "replace"))
             if file.is_file():
@@ -237,10 +250,10 @@ def files_of_mesh(path: Path) -> list[Path]:
     return found
 
 
-def _check_materials(path: Path) -> None:
+def _check_materials(path: Path, content: bytes) -> None:
     """Raise InputError if an OBJ has more materials than trimesh reads in reasonable time, which
     grows with their square."""
-    number = len(set(re.findall(rb"^[ \t]*usemtl[ \t]+(.*)$", path.read_bytes(), re.MULTILINE)))
+    number = len(set(re.findall(rb"^[ \t]*usemtl[ \t]+(.*)$", content, re.MULTILINE)))
     if number > MAX_MATERIALS:
         raise InputError(
             f"{path}: has {number} materials, more than {MAX_MATERIALS}",

@@ -7,7 +7,6 @@ leaves the rest for its checks to reject.
 
 from __future__ import annotations
 
-import codecs
 import json
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ import msgspec
 
 from walltopo.core import InputError
 from walltopo.core.errors import naming
+from walltopo.core.text_files import read_utf8
 from walltopo.scans.detections import CocoFile, Detections
 from walltopo.scans.document import parse
 
@@ -52,14 +52,8 @@ def read_coco_masks(path: Path) -> tuple[dict[str, Any], dict[int, str]]:
 
 def _read(path: Path) -> Any:
     """Return the JSON of a file; raise InputError if it is none."""
+    content = read_utf8(path)
     try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
-    try:
-        if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-            content = content.decode("utf-16").encode()
-        content = content.removeprefix(codecs.BOM_UTF8)
         try:
             return msgspec.json.decode(content)
         except msgspec.DecodeError:

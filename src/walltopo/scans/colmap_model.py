@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +16,7 @@ import numpy as np
 from walltopo.core import InputError, View
 from walltopo.core.errors import naming
 from walltopo.core.files import check_name, move_into_place
+from walltopo.core.text_files import read_utf8
 from walltopo.scans.colmap_lens import camera_of
 from walltopo.scans.document import check_once
 
@@ -69,12 +72,30 @@ def open_model(path: Path) -> pycolmap.Reconstruction:
     check_model_files(path)
     _check_text_names(path)
     try:
-        model = pycolmap.Reconstruction(path)
+        with _readable(path) as folder:
+            model = pycolmap.Reconstruction(folder)
         with naming(path):
             _check_images(model)
     except (IndexError, MemoryError, RuntimeError, ValueError) as error:
         raise InputError(f"{path}: unreadable COLMAP model: {error}") from error
     return model
+
+
+@contextmanager
+def _readable(folder: Path) -> Iterator[Path]:
+    """Yield a folder of the model whose text COLMAP's own reader takes: UTF-8 without a mark."""
+    texts = [path for path in sorted(folder.glob("*.txt")) if path.stem in _TEXTS]
+    contents = {path.name: read_utf8(path) for path in texts}
+    if all(contents[path.name] == path.read_bytes() for path in texts):
+        yield folder
+        return
+    with TemporaryDirectory() as name:
+        for file, content in contents.items():
+            (Path(name) / file).write_bytes(content)
+        yield Path(name)
+
+
+_TEXTS = ("cameras", "images", "points3D", "rigs", "frames")
 
 
 def _check_text_names(folder: Path) -> None:
@@ -85,7 +106,7 @@ def _check_text_names(folder: Path) -> None:
     path = folder / "images.txt"
     if (folder / "images.bin").is_file() or not path.is_file():
         return
-    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    lines = read_utf8(path).decode("utf-8", "replace").splitlines()
     rows = [line for line in lines if not line.startswith("#")]
     for row in rows[::2]:  # every second line has the points of the photo above it
         words = row.split(maxsplit=9)

@@ -165,3 +165,15 @@ def test_relative_xmp_poses_are_of_one_component(
         file.write_text(text, "utf-8")
     found = read_poses(export, photos)
     assert [photo.source for photo in found.photos] == ["100.jpg", "101.jpg", "102.jpg"][-expected:]
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
+@pytest.mark.parametrize("name", EXPECTED)
+def test_text_that_windows_wrote_is_read(name: str, encoding: str, tmp_path: Path) -> None:
+    expected = EXPECTED[name]
+    export, photos = with_photos(name, expected.names, tmp_path)
+    plain = read_poses(export, photos)
+    for file in export.rglob("*"):
+        if file.is_file() and file.suffix != ".jpg":
+            file.write_text(file.read_text("utf-8"), encoding)
+    assert read_poses(export, photos) == plain

@@ -392,7 +392,7 @@ CASES: tuple[Case, ...] = (
     Case("a CMYK JPEG", _cmyk, 0, "photos 4, skipped 0"),
     Case("a PNG named .jpg", _wrong_suffix, 0, "photos 3, skipped 0"),
     Case("one photo", _one_photo, 3, "1 usable photo, at least 3 are needed"),
-    Case("the same photo five times", _alike, 3, "shows the same as same0.jpg"),
+    Case("the same photo five times", _alike, 3, "shows the same as same4.jpg"),
     Case("thumbnails", _tiny, 3, "smaller than 320 px"),
     Case("photos of fog", _blank, 3, "blurred"),
     Case("a panorama among photos", _panorama, 0, "a panorama; it has no single camera"),
@@ -474,6 +474,14 @@ def _config(content: bytes | None) -> Callable[[Path], list[str]]:
     return make
 
 
+def _notepad(encoding: str) -> Callable[[Path], list[str]]:
+    def make(root: Path) -> list[str]:
+        (root / "settings.toml").write_text("[ingest]\nmax_side = 1280\n", encoding)
+        return scan_of(photos_in(root / "in"), "--config", str(root / "settings.toml"))
+
+    return make
+
+
 OUTPUT_CASES = (
     Case(
         "`export -o` into the scan itself",
@@ -508,6 +516,8 @@ OUTPUT_CASES = (
     Case("a settings file that is a folder", _config(None), 3, "cannot be read"),
     Case("settings 100,000 deep", _config(b"a = " + b"[" * 100_000), 3, "nested too deeply"),
     Case("a setting of 5,000 digits", _config(b"a = " + b"9" * 5000), 3, "not valid TOML"),
+    Case("settings as Windows Notepad saves them", _notepad("utf-16"), 0, "photos 3"),
+    Case("settings with a byte-order mark", _notepad("utf-8-sig"), 0, "photos 3"),
     Case("settings that are not UTF-8", _config(b"\xff"), 3, "not valid TOML"),
     Case(
         "a path with escape codes and markup",

@@ -29,13 +29,13 @@ def _frames(names: Sequence[str], matrix: _Matrix = _UPRIGHT, **lens: Any) -> st
     return json.dumps({**camera, "frames": frames})
 
 
-def _with_poses(file: str, text: str) -> Make:
+def _with_poses(file: str, text: str, encoding: str = "utf-8") -> Make:
     """Return a maker of three photos, a file of poses, and the arguments that scan with it."""
 
     def make(root: Path) -> list[str]:
         poses = root / "poses"
         poses.mkdir()
-        (poses / file).write_text(text, "utf-8")
+        (poses / file).write_text(text, encoding)
         return _scan(root, "--poses", str(poses))
 
     return make
@@ -123,6 +123,20 @@ POSE_CASES: tuple[tuple[str, Make, int, str, str], ...] = (
         _with_poses("cameras.csv", _CSV + "p0.jpg,1,2,3,north,0,0,26\n"),
         3,
         "cameras.csv",
+        "scan",
+    ),
+    (
+        "a `transforms.json` of UTF-16, cut off",
+        _with_poses("transforms.json", "\N{BYTE ORDER MARK}{", "utf-16-le"),
+        3,
+        "not valid JSON",
+        "scan",
+    ),
+    (
+        "a RealityScan CSV in Windows' letters",
+        _with_poses("cameras.csv", _CSV + "Höhe.jpg,1,2,3,0,0,0,26\n", "cp1252"),
+        3,
+        "not text in UTF-8",
         "scan",
     ),
     (

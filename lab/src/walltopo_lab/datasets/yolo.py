@@ -11,6 +11,7 @@ import numpy as np
 from walltopo.core import InputError
 from walltopo.core.errors import naming
 from walltopo.core.files import atomic_path, join_inside
+from walltopo.core.text_files import read_text
 from walltopo.images.files import open_picture
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo
 from walltopo_lab.datasets.shapes import box_of_polygons, joined, polygons_of
@@ -35,7 +36,7 @@ def read_names(path: Path) -> dict[int, str]:
 
     Only this key is parsed, so that no YAML library is needed.
     """
-    text = _text(path)
+    text = read_text(path)
     match = re.search(r"^names:[ \t]*(.*(?:\n[ \t-].*)*)", text, re.MULTILINE)
     if match is None:
         raise InputError(f"{path}: has no `names`")
@@ -48,13 +49,6 @@ def read_names(path: Path) -> dict[int, str]:
     inline = re.match(r"\s*\[(.*)\]", body, re.DOTALL)
     items = inline.group(1).split(",") if inline else re.findall(r"-\s*(.+)", body)
     return {k: item.strip().strip("'\"") for k, item in enumerate(items) if item.strip()}
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: not a text in UTF-8 ({error})") from error
 
 
 def _folders(root: Path) -> tuple[Path, Path]:
@@ -97,7 +91,7 @@ def read_yolo(root: Path) -> Dataset:
 
 def _read_lines(path: Path, width: int, height: int) -> tuple[Annotation, ...]:
     rows: list[Annotation] = []
-    for number, line in enumerate(_text(path).splitlines(), start=1):
+    for number, line in enumerate(read_text(path).splitlines(), start=1):
         if not line.strip():
             continue
         try:

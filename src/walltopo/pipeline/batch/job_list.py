@@ -20,7 +20,9 @@ from typing import Any
 import msgspec
 
 from walltopo.core import InputError
+from walltopo.core.errors import naming
 from walltopo.core.files import read_toml
+from walltopo.core.text_files import as_utf8
 from walltopo.pipeline.batch.job import ScanJob
 
 _MAX_BYTES = 16 << 20
@@ -135,7 +137,8 @@ def _text(path: Path) -> str:
             content = stream.read(_MAX_BYTES + 1)
         if len(content) > _MAX_BYTES:
             raise InputError(f"{path}: larger than {_MAX_BYTES >> 20} MB, not a list of scans")
-        return content.decode("utf-8-sig")
+        with naming(path):
+            return as_utf8(content).decode()
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
     except UnicodeDecodeError as error:

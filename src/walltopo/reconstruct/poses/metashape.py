@@ -17,6 +17,7 @@ import numpy as np
 from walltopo.core import Camera, InputError
 from walltopo.core.errors import naming
 from walltopo.core.files import check_name
+from walltopo.core.text_files import first_text
 from walltopo.reconstruct.poses.export import (
     Export,
     PhotoFiles,
@@ -49,12 +50,8 @@ def find_poses(path: Path) -> Path | None:
 
 def _is_export(path: Path) -> bool:
     """Return whether the head of a file is that of Metashape's cameras."""
-    try:
-        with path.open("rb") as stream:
-            head = stream.read(4000)
-    except OSError:
-        return False
-    return b"<document" in head and b"<chunk" in head
+    head = first_text(path, 4000)
+    return "<document" in head and "<chunk" in head
 
 
 def find_photos(poses: Path) -> Path | None:

@@ -22,6 +22,7 @@ import numpy as np
 from walltopo.core import Camera, InputError, View
 from walltopo.core.errors import naming
 from walltopo.core.files import check_name
+from walltopo.core.text_files import first_text, read_text
 from walltopo.reconstruct.poses.export import (
     Export,
     PhotoFiles,
@@ -70,20 +71,12 @@ def find_photos(poses: Path) -> Path | None:
 def _is_table(path: Path) -> bool:
     if path.suffix.lower() != ".csv":
         return False
-    try:
-        with path.open("rb") as stream:
-            head = stream.read(2000).decode("utf-8", "replace")
-    except OSError:
-        return False
+    head = first_text(path, 2000)
     return "#name" in head and "heading" in head
 
 
 def _is_sidecar(path: Path) -> bool:
-    try:
-        with path.open("rb") as stream:
-            return b"capturingreality.com" in stream.read(4000)
-    except OSError:
-        return False
+    return "capturingreality.com" in first_text(path, 4000)
 
 
 def read(poses: Path, photos: PhotoFiles) -> Export:
@@ -96,8 +89,7 @@ def read(poses: Path, photos: PhotoFiles) -> Export:
     InputError : a file is damaged or lacks a value; the message names the file.
     """
     if poses.is_file():
-        with naming(poses):
-            return Export(list(_views_of_table(poses, photos)))
+        return Export(list(_views_of_table(poses, photos)))
     files = sorted(file for file in poses.glob("*.xmp") if _is_sidecar(file))
     found = (_view_of_sidecar(file, photos) for file in files)
     return Export(of_largest_component(one for one in found if one is not None))
@@ -165,22 +157,19 @@ def _view_of_sidecar(path: Path, photos: PhotoFiles) -> tuple[str, View] | None:
 
 
 def _views_of_table(path: Path, photos: PhotoFiles) -> Iterator[View]:
-    try:
-        lines = path.read_text("utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot be read as text ({error})") from error
+    lines = read_text(path).splitlines()
     head = next((k for k, line in enumerate(lines) if line.startswith("#name")), None)
     if head is None:
-        raise InputError("no line begins with '#name', which names the columns")
+        raise InputError(f"{path}: no line begins with '#name', which names the columns")
     for entry in csv.DictReader(lines[head:]):
         name = str(entry.get("#name"))
         photo = photos.find(name)
         if photo is None:
             continue
-        row = _row(entry, name)
+        row = _row(entry, f"{path}: {name}")
         middle = (row.get("px", 0.0) / _FILM, row.get("py", 0.0) / _FILM)
         lens = [row.get(key, 0.0) for key in _LENS]
-        with naming(name):
+        with naming(f"{path}: {name}"):
             camera = _camera(photo, photos, row["f"] / _FILM, middle, lens)
             turned = _rotation(-row["heading"], row["pitch"], row["roll"])
             pose = np.column_stack([turned, [row["x"], row["y"], row["alt"]]])

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from xml.etree import ElementTree
 
 from walltopo.core import InputError
+from walltopo.core.errors import naming
+from walltopo.core.text_files import as_utf8
 
 _MAX_BYTES = 200_000_000
+
+# The declaration names the encoding that the file had before `as_utf8`.
+_DECLARATION = re.compile(rb"^<\?xml.*?\?>", re.DOTALL)
 
 
 def read_xml(path: Path) -> ElementTree.Element:
@@ -20,9 +26,13 @@ def read_xml(path: Path) -> ElementTree.Element:
     try:
         if path.stat().st_size > _MAX_BYTES:
             raise InputError(f"{path}: too large for a file of camera poses")
-        data = path.read_bytes()
+        stored = path.read_bytes()
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    with naming(path):
+        data = as_utf8(stored)
+    if data != stored:
+        data = _DECLARATION.sub(b"", data)
     # Entities that contain each other can fill any memory; no program writes them here.
     if b"<!ENTITY" in data:
         raise InputError(f"{path}: declares entities, which are not read")

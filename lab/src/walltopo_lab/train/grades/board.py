@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from walltopo.core import InputError
+from walltopo.core.text_files import read_utf8
 from walltopo_climb.grades.font import FONT
 from walltopo_climb.movement.grips import NEUTRAL, Grips, foot_share
 from walltopo_climb.movement.sequence import Climb
@@ -40,7 +41,7 @@ class Problem:
 def read_problems(path: Path) -> tuple[Problem, ...]:
     """Read a setup's problems from JSON: [[grade, stars, "G2 J7 ..."], ...]."""
     try:
-        rows = msgspec.json.decode(path.read_bytes(), type=list[tuple[str, int, str]])
+        rows = msgspec.json.decode(read_utf8(path), type=list[tuple[str, int, str]])
         return tuple(Problem(FONT.index(g), s, cells_of(text)) for g, s, text in rows)
     except (msgspec.DecodeError, ValueError) as error:
         raise InputError(f"{path}: {error}") from error
