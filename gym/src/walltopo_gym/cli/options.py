@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
 
 
@@ -17,6 +18,7 @@ def add_place(parser: argparse.ArgumentParser) -> None:
 def in_words(run: Callable[[argparse.Namespace], int]) -> Callable[[argparse.Namespace], int]:
     """Return a command that says in words what its database, file store or disk lacks."""
 
+    @wraps(run)
     def run_it(args: argparse.Namespace) -> int:
         try:
             return run(args)
