@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Sequence
+from itertools import permutations
 from pathlib import Path
 
 import numpy as np
@@ -126,3 +128,49 @@ def test_large_photos_are_reduced_with_their_focal(tmp_path: Path) -> None:
     record = photo_of(scan, "big.jpg")
     assert (record.width, record.height) == (3200, 2400)
     assert record.focal_px == pytest.approx(26 / 43.267 * 4000, rel=1e-3)
+
+
+def view_files(folder: Path, names: Sequence[str]) -> None:
+    """Write one view in four qualities under these names, from the worst to the best."""
+    view = picture(11, (1280, 960))
+    exif = Image.Exif()
+    exif.get_ifd(0x8769)[0xA405] = 26
+    view.resize((640, 480)).save(folder / names[0], "TIFF", exif=exif)
+    view.save(folder / names[1], "JPEG", quality=98)
+    view.save(folder / names[2], "JPEG", quality=60, exif=exif)
+    view.save(folder / names[3], "JPEG", quality=90, exif=exif)
+
+
+@pytest.mark.parametrize("order", list(permutations(range(4)))[::5])
+def test_the_best_picture_of_a_view_is_kept_whatever_its_name(
+    order: tuple[int, ...], tmp_path: Path
+) -> None:
+    folder = tmp_path / "in"
+    write_photos(folder)
+    names = [f"v{k}.{'DNG' if j == 0 else 'jpg'}" for j, k in enumerate(order)]
+    view_files(folder, names)
+    scan = ingested(tmp_path, folder)
+    listed = {photo.source: photo for photo in PhotoList.load(scan.photo_list).photos}
+    assert names[3] in listed
+    assert not listed.keys() & set(names[:3])
+    best = listed[names[3]]
+    assert (best.width, best.height) == (1280, 960)
+    assert best.focal_px == pytest.approx(26 / 43.267 * 1600, rel=1e-3)
+    assert len(listed) == 4
+
+
+@pytest.mark.parametrize("names", [("a.jpg", "b.jpg"), ("b.jpg", "a.jpg")])
+def test_a_large_copy_without_exif_has_the_focal_length_of_the_small_one(
+    names: tuple[str, str], tmp_path: Path
+) -> None:
+    folder = tmp_path / "in"
+    write_photos(folder)
+    view = picture(11, (1280, 960))
+    exif = Image.Exif()
+    exif.get_ifd(0x8769)[0xA405] = 26
+    view.resize((640, 480)).save(folder / names[0], exif=exif, quality=95)
+    view.save(folder / names[1], quality=95)
+    scan = ingested(tmp_path, folder)
+    listed = {photo.source: photo for photo in PhotoList.load(scan.photo_list).photos}
+    assert listed[names[1]].focal_px == pytest.approx(26 / 43.267 * 1600, rel=1e-3)
+    assert names[0] not in listed

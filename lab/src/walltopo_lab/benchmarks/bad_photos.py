@@ -53,10 +53,24 @@ def _other_names(folder: Path) -> None:
     picture(9).save(folder / "p9.bmp", "BMP")
 
 
+def _previews(folder: Path) -> None:
+    """Write a small picture of each photo under a name that comes before the photo's."""
+    for number in range(3):
+        picture(number, (1280, 960)).save(folder / f"p{number}.jpg", quality=95)
+        small = picture(number, (1280, 960)).resize((640, 480))
+        small.save(folder / f"p{number}.DNG", "TIFF")
+
+
+def _raw(folder: Path) -> None:
+    picture(8).save(folder / "raw.DNG", "TIFF", tiffinfo={254: 1})
+
+
 # Name of the input, its maker, and words of the output.
 PHOTO_CASES: tuple[tuple[str, Callable[[Path], list[str]], str], ...] = (
     ("a 360-degree photo among photos", _with(_sphere), "skipped sphere.jpg: a 360-degree photo"),
     ("the film of a Live Photo", _with(_live_photo), "the moving part of a Live Photo"),
     ("an archive among photos", _with(_archive), "skipped wall.zip: an archive; unpack it"),
+    ("small pictures named before large ones", _with(_previews), "shows the same as p0.jpg"),
+    ("a raw photo with a small preview", _with(_raw), "only the preview of 640x480 px"),
     ("pictures named .jfif and .bmp", _with(_other_names), "photos 5, skipped 0"),
 )

@@ -141,6 +141,8 @@ class StoredPhoto(msgspec.Struct, frozen=True):
     frame : number of the frame in its video; None for a photo.
     focal_px : focal length in pixels of this file; None if unknown.
     thumbnail : result of `image_file.thumbnail`, (64, 64) float32, as bytes.
+    source_pixels : number of pixels of the user's picture, before it was reduced.
+    source_bytes : size of the user's file; 0 for a frame of a video.
     """
 
     file: str
@@ -150,6 +152,8 @@ class StoredPhoto(msgspec.Struct, frozen=True):
     focal_px: float | None
     sharpness: float
     thumbnail: bytes
+    source_pixels: int = 0
+    source_bytes: int = 0
 
 
 class Started(msgspec.Struct, frozen=True, tag="started"):

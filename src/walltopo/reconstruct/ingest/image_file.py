@@ -47,10 +47,17 @@ _STRIP_PIXELS: Final = 4_000_000
 
 @dataclass(frozen=True)
 class DecodedPhoto:
-    """An upright 8-bit sRGB image and its focal length in pixels, None if EXIF has none."""
+    """An upright 8-bit sRGB image.
+
+    Parameters
+    ----------
+    focal_px : focal length in pixels of the image; None if EXIF has none.
+    source_pixels : number of pixels of the file's picture.
+    """
 
     image: Image
     focal_px: float | None
+    source_pixels: int
 
 
 @contextmanager
@@ -70,6 +77,7 @@ def decoded_photo(
         with open_picture(path) as opened:
             full = opened.size
             check_shape(full, settings)
+            _check_preview(opened)
             factor = _plan_reduction(opened, settings.max_side)
             drafted = opened.size != full
             held.enter_context(
@@ -91,7 +99,7 @@ def decoded_photo(
         del rgb
         if focal_px is not None:
             focal_px *= max(image.size) / max(full)
-        yield DecodedPhoto(image, focal_px)
+        yield DecodedPhoto(image, focal_px, full[0] * full[1])
 
 
 def check_shape(size: tuple[int, int], settings: IngestSettings) -> None:
@@ -101,6 +109,21 @@ def check_shape(size: tuple[int, int], settings: IngestSettings) -> None:
         raise InputError(f"{size[0]}x{size[1]} px, smaller than {settings.min_side} px")
     if long / short > settings.max_aspect:
         raise InputError(f"{size[0]}x{size[1]} px, a panorama; it has no single camera")
+
+
+# TIFF's tag NewSubfileType; bit 0 marks a smaller version of another picture in the file.
+_SUBFILE_TYPE = 254
+_MIN_PREVIEW = 1280  # px: previews of this size are as good as photos
+
+
+def _check_preview(opened: Image) -> None:
+    """Raise InputError for a raw photo (DNG) whose small preview is all that can be read here."""
+    tags = getattr(opened, "tag_v2", {})
+    if tags.get(_SUBFILE_TYPE, 0) & 1 and max(opened.size) < _MIN_PREVIEW:
+        raise InputError(
+            f"a raw photo, of which only the preview of {opened.width}x{opened.height} px can be "
+            "read; export it as JPEG"
+        )
 
 
 # EXIF's tag CustomRendered; Apple's cameras write 6 for a panorama.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +38,14 @@ class _Photo:
     focal_px: float | None
     sharpness: float
     thumbnail: NDArray[np.float32]
+    source_pixels: int
+    source_bytes: int
+
+    @property
+    def quality(self) -> tuple[int, bool, int]:
+        """Return a key that is greater for the better picture of one view: larger, with a focal
+        length, less compressed."""
+        return self.source_pixels, self.focal_px is not None, self.source_bytes
 
     def listed(self) -> Photo:
         """Return the entry in `photos.json`."""
@@ -160,25 +168,48 @@ def _photo(stored: StoredPhoto, folder: Path, name: str, source: str) -> _Photo:
         stored.focal_px,
         stored.sharpness,
         np.frombuffer(stored.thumbnail, dtype=np.float32),
+        stored.source_pixels,
+        stored.source_bytes,
     )
 
 
 def _select(photos: Sequence[_Photo]) -> tuple[list[_Photo], list[SkippedFile]]:
-    """Separate the photos to keep from the blurred and the repeated."""
+    """Separate the photos to keep from the blurred and the repeated.
+
+    The best of several pictures of one view is kept, under the name of the first. If it has no
+    focal length, it gets that of another one.
+    """
     kept: list[_Photo] = []
     rejected: list[SkippedFile] = []
+    copies: list[tuple[str, int]] = []  # source, and the index in `kept` of the better picture
     median = float(np.median([photo.sharpness for photo in photos])) if photos else 0.0
     min_sharpness = max(MIN_SHARPNESS, _MIN_SHARPNESS_SHARE * median)
     for photo in photos:
-        twin = next((k for k in kept if _same(k, photo)), None)
+        twin = next((k for k, one in enumerate(kept) if _same(one, photo)), None)
         if photo.sharpness < min_sharpness:
             reason = f"blurred (sharpness {photo.sharpness:.1f}, the set's median {median:.0f})"
             rejected.append(SkippedFile(photo.source, reason))
         elif twin is not None:
-            rejected.append(SkippedFile(photo.source, f"shows the same as {twin.source}"))
+            first = kept[twin]
+            best, other = sorted((first, photo), key=lambda one: one.quality, reverse=True)
+            kept[twin] = replace(best, name=first.name, focal_px=_focal_of_view(best, other))
+            copies.append((other.source, twin))
         else:
             kept.append(photo)
+    rejected += [
+        SkippedFile(source, f"shows the same as {kept[twin].source}") for source, twin in copies
+    ]
     return kept, rejected
+
+
+def _focal_of_view(best: _Photo, other: _Photo) -> float | None:
+    """Return the focal length in pixels of `best`, if necessary from another picture of the view.
+
+    A file without EXIF may be a copy of one with it.
+    """
+    if best.focal_px is not None or other.focal_px is None:
+        return best.focal_px
+    return other.focal_px * max(best.width, best.height) / max(other.width, other.height)
 
 
 def _same(a: _Photo, b: _Photo) -> bool:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from msgspec.structs import replace
 
 from walltopo.core import InputError
 from walltopo.core.files import explain_full_disk
@@ -48,6 +49,9 @@ def store_file(
             return _store_video(number, file, folder, settings, budget)
         with decoded_photo(file, settings, budget) as photo:
             stored = _store(photo.image, folder / f"{number}.jpg", None, photo.focal_px)
+            stored = replace(
+                stored, source_pixels=photo.source_pixels, source_bytes=file.stat().st_size
+            )
     except InputError as error:
         return Done(number, reasons=(error.message,))
     return Done(number, (stored,))
@@ -131,4 +135,5 @@ def _store(
         focal_px,
         sharpness(pixels),
         thumbnail(pixels).tobytes(),
+        pixels.shape[0] * pixels.shape[1],
     )
