@@ -47,7 +47,7 @@ def test_json_and_toml(encode: Callable[[str], bytes], tmp_path: Path) -> None:
     assert read_json(tmp_path / "a.json") == {"wall": "Höhe"}
     (tmp_path / "a.toml").write_bytes(encode('wall = "Höhe"\n'))
     assert read_toml(tmp_path / "a.toml") == {"wall": "Höhe"}
-    coco = {"images": [], "categories": [], "annotations": []}
+    coco: dict[str, list[object]] = {"images": [], "categories": [], "annotations": []}
     (tmp_path / "coco.json").write_bytes(encode(json.dumps(coco)))
     assert not read_coco(tmp_path / "coco.json").masks
 
