@@ -156,7 +156,7 @@ def test_harmless_settings_of_a_found_file_count(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "output"),
     [
-        (b"\xff\xfe", "not valid TOML"),
+        (b"a = '\xff'", "not valid TOML"),
         (b"a = " + b"[" * 100_000, "nested too deeply"),
         (None, "cannot"),
     ],

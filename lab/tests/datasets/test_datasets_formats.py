@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -189,3 +190,82 @@ def test_real_sets(data_root: Path) -> None:
     assert sum(len(photo.annotations) for photo in masks.photos) == 1109
     assert all(photo.path for photo in masks.photos)
     assert len(read_dataset(data_root / "spraywall").photos) == 2
+
+
+def labelme_of(folder: Path, *shapes: Mapping[str, object]) -> Path:
+    """Write a LabelMe file of one photo of 20x18 pixels with these shapes."""
+    file = {"shapes": list(shapes), "imagePath": "a.jpg", "imageWidth": 20, "imageHeight": 18}
+    (folder / "a.json").write_text(json.dumps(file))
+    return folder / "a.json"
+
+
+def test_a_mask_of_labelme_is_an_object(tmp_path: Path) -> None:
+    import base64
+    import io
+
+    from PIL import Image
+
+    bitmap = np.array([[True, False, True], [True, True, True]])
+    stream = io.BytesIO()
+    Image.fromarray(bitmap).save(stream, "PNG")
+    packed = base64.b64encode(stream.getvalue()).decode()
+    corners = [[4.0, 5.0], [6.0, 6.0]]
+    shape: dict[str, object] = {
+        "label": "hold",
+        "shape_type": "mask",
+        "points": corners,
+        "mask": packed,
+    }
+    ((found,),) = [photo.annotations for photo in read_dataset(labelme_of(tmp_path, shape)).photos]
+    assert found.mask is not None
+    assert (found.mask.box, found.mask.area) == ((4, 5, 3, 2), 5)
+    shape["points"] = [[40.0, 5.0], [43.0, 6.0]]
+    with pytest.raises(InputError, match="outside of the photo"):
+        read_dataset(labelme_of(tmp_path, shape))
+
+
+def test_shapes_that_are_left_out_are_counted(tmp_path: Path) -> None:
+    line: Mapping[str, object] = {
+        "label": "hold",
+        "shape_type": "linestrip",
+        "points": [[1, 1], [5, 5], [9, 1]],
+    }
+    new: Mapping[str, object] = {
+        "label": "hold",
+        "shape_type": "oriented_rectangle",
+        "points": [[1, 1], [5, 5]],
+    }
+    area: Mapping[str, object] = {
+        "label": "hold",
+        "shape_type": "polygon",
+        "points": [[1, 1], [5, 5], [9, 1]],
+    }
+    found = read_dataset(labelme_of(tmp_path, line, line, new, area))
+    assert found.not_read == {"linestrip": 2, "oriented_rectangle": 1}
+    with pytest.raises(InputError, match="1 of 'linestrip', 1 of 'oriented_rectangle'"):
+        read_dataset(labelme_of(tmp_path, line, new))
+
+
+def test_lines_of_via_are_counted(tmp_path: Path) -> None:
+    Image.new("RGB", (20, 18)).save(tmp_path / "a.jpg")
+    shapes = [
+        {"name": "polyline", "all_points_x": [1, 5], "all_points_y": [1, 5]},
+        {"name": "rect", "x": 1, "y": 1, "width": 5, "height": 5},
+    ]
+    regions = [{"shape_attributes": one, "region_attributes": {}} for one in shapes]
+    (tmp_path / "via.json").write_text(json.dumps({"a": {"filename": "a.jpg", "regions": regions}}))
+    assert read_dataset(tmp_path / "via.json").not_read == {"polyline": 1}
+
+
+def test_files_of_other_programs_are_named(tmp_path: Path) -> None:
+    cvat = tmp_path / "annotations.xml"
+    cvat.write_text('<?xml version="1.0"?>\n<annotations><version>1.1</version></annotations>')
+    for source in (cvat, tmp_path):
+        with pytest.raises(InputError, match="CVAT") as failure:
+            read_dataset(source)
+        assert "COCO" in failure.value.hint
+    studio = tmp_path / "studio.json"
+    studio.write_text('[{"id": 1, "annotations": [], "data": {"image": "a.jpg"}}]')
+    with pytest.raises(InputError, match="Label Studio") as failure:
+        read_dataset(studio)
+    assert "COCO" in failure.value.hint

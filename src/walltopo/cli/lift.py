@@ -79,6 +79,7 @@ def run(args: argparse.Namespace) -> int:
         table_of,
         write_coloured,
     )
+    from walltopo.segment.lift_frames import explain_frames
     from walltopo.segment.lift_matching import attach_masks
     from walltopo.segment.lift_nothing import explain_nothing
 
@@ -97,8 +98,10 @@ def run(args: argparse.Namespace) -> int:
         source = read_mesh_file(args.mesh)
         mesh = source.mesh
         instances = lift(mesh, views, params)
-        if not len(instances) and (reason := explain_nothing(mesh, views, params)):
-            raise reason
+        if not len(instances):
+            raise explain_nothing(mesh, views, params)
+        if frames := explain_frames(mesh, views, params.seed):
+            console.print(f"warning: {frames}")
 
         def write(folder: Path, mesh: Mesh, found: Instances) -> None:
             folder.mkdir(parents=True, exist_ok=True)

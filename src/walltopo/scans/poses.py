@@ -69,7 +69,7 @@ class MeshFrame(msgspec.Struct, frozen=True):
 
     scale: Number
     rotation: tuple[Point, Point, Point]
-    translation: Point
+    translation: tuple[Number, Number, Number]
 
     @classmethod
     def of(cls, frame: Similarity) -> MeshFrame:
@@ -95,6 +95,7 @@ class GivenPoses(Document, frozen=True, kw_only=True):
     photos : the posed photos among the scan's, by name.
     others : number of poses in the file whose photo is not among the scan's.
     mesh_frame : where the app's own mesh is, if in another frame.
+    origin : point of the file's frame that is 0 0 0 here; not zero for coordinates such as UTM.
     """
 
     app: str
@@ -104,6 +105,7 @@ class GivenPoses(Document, frozen=True, kw_only=True):
     photos: tuple[PosedPhoto, ...]
     others: int = 0
     mesh_frame: MeshFrame | None = None
+    origin: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
 
     @classmethod
     def load(cls, path: Path) -> Self:

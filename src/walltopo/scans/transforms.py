@@ -18,7 +18,9 @@ from walltopo.core.view import MAX_SIDE
 from walltopo.scans.document import Coordinate, check_once, parse
 from walltopo.scans.poses import posed_view
 
-Row = tuple[Coordinate, Coordinate, Coordinate, Coordinate]
+# UTM has northings of ten million metres; a scan's poses are shifted (`poses.json`: `origin`).
+MatrixNumber = Annotated[float, msgspec.Meta(ge=-1e9, le=1e9)]
+Row = tuple[MatrixNumber, MatrixNumber, MatrixNumber, MatrixNumber]
 
 Pixels = Annotated[float, msgspec.Meta(ge=-1e6, le=1e6)]
 

@@ -9,13 +9,14 @@ import numpy as np
 from walltopo.core import InputError, Mesh, View
 from walltopo.segment.lift.distance import mean_object_distance, resolve_lengths
 from walltopo.segment.lift.settings import LiftParams
+from walltopo.segment.lift_frames import explain_frames
 
 
-def explain_nothing(mesh: Mesh, views: Sequence[View], params: LiftParams) -> InputError | None:
-    """Return the error that explains why no instance was found; None if none of the causes holds.
+def explain_nothing(mesh: Mesh, views: Sequence[View], params: LiftParams) -> InputError:
+    """Return the error that explains why no instance was found.
 
-    The causes are empty masks, rays that miss the mesh (units or frames differ), and objects beyond
-    `visibility_distance`.
+    The causes are empty masks, rays that miss the mesh or meet it from behind (units or frames
+    differ), and objects beyond `visibility_distance`.
     """
     if not any(mask.area for view in views for mask in view.masks):
         count = sum(len(view.masks) for view in views)
@@ -26,17 +27,21 @@ def explain_nothing(mesh: Mesh, views: Sequence[View], params: LiftParams) -> In
     try:
         mean = mean_object_distance(mesh, views, params.seed)
     except InputError:
+        frames = explain_frames(mesh, views, params.seed)
         return InputError(
-            f"0 instances: no ray through a mask meets the mesh; {_extents(mesh, views)}"
+            f"0 instances: no ray through a mask meets the mesh; {_extents(mesh, views)}",
+            frames and f"Of the usual units and axes one fits: {frames}.",
         )
+    frames = explain_frames(mesh, views, params.seed)
     limit = resolve_lengths(params, mesh, views).visibility_distance
     if mean > limit:
         return InputError(
             f"0 instances: the objects are {mean:.4g} units from the cameras on average, beyond "
             f"the visibility_distance of {limit:.4g}",
-            "If the unit of the mesh is not the metre, use --normalised.",
+            f"If the unit of the mesh is not the metre, use --normalised. {frames}".strip(),
         )
-    return None
+    cause = frames or "the masks of different photos agree on no object"
+    return InputError(f"0 instances: {cause}; {_extents(mesh, views)}")
 
 
 def _extents(mesh: Mesh, views: Sequence[View]) -> str:

@@ -174,3 +174,22 @@ def test_a_folder_without_poses_says_what_is_known(tmp_path: Path) -> None:
     assert "Polycam" in failure.value.hint
     with pytest.raises(InputError, match="no such file"):
         read_poses(tmp_path / "nothing", [])
+
+
+@pytest.mark.parametrize("name", [name for name in WRITERS if name not in METRIC])
+def test_map_coordinates_are_shifted_to_a_local_origin(name: str, tmp_path: Path) -> None:
+    photos = photos_in(tmp_path / "images", 2)
+    far = np.array([691_000.0, 5_335_000.0, 520.0])
+    near = two_views()
+    away = [view_at(f"{k}.jpg", (10, 20 * k, 5), far + (k, 0.5, 2), 500.0) for k in range(2)]
+    WRITERS[name](tmp_path, away)
+    found = read_poses(tmp_path, photos)
+    found.save(tmp_path / "poses-kept.json")
+    assert GivenPoses.load(tmp_path / "poses-kept.json") == found
+    for photo, view in zip(found.photos, near, strict=True):
+        centre = photo.view.centre + found.origin - far
+        np.testing.assert_allclose(centre, view.centre, atol=1e-6)
+        assert np.abs(photo.view.centre).max() < 100
+    assert found.mesh_frame is not None
+    there = found.mesh_frame.similarity.apply(np.zeros(3))
+    np.testing.assert_allclose(there, found.origin)

@@ -551,6 +551,14 @@ def _converted(**changes: object) -> Callable[[Path], list[str]]:
     return lambda root: _labels(root, **changes)
 
 
+def _label_file(name: str, text: str) -> Callable[[Path], list[str]]:
+    def make(root: Path) -> list[str]:
+        (root / name).write_text(text)
+        return ["convert", str(root / name), str(root / "to"), "--to", "coco"]
+
+    return make
+
+
 def _mesh(content: bytes) -> Callable[[Path], list[str]]:
     def make(root: Path) -> list[str]:
         (root / "m.ply").write_bytes(content)
@@ -652,6 +660,31 @@ READER_CASES = (
         _converted(segmentation=7),
         3,
         "segmentation",
+        "dataset",
+    ),
+    Case(
+        "labels: LabelMe with lines alone",
+        _label_file(
+            "a.json",
+            '{"imagePath": "a.png", "imageWidth": 20, "imageHeight": 18, "shapes": '
+            '[{"label": "x", "shape_type": "line", "points": [[1, 1], [5, 5]]}]}',
+        ),
+        3,
+        "none of its shapes is understood: 1 of 'line'",
+        "dataset",
+    ),
+    Case(
+        "labels: CVAT's own XML",
+        _label_file("annotations.xml", "<annotations><version>1.1</version></annotations>"),
+        3,
+        "COCO 1.0",
+        "dataset",
+    ),
+    Case(
+        "labels: Label Studio's own JSON",
+        _label_file("studio.json", '[{"id": 1, "annotations": [], "data": {}}]'),
+        3,
+        "Label Studio's own JSON is not read",
         "dataset",
     ),
     Case(

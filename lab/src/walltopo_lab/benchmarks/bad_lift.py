@@ -79,6 +79,11 @@ LIFT_CASES: tuple[tuple[str, Callable[[Path], list[str]], str], ...] = (
         _with(scale=1000.0, shift=3000.0),
         "a ratio of 1.41e+04",
     ),
+    (
+        "lift: a mesh in millimetres around the same origin",
+        _with(scale=1000.0),
+        "0 instances: the masks of different photos agree on no object",
+    ),
     ("lift: a lens parameter `k5`", _with(k5=0.1), "k5 is not understood"),
     (
         "lift: a panoramic `camera_model`",

@@ -187,6 +187,8 @@ def _convert(args: argparse.Namespace) -> int:
     )
     with written_folder(place) as made:
         dataset = read_dataset(args.source, args.photos)
+        if dataset.not_read:
+            console.print(f"warning: shapes left out: {dataset.describe_not_read()}")
         if args.classes:
             dataset = dataset.reclassed(_classes(args.classes))
         dataset = _refined(dataset, args.refine, args.sam)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import binascii
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 from typing import Annotated, Any
@@ -11,7 +12,7 @@ from typing import Annotated, Any
 import msgspec
 import numpy as np
 
-from walltopo.core import InputError
+from walltopo.core import InputError, Mask
 from walltopo.core.errors import naming
 from walltopo.core.files import join_inside, read_json, write_json
 from walltopo.images.files import open_picture
@@ -32,6 +33,7 @@ class _Shape(msgspec.Struct, frozen=True):
     points: tuple[tuple[float, float], ...]
     group_id: int | str | None = None
     shape_type: str | None = "polygon"
+    mask: str | None = None
 
 
 class _File(msgspec.Struct, frozen=True):
@@ -59,9 +61,9 @@ def embedded_photo(data: str | None, path: Path) -> bytes | None:
 def read_labelme(folder: Path) -> Dataset:
     """Read every LabelMe JSON of a folder (or one file).
 
-    Class ids follow the names in alphabetical order. Shapes: polygon, rectangle, circle; lines
-    and points enclose no area and are left out. Shapes of one label and `group_id` are
-    parts of one object.
+    Class ids follow the names in alphabetical order. Shapes: polygon, rectangle, circle, mask;
+    lines and points enclose no area and are counted in `not_read`, as are unknown shapes. Shapes
+    of one label and `group_id` are parts of one object; a mask is an object of its own.
 
     Raises
     ------
@@ -75,21 +77,34 @@ def read_labelme(folder: Path) -> Dataset:
     names = sorted({shape.label for _, file in documents for shape in file.shapes})
     labels = {name: k for k, name in enumerate(names, start=1)}
     photos: list[Photo] = []
+    not_read: Counter[str] = Counter()
     for path, file in documents:
         with naming(path):
-            photos.append(_photo(path, file, labels))
+            photos.append(_photo(path, file, labels, not_read))
     with naming(folder):
-        return Dataset(tuple(photos), {label: name for name, label in labels.items()})
+        return Dataset(tuple(photos), {label: name for name, label in labels.items()}, not_read)
 
 
-def _photo(path: Path, file: _File, labels: Mapping[str, int]) -> Photo:
+def _photo(path: Path, file: _File, labels: Mapping[str, int], not_read: Counter[str]) -> Photo:
+    """Return a photo and its objects; count the shapes that are left out."""
     linked = _linked(path, file.picture)
     inside = None if linked.is_file() else embedded_photo(file.data, path)
+    if file.width and file.height:
+        size = (file.width, file.height)
+    else:
+        with naming(linked.name), open_picture(linked if inside is None else inside) as image:
+            size = image.size
     parts: dict[tuple[str, int | str], list[Polygon]] = {}
+    masks: list[Annotation] = []
     for number, shape in enumerate(file.shapes):
         with naming(f"shape {number}"):
             polygon = _polygon(shape)
-        if polygon is not None:
+            if shape.shape_type == "mask":
+                masks.append(_masked(shape, labels[shape.label], *size))
+                continue
+        if polygon is None:
+            not_read[shape.shape_type or "polygon"] += 1
+        else:
             key = number if shape.group_id is None else f"group {shape.group_id}"
             parts.setdefault((shape.label, key), []).append(polygon)
     rows = tuple(
@@ -97,10 +112,30 @@ def _photo(path: Path, file: _File, labels: Mapping[str, int]) -> Photo:
         for (name, _), polygons in parts.items()
     )
     found = linked if linked.is_file() else None
-    if file.width and file.height:
-        return Photo(linked.name, file.width, file.height, rows, found, embedded=inside)
-    with naming(linked.name), open_picture(linked if inside is None else inside) as image:
-        return Photo(linked.name, *image.size, rows, found, embedded=inside)
+    return Photo(linked.name, *size, (*rows, *masks), found, embedded=inside)
+
+
+def _masked(shape: _Shape, label: int, width: int, height: int) -> Annotation:
+    """Return the object of a `mask`: a PNG in base64 between two corners, both inside.
+
+    Raises
+    ------
+    InputError : the picture is missing, damaged, or of another size than its corners.
+    """
+    content = embedded_photo(shape.mask, Path("mask"))
+    if content is None or len(shape.points) != 2:
+        raise InputError("a mask without its picture or its two corners")
+    with open_picture(content) as picture:
+        bitmap = np.asarray(picture.convert("L")) > 0
+    (left, top), _ = shape.points
+    x, y = round(left), round(top)
+    if not (0 <= x < width and 0 <= y < height):
+        raise InputError(f"a mask at {x}, {y} begins outside of the photo of {width}x{height}")
+    part = bitmap[: height - y, : width - x]
+    full = np.pad(part, ((y, height - y - part.shape[0]), (x, width - x - part.shape[1])))
+    mask = Mask.from_full(full, label)
+    at = tuple(float(value) for value in mask.box)
+    return Annotation(label, (at[0], at[1], at[2], at[3]), mask=mask)
 
 
 def _linked(path: Path, picture: str) -> Path:

@@ -144,12 +144,24 @@ class Dataset:
     ----------
     photos : the photos, with unique names.
     classes : class id (>= 1) to name.
+    not_read : kind of shape to the number of shapes that were left out, because they enclose no
+        area or are not understood.
+
+    Raises
+    ------
+    InputError : a photo occurs twice, a class has no name, or every shape was left out.
     """
 
     photos: tuple[Photo, ...]
     classes: Mapping[int, str]
+    not_read: Mapping[str, int] = field(default_factory=dict[str, int])
 
     def __post_init__(self) -> None:
+        if self.not_read and not any(photo.annotations for photo in self.photos):
+            raise InputError(
+                f"none of its shapes is understood: {self.describe_not_read()}",
+                "Draw polygons, rectangles, circles or masks.",
+            )
         names = [photo.name for photo in self.photos]
         if len(set(names)) != len(names):
             (twice, _), *_ = Counter(names).most_common(1)
@@ -158,6 +170,10 @@ class Dataset:
         stray = sorted(used - set(self.classes))
         if stray:
             raise InputError(f"annotations of classes without a name: {stray[:5]}")
+
+    def describe_not_read(self) -> str:
+        """Return the number of shapes left out of each kind, in words."""
+        return ", ".join(f"{number} of {kind!r}" for kind, number in sorted(self.not_read.items()))
 
     def subset(self, names: set[str]) -> Dataset:
         """Return the set with only the photos of these names."""

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from walltopo.core import InputError
 from walltopo.core.files import atomic_path, join_inside, read_json
+from walltopo.core.text_files import first_text
 from walltopo_lab.datasets.coco import is_coco, read_coco, write_coco
 from walltopo_lab.datasets.labelme import is_labelme, read_labelme, write_labelme
 from walltopo_lab.datasets.model import Dataset
@@ -41,6 +43,8 @@ def read_dataset(path: Path, photos: Path | None = None) -> Dataset:
     parts = [sub for sub in sorted(path.iterdir()) if (sub / "labels").is_dir()]
     if parts:
         return _together([read_yolo(part) for part in parts])
+    for file in sorted(path.glob("*.xml")):
+        _refuse_other_programs(file)
     files = sorted(path.glob("*.json"))
     whole = [file for file in files if not is_labelme(read_json(file))]
     if len(whole) == 1:
@@ -53,8 +57,29 @@ def read_dataset(path: Path, photos: Path | None = None) -> Dataset:
     )
 
 
+def _refuse_other_programs(path: Path, data: Any = None) -> None:
+    """Raise InputError for a native file of a labelling program whose other exports are read.
+
+    Sources: CVAT's "CVAT for images" XML, Label Studio's JSON and JSON-MIN.
+    """
+    if data is None and "<annotations>" in first_text(path, 4000):
+        raise InputError(
+            f"{path}: CVAT's own XML is not read",
+            "Export the job or task from CVAT as 'COCO 1.0', which has polygons, boxes and masks.",
+        )
+    first = data[0] if isinstance(data, list) and data else None
+    if isinstance(first, dict) and ("annotations" in first or "annotation_id" in first):
+        raise InputError(
+            f"{path}: Label Studio's own JSON is not read",
+            "Export the project from Label Studio as 'COCO' or 'YOLO with Images'.",
+        )
+
+
 def _read_json_file(path: Path, photos: Path | None) -> Dataset:
+    if path.suffix.lower() == ".xml":
+        _refuse_other_programs(path)
     data = read_json(path)
+    _refuse_other_programs(path, data)
     if is_coco(data):
         return read_coco(path, photos)
     if is_labelme(data):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -104,12 +105,16 @@ def read_via(path: Path, photos: Path | None = None) -> Dataset:
     places += [path.parent, path.parent / "images", path.parent / "photos"]
     names = sorted({_class_name(region) for file in files for region in file.listed})
     labels = {name: k for k, name in enumerate(names, start=1)}
+    not_read: Counter[str] = Counter()
     with naming(path):
-        found = [_photo(file, labels, places) for file in files]
-        return Dataset(tuple(found), {label: name for name, label in labels.items()})
+        found = [_photo(file, labels, places, not_read) for file in files]
+        return Dataset(tuple(found), {label: name for name, label in labels.items()}, not_read)
 
 
-def _photo(file: _File, labels: Mapping[str, int], places: Sequence[Path]) -> Photo:
+def _photo(
+    file: _File, labels: Mapping[str, int], places: Sequence[Path], not_read: Counter[str]
+) -> Photo:
+    """Return a photo and its objects; count the shapes that are left out."""
     picture = find_photo(file.filename, places)
     if picture is None:
         raise InputError(
@@ -120,7 +125,9 @@ def _photo(file: _File, labels: Mapping[str, int], places: Sequence[Path]) -> Ph
     for number, region in enumerate(file.listed):
         with naming(f"{file.filename}: region {number}"):
             row = _annotation(region.shape, labels[_class_name(region)])
-        if row is not None:
+        if row is None:
+            not_read[str(region.shape.__struct_config__.tag)] += 1
+        else:
             rows.append(row)
     return Photo(file.filename, *photo_size(picture), tuple(rows), picture)
 

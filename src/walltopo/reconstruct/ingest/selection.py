@@ -176,8 +176,8 @@ def _photo(stored: StoredPhoto, folder: Path, name: str, source: str) -> _Photo:
 def _select(photos: Sequence[_Photo]) -> tuple[list[_Photo], list[SkippedFile]]:
     """Separate the photos to keep from the blurred and the repeated.
 
-    Among several pictures of one view, the best is kept, with the name of the first and, if it has
-    no focal length of its own, with that of another one.
+    The best of several pictures of one view is kept, under the name of the first. If it has no
+    focal length, it gets that of another one.
     """
     kept: list[_Photo] = []
     rejected: list[SkippedFile] = []

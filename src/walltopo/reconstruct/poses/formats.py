@@ -7,11 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from walltopo.core import Camera, InputError, View
 from walltopo.core.errors import naming
 from walltopo.core.files import as_text
 from walltopo.geometry.screen import valid_slope
+from walltopo.geometry.similarity import Similarity
 from walltopo.reconstruct.poses import (
     colmap,
     metashape,
@@ -22,6 +24,8 @@ from walltopo.reconstruct.poses import (
 )
 from walltopo.reconstruct.poses.export import Export, PhotoFiles
 from walltopo.scans.poses import GivenPoses, MeshFrame, PosedPhoto
+
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -132,16 +136,41 @@ def read_poses(path: Path, photos: Sequence[Path]) -> GivenPoses:
             f"(such as {as_text(photos[0].name) if photos else 'none'})",
             "Give the photos that the app exported with the poses; names must agree.",
         )
+    origin = _local_origin(list(posed.values()))
     frame = export.mesh_frame
+    if any(origin):
+        frame = frame or Similarity(1.0, np.eye(3), np.zeros(3))
+        frame = Similarity(frame.scale, frame.rotation, frame.apply(origin))
     return GivenPoses(
         app=item.name,
         path=as_text(poses),
         metric=export.metric,
         up=export.up,
-        photos=tuple(PosedPhoto.of(view) for view in posed.values()),
+        photos=tuple(PosedPhoto.of(_shifted(view, origin)) for view in posed.values()),
         others=others,
         mesh_frame=None if frame is None else MeshFrame.of(frame),
+        origin=(float(origin[0]), float(origin[1]), float(origin[2])),
     )
+
+
+# Map coordinates (UTM, Gauss-Krueger) begin here; a gym in a frame of its own is far smaller.
+_FAR = 10_000.0
+
+
+def _local_origin(views: Sequence[View]) -> Floats:
+    """Return the (3,) whole point near the cameras that becomes the origin; zero if they are near.
+
+    Far from the origin, the single precision of meshes and textures is centimetres.
+    """
+    middle = np.round(np.median([view.centre for view in views], axis=0))
+    return middle if np.abs(middle).max() >= _FAR else np.zeros(3)
+
+
+def _shifted(view: View, origin: Floats) -> View:
+    """Return a view in the frame whose origin is a point of the present one."""
+    pose = view.cam_from_world.copy()
+    pose[:, 3] += pose[:, :3] @ origin
+    return View(view.name, view.camera, pose)
 
 
 # EXIF's orientation to the quarter turns, clockwise, that make a photo upright; mirrored

@@ -34,24 +34,13 @@ def resolve_lengths(params: LiftParams, mesh: Mesh, views: Sequence[View]) -> Li
 def mean_object_distance(mesh: Mesh, views: Sequence[View], seed: int) -> float:
     """Return the mean distance from cameras to the objects of their masks, in the mesh's unit.
 
-    Cast a ray through the centroid of up to 96 masks, drawn at random by `seed`, and take the
-    distance to the first triangle.
+    Cast the rays of `mask_rays`, and take the distance to the first triangle.
 
     Raises
     ------
     InputError : no ray hits the mesh.
     """
-    pairs = [(v, m) for v, view in enumerate(views) for m, k in enumerate(view.masks) if k.area]
-    chosen = np.random.default_rng(seed).permutation(len(pairs))[:MAX_RAYS]
-    origins, directions = np.zeros((len(chosen), 3)), np.zeros((len(chosen), 3))
-    for row, pick in enumerate(chosen):
-        view, mask = views[pairs[pick][0]], views[pairs[pick][0]].masks[pairs[pick][1]]
-        rows, cols = np.nonzero(mask.bitmap)
-        x = (mask.x + cols.mean() + 0.5) * view.camera.width / mask.width
-        y = (mask.y + rows.mean() + 0.5) * view.camera.height / mask.height
-        ray = np.append(_slope_of(view.camera, x, y), 1.0)
-        origins[row] = view.centre
-        directions[row] = view.cam_from_world[:, :3].T @ (ray / np.linalg.norm(ray))
+    origins, directions = mask_rays(views, seed)
     nearest = np.full((CHUNKS, len(origins)), np.inf)
     in_ranges(_first_hits, CHUNKS, mesh.vertices, mesh.faces, origins, directions, nearest)
     hits = nearest.min(axis=0)
@@ -62,6 +51,27 @@ def mean_object_distance(mesh: Mesh, views: Sequence[View], seed: int) -> float:
             "Check that the cameras and the mesh are in the same coordinate frame.",
         )
     return float(hits.mean())
+
+
+def mask_rays(views: Sequence[View], seed: int, number: int = MAX_RAYS) -> tuple[Floats, Floats]:
+    """Return the rays through the centroids of up to `number` masks, drawn at random by `seed`.
+
+    Returns
+    -------
+    origins, directions : (n, 3) float, world frame; directions have length 1.
+    """
+    pairs = [(v, m) for v, view in enumerate(views) for m, k in enumerate(view.masks) if k.area]
+    chosen = np.random.default_rng(seed).permutation(len(pairs))[:number]
+    origins, directions = np.zeros((len(chosen), 3)), np.zeros((len(chosen), 3))
+    for row, pick in enumerate(chosen):
+        view, mask = views[pairs[pick][0]], views[pairs[pick][0]].masks[pairs[pick][1]]
+        rows, cols = np.nonzero(mask.bitmap)
+        x = (mask.x + cols.mean() + 0.5) * view.camera.width / mask.width
+        y = (mask.y + rows.mean() + 0.5) * view.camera.height / mask.height
+        ray = np.append(_slope_of(view.camera, x, y), 1.0)
+        origins[row] = view.centre
+        directions[row] = view.cam_from_world[:, :3].T @ (ray / np.linalg.norm(ray))
+    return origins, directions
 
 
 def _slope_of(camera: Camera, x: float, y: float) -> Floats:
