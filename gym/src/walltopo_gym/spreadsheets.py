@@ -11,7 +11,7 @@ from decimal import Decimal
 from typing import Final
 
 from walltopo_gym.errors import RequestError
-from walltopo_gym.texts import one_line, same_key
+from walltopo_gym.texts import UNPRINTABLE, one_line, same_key
 
 MAX_FAULTS: Final = 100  # a table with more is read no further
 _MAX_TITLE: Final = 10  # lines that may stand above the heading
@@ -23,7 +23,7 @@ BOM: Final = "\ufeff"
 # A text that `harmless` has marked is marked again, so that the mark can be taken off.
 _FORMULA: Final = re.compile(r"'*[=+\-@\t\r＝＋－＠]")
 _SPLITS: Final = re.compile(r"[,;\t\"\r\n]")
-_LINE: Final = re.compile(r"[^\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]*")
+_LINE: Final = re.compile(rf"[^{UNPRINTABLE}]*")
 
 
 @dataclass(frozen=True)

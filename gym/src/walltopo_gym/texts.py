@@ -17,7 +17,9 @@ _JOINERS: Final = re.compile("[\u200c\u200d]")
 _EDGE_JOINERS: Final = re.compile("^[\u200c\u200d]+|[\u200c\u200d]+$|(?<=\\s)[\u200c\u200d]+")
 
 
-_UNPRINTABLE: Final = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]+")
+# A set of a regular expression: control characters, line breaks, and what turns the direction.
+UNPRINTABLE: Final = r"\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069"
+_UNPRINTABLE: Final = re.compile(rf"[{UNPRINTABLE}\ud800-\udfff]+")
 
 
 def printable(text: str) -> str:

@@ -18,11 +18,11 @@ from pydantic import (
     model_validator,
 )
 
-from walltopo_gym.texts import one_line
+from walltopo_gym.texts import UNPRINTABLE, one_line
 
 # Printable, of one line: no control or bidirectional override characters, no lone surrogates.
-_CONTROLS: Final = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]")
-_LINE = r"^[^\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]+$"
+_LINE: Final = rf"^[^{UNPRINTABLE}]+$"
+_UNPRINTABLE: Final = re.compile(f"[{UNPRINTABLE}]")
 
 _MAX_DEPTH: Final = 20  # no body is nested deeper; what is, is refused by its fields
 
@@ -41,8 +41,8 @@ def composed(value: Any, depth: int = 0) -> Any:
 
 
 def _as_one_line(given: Any) -> Any:
-    """Return a text of one line in its normal form; leave control characters to be refused."""
-    if isinstance(given, str) and not _CONTROLS.search(given):
+    """Return a printable text in its normal form of one line; leave others to be refused."""
+    if isinstance(given, str) and not _UNPRINTABLE.search(given):
         return one_line(given)
     return given
 
