@@ -161,8 +161,7 @@ def use_attempt(session: Session, state: str) -> tuple[str, str]:
     attempt = session.execute(gone.returning(OidcAttempt.nonce, OidcAttempt.verifier)).one_or_none()
     if attempt is None:
         raise SignInNeededError("took-too-long", "sign-in-again")
-    nonce, verifier = attempt
-    return nonce, verifier
+    return attempt.nonce, attempt.verifier
 
 
 def claims_of(provider: Provider, code: str, nonce: str, verifier: str) -> Claims:

@@ -156,8 +156,11 @@ def _handle_race(request: Request, error: Exception) -> JSONResponse:
 
 
 def _handle_away(request: Request, error: Exception) -> JSONResponse:
-    """Answer that the database is away, full or damaged. It keeps all of a request or nothing."""
-    _LOG.error("the database does not answer: %s", error)
+    """Answer that the database or the file store is away, full or damaged.
+
+    The database keeps all of a request or nothing.
+    """
+    _LOG.error("the database or the file store does not answer: %s", error)
     found = explain(error)
     if isinstance(found, UnavailableError):
         return problem_answer(found)

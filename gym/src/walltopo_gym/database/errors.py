@@ -12,7 +12,7 @@ from sqlalchemy.exc import DBAPIError
 from walltopo_gym.errors import RequestError, UnavailableError
 
 _FULL: Final = ("disk is full", "no space left", "could not extend file", "disk quota exceeded")
-_READ_ONLY: Final = ("readonly database", "read-only", "cannot execute insert in a read-only")
+_READ_ONLY: Final = ("readonly database", "read-only")
 _DAMAGED: Final = ("malformed", "file is not a database", "invalid page in block")
 _AWAY: Final = (
     "database is locked", "unable to open database file", "disk i/o error", "connection",
