@@ -171,19 +171,23 @@ def ask_for_reset(
 
 
 @router.post("/password-reset/ways-in")
-def list_ways_in(body: ResetLink, session: Db, actor: AnyoneMay) -> list[WayIn]:
+def list_ways_in(body: ResetLink, services: ServicesOf, actor: AnyoneMay) -> list[WayIn]:
     """Return the ways to sign in to the account of a mailed link, which stays valid."""
-    person = find_person(session, email_of_link(session, "reset", body.token))
-    if person is None:
-        raise NotFoundError("account-gone")
-    return [
-        WayIn(id=row.id, kind="passkey", name=row.name, created_at=row.created_at,
-              used_at=row.used_at)
-        for row in session.scalars(select(Passkey).where(Passkey.person_id == person.id))
-    ] + [
-        WayIn(id=row.id, kind="provider", name=row.issuer, created_at=row.created_at, used_at=None)
-        for row in session.scalars(select(Identity).where(Identity.person_id == person.id))
-    ]  # fmt: skip
+    with services.database.reading() as session:
+        person = find_person(session, email_of_link(session, "reset", body.token))
+        if person is None:
+            raise NotFoundError("account-gone")
+        passkeys = session.scalars(select(Passkey).where(Passkey.person_id == person.id))
+        identities = session.scalars(select(Identity).where(Identity.person_id == person.id))
+        return [
+            WayIn(id=row.id, kind="passkey", name=row.name, created_at=row.created_at,
+                  used_at=row.used_at)
+            for row in passkeys
+        ] + [
+            WayIn(id=row.id, kind="provider", name=row.issuer, created_at=row.created_at,
+                  used_at=None)
+            for row in identities
+        ]  # fmt: skip
 
 
 @router.post("/password-reset/confirm", status_code=204)
