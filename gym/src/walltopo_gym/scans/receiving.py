@@ -90,12 +90,12 @@ def finish(database: Database, store: FileStore, incoming: Incoming, photo: UUID
     path = incoming.path(photo)
     with database.reading() as session:
         row = session.get(Photo, photo)
-    if row is None or not path.is_file():
-        return  # somebody else finished it, or it was taken back
+    if row is None:
+        return  # it was taken back
     try:
         content = hash_of_file(path)
     except FileNotFoundError:
-        return  # the same: between the two looks
+        return  # somebody else finished it, or it was taken back
     if row.sha256 not in (None, content):
         incoming.drop(photo)
         with database.writing() as session:
