@@ -120,7 +120,7 @@ def _masked(shape: _Shape, label: int, width: int, height: int) -> Annotation:
 
     Raises
     ------
-    InputError : the picture is missing, damaged, or of another size than its corners.
+    InputError : picture or corners are missing, it is damaged, or it begins outside of the photo.
     """
     content = embedded_photo(shape.mask, Path("mask"))
     if content is None or len(shape.points) != 2:
