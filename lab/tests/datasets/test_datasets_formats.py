@@ -219,6 +219,11 @@ def test_a_mask_of_labelme_is_an_object(tmp_path: Path) -> None:
     ((found,),) = [photo.annotations for photo in read_dataset(labelme_of(tmp_path, shape)).photos]
     assert found.mask is not None
     assert (found.mask.box, found.mask.area) == ((4, 5, 3, 2), 5)
+    shape["points"] = [[18.0, 5.0], [20.0, 6.0]]
+    (photo,) = read_dataset(labelme_of(tmp_path, shape)).photos
+    (cut,) = photo.annotations
+    assert cut.mask is not None
+    assert (cut.mask.box, cut.mask.area, cut.box) == ((18, 5, 2, 2), 3, (18, 5, 3, 2))
     shape["points"] = [[40.0, 5.0], [43.0, 6.0]]
     with pytest.raises(InputError, match="outside of the photo"):
         read_dataset(labelme_of(tmp_path, shape))
@@ -255,6 +260,42 @@ def test_lines_of_via_are_counted(tmp_path: Path) -> None:
     regions = [{"shape_attributes": one, "region_attributes": {}} for one in shapes]
     (tmp_path / "via.json").write_text(json.dumps({"a": {"filename": "a.jpg", "regions": regions}}))
     assert read_dataset(tmp_path / "via.json").not_read == {"polyline": 1}
+
+
+def test_lines_and_key_points_of_coco_are_counted(tmp_path: Path) -> None:
+    row = {"image_id": 1, "category_id": 1}
+    box: dict[str, object] = {**row, "bbox": [1, 1, 5, 5]}
+    line = {**box, "segmentation": [[1, 1, 5, 5]]}
+    points = {**row, "keypoints": [3, 3, 2], "segmentation": []}
+    file: dict[str, object] = {
+        "images": [{"id": 1, "file_name": "a.jpg", "width": 20, "height": 18}],
+        "categories": [{"id": 1, "name": "hold"}],
+    }
+    path = tmp_path / "labels.json"
+    path.write_text(json.dumps(file | {"annotations": [box, line, points, points]}))
+    found = read_dataset(path)
+    assert found.not_read == {"line": 1, "keypoints": 2}
+    assert [len(photo.annotations) for photo in found.photos] == [1]
+    path.write_text(json.dumps(file | {"annotations": [line]}))
+    with pytest.raises(InputError, match="1 of 'line'"):
+        read_dataset(path)
+
+
+def test_key_points_of_yolo_are_no_outline(tmp_path: Path) -> None:
+    for part in ("train", "valid"):
+        folder = tmp_path / part
+        (folder / "images").mkdir(parents=True)
+        (folder / "labels").mkdir()
+        Image.new("RGB", (20, 18)).save(folder / "images" / f"{part}.jpg")
+        # A box, then two points with their visibility.
+        pose = "0 0.5 0.5 0.2 0.2 0.4 0.4 2 0.6 0.6 2\n"
+        (folder / "labels" / f"{part}.txt").write_text(pose)
+    (tmp_path / "data.yaml").write_text("kpt_shape: [2, 3]\nnames: [hold]\n")
+    found = read_dataset(tmp_path)
+    assert found.not_read == {"keypoints": 2}
+    objects = [annotation for photo in found.photos for annotation in photo.annotations]
+    assert [o.box for o in objects] == [pytest.approx((8, 7.2, 4, 3.6))] * 2
+    assert not any(o.has_shape for o in objects)
 
 
 def test_files_of_other_programs_are_named(tmp_path: Path) -> None:

@@ -142,6 +142,22 @@ def test_missing_picture_is_a_finding() -> None:
     assert finding.kind == "unreadable"
 
 
+def test_outline_outside_of_its_photo_is_a_finding() -> None:
+    outline = np.array([[5.0, 5], [25, 5], [25, 9]])
+    row = Annotation(1, (5.0, 5.0, 4.0, 4.0), (outline,))
+    photo = Photo("a.jpg", 20, 20, (row,))
+    (finding,) = check_dataset(Dataset((photo,), CLASSES), pictures=False)
+    assert (finding.kind, finding.annotation) == ("outside", 0)
+
+
+def test_picture_of_another_size_is_a_finding(tmp_path: Path) -> None:
+    Image.new("RGB", (30, 40)).save(tmp_path / "a.jpg")
+    photo = Photo("a.jpg", 40, 30, path=tmp_path / "a.jpg")
+    (finding,) = check_dataset(Dataset((photo,), CLASSES))
+    assert finding.kind == "unreadable"
+    assert "30x40, its labels say 40x30" in finding.text
+
+
 def test_compare_by_hand() -> None:
     half = (rectangle(0, 0, 5, 10),)
     whole = (rectangle(0, 0, 10, 10),)

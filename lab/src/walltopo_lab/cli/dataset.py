@@ -173,10 +173,21 @@ def _sam(model: str) -> Any:
     return refine
 
 
+def _read(path: Path, photos: Path | None = None) -> Any:
+    """Return a set; name the shapes that were left out."""
+    from walltopo.cli.console import console
+    from walltopo_lab.datasets.read import read_dataset
+
+    dataset = read_dataset(path, photos)
+    if dataset.not_read:
+        console.print(f"warning: {path}: shapes left out: {dataset.describe_not_read()}")
+    return dataset
+
+
 def _convert(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.core.outputs import written_folder
-    from walltopo_lab.datasets.read import read_dataset, write_dataset
+    from walltopo_lab.datasets.read import write_dataset
 
     place = target(
         args,
@@ -186,9 +197,7 @@ def _convert(args: argparse.Namespace) -> int:
         inputs=(args.source, args.photos),
     )
     with written_folder(place) as made:
-        dataset = read_dataset(args.source, args.photos)
-        if dataset.not_read:
-            console.print(f"warning: shapes left out: {dataset.describe_not_read()}")
+        dataset = _read(args.source, args.photos)
         if args.classes:
             dataset = dataset.reclassed(_classes(args.classes))
         dataset = _refined(dataset, args.refine, args.sam)
@@ -212,10 +221,9 @@ def _classes(words: Sequence[str]) -> dict[str, list[str]]:
 def _show(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.core.outputs import written_file
-    from walltopo_lab.datasets.read import read_dataset
     from walltopo_lab.datasets.sheet import write_sheet
 
-    dataset = read_dataset(args.source, args.photos)
+    dataset = _read(args.source, args.photos)
     place = target(args, args.output, "dataset show", inputs=(args.source, args.photos))
     with written_file(place) as made:
         drawn = write_sheet(made, dataset, args.photo, args.count)
@@ -227,7 +235,7 @@ def _split(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.core import SettingsError
     from walltopo.core.outputs import written_folder
-    from walltopo_lab.datasets.read import read_dataset, write_dataset
+    from walltopo_lab.datasets.read import write_dataset
     from walltopo_lab.datasets.split import group_of_photo, split
 
     try:
@@ -241,7 +249,7 @@ def _split(args: argparse.Namespace) -> int:
                 f"--parts {args.parts}: {name!r} wants the plain name of a folder and a share of 0 "
                 "or more"
             )
-    dataset = read_dataset(args.source, args.photos)
+    dataset = _read(args.source, args.photos)
     parts = split(dataset, shares, args.seed, lambda photo: group_of_photo(photo, args.pattern))
     place = target(
         args, args.target, "dataset split", flag="DIR", inputs=(args.source, args.photos)
@@ -261,10 +269,9 @@ def _stats(args: argparse.Namespace) -> int:
 
     from walltopo.cli.console import console
     from walltopo.core.outputs import written_file
-    from walltopo_lab.datasets.read import read_dataset
     from walltopo_lab.datasets.stats import dataset_stats, write_stats_plot
 
-    dataset = read_dataset(args.source, args.photos)
+    dataset = _read(args.source, args.photos)
     stats = dataset_stats(dataset)
     console.print(
         f"{stats['photos']} photos ({stats['empty_photos']} empty) in {stats['groups']} groups, "
@@ -285,9 +292,8 @@ def _stats(args: argparse.Namespace) -> int:
 def _check(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo_lab.datasets.check import check_dataset
-    from walltopo_lab.datasets.read import read_dataset
 
-    dataset = read_dataset(args.source, args.photos)
+    dataset = _read(args.source, args.photos)
     with console.status("checking"):
         findings = check_dataset(dataset, pictures=not args.no_pictures)
     for finding in findings:
@@ -302,9 +308,8 @@ def _compare(args: argparse.Namespace) -> int:
 
     from walltopo.cli.console import console
     from walltopo_lab.datasets.compare import compare
-    from walltopo_lab.datasets.read import read_dataset
 
-    result = compare(read_dataset(args.source, args.photos), read_dataset(args.reference))
+    result = compare(_read(args.source, args.photos), _read(args.reference))
     table = Table("photo", "mIoU")
     for name, value in result.per_photo.items():
         table.add_row(name, f"{value:.3f}")

@@ -68,6 +68,8 @@ def _check_boxes(photo: Photo) -> list[Finding]:
             found.append(Finding(photo.name, "outside", "the box lies outside the photo", k))
         elif min(x0, y0) < -slack or max(x1, y1) > 1 + slack:
             found.append(Finding(photo.name, "outside", "the box leaves the photo", k))
+        if any(_leaves(polygon, photo) for polygon in annotation.polygons):
+            found.append(Finding(photo.name, "outside", "the outline leaves the photo", k))
         if annotation.box[2] <= 0 or annotation.box[3] <= 0:
             found.append(Finding(photo.name, "empty", f"the box has no area ({size})", k))
         elif min(annotation.box[2:]) < 3:
@@ -79,6 +81,11 @@ def _check_boxes(photo: Photo) -> list[Finding]:
             found.append(Finding(photo.name, "duplicate", f"the same as object {seen[key]}", k))
         seen.setdefault(key, k)
     return found
+
+
+def _leaves(polygon: Floats, photo: Photo) -> bool:
+    """Return whether an outline leaves its photo by more than is rounded in label files."""
+    return bool((polygon < -1.5).any() or (polygon > np.array(photo.size) + 1.5).any())
 
 
 def _interest(photo: Photo) -> Floats:
@@ -154,13 +161,17 @@ def _box_sums(sums: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats]:
     return total, np.prod(b - a, axis=1).astype(np.float64)
 
 
-def _check_turn(photo: Photo) -> list[Finding]:
-    if len(_small(photo)) < _MIN_BOXES:
-        return []
+def _check_picture(photo: Photo) -> list[Finding]:
+    """Return the faults of a photo's picture: missing, unreadable, or unlike its labels."""
     try:
-        scores = turn_scores(photo)
+        photo.check_size()
+        return _check_turn(photo) if len(_small(photo)) >= _MIN_BOXES else []
     except InputError as error:
         return [Finding(photo.name, "unreadable", error.message)]
+
+
+def _check_turn(photo: Photo) -> list[Finding]:
+    scores = turn_scores(photo)
     best = max(scores, key=lambda turn: scores[turn])
     gain = scores[best] - scores["as they are"]
     if gain < MARGIN:
@@ -173,15 +184,11 @@ def check_dataset(dataset: Dataset, pictures: bool = True) -> list[Finding]:
 
     Parameters
     ----------
-    pictures : also open each photo and check for labels that are rotated relative to it.
+    pictures : also open each photo; check its size, and for labels that are rotated to it.
     """
     found: list[Finding] = []
     for photo in dataset.photos:
         found += _check_boxes(photo)
-        if not pictures:
-            continue
-        if photo.path is None and photo.embedded is None:
-            found.append(Finding(photo.name, "unreadable", "the picture was not found"))
-        else:
-            found += _check_turn(photo)
+        if pictures:
+            found += _check_picture(photo)
     return found

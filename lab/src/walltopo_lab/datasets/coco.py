@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -76,7 +77,8 @@ def read_coco(path: Path, photos: Path | None = None) -> Dataset:
     """Read a COCO file.
 
     Category ids are kept (0 becomes the next free id: 0 means "none" here). Photos are searched
-    in `photos`, beside the file, and in `images/` and `photos/` there.
+    in `photos`, beside the file, and in `images/` and `photos/` there. Lines and key points without
+    a box enclose no area and are counted in `not_read`.
 
     Raises
     ------
@@ -92,6 +94,7 @@ def read_coco(path: Path, photos: Path | None = None) -> Dataset:
     label_of = {c.id: c.id or free for c in checked.categories}
     images = {image.id: image for image in checked.images}
     rows: dict[int | str, list[Annotation]] = {key: [] for key in images}
+    not_read: Counter[str] = Counter()
     for row, plain in zip(checked.annotations, data["annotations"], strict=True):
         with naming(f"{path}: annotation {row.id}"):
             if row.image_id not in images:
@@ -102,7 +105,10 @@ def read_coco(path: Path, photos: Path | None = None) -> Dataset:
             if deeper_than(_DEEPEST, extra):
                 raise InputError("its other keys are nested too deeply")
             label = label_of[row.category_id]
-            rows[row.image_id].append(_annotation(row, images[row.image_id], label, extra))
+            if kind := _without_area(row, extra):
+                not_read[kind] += 1
+            else:
+                rows[row.image_id].append(_annotation(row, images[row.image_id], label, extra))
     with naming(path):
         found = [(image, find_photo(image.file_name, places)) for image in checked.images]
         return Dataset(
@@ -118,7 +124,16 @@ def read_coco(path: Path, photos: Path | None = None) -> Dataset:
                 for image, picture in found
             ),
             {label_of[c.id]: c.name for c in checked.categories},
+            not_read,
         )
+
+
+def _without_area(row: _Row, extra: dict[str, Any]) -> str | None:
+    """Return the kind of an annotation that encloses no area; None if it does."""
+    if row.segmentation and not isinstance(row.segmentation, Rle):
+        return "line" if all(len(one) in (0, 2, 4) for one in row.segmentation) else None
+    alone = row.segmentation is None or row.segmentation == ()
+    return "keypoints" if alone and row.bbox is None and extra.get("keypoints") else None
 
 
 def _annotation(row: _Row, image: _Image, label: int, extra: dict[str, Any]) -> Annotation:

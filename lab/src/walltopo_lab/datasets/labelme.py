@@ -133,9 +133,9 @@ def _masked(shape: _Shape, label: int, width: int, height: int) -> Annotation:
         raise InputError(f"a mask at {x}, {y} begins outside of the photo of {width}x{height}")
     part = bitmap[: height - y, : width - x]
     full = np.pad(part, ((y, height - y - part.shape[0]), (x, width - x - part.shape[1])))
-    mask = Mask.from_full(full, label)
-    at = tuple(float(value) for value in mask.box)
-    return Annotation(label, (at[0], at[1], at[2], at[3]), mask=mask)
+    # The box of the whole mask, so that `check` tells when it leaves the photo.
+    left, top, wide, high = map(float, Mask.from_full(bitmap, label).box)
+    return Annotation(label, (x + left, y + top, wide, high), mask=Mask.from_full(full, label))
 
 
 def _linked(path: Path, picture: str) -> Path:

@@ -123,13 +123,25 @@ class Photo:
         InputError : the photo was not found, is no image, or differs in size from the labels.
         """
         with naming(self.name), open_picture(self.content()) as image:
-            pixels = np.asarray(image.convert("RGB"))
-        if pixels.shape[:2] != (self.height, self.width):
+            self._compare_size(image.size)
+            return np.asarray(image.convert("RGB"))
+
+    def check_size(self) -> None:
+        """Open the photo's file, without decoding it.
+
+        Raises
+        ------
+        InputError : the photo was not found, is no image, or differs in size from the labels.
+        """
+        with naming(self.name), open_picture(self.path or self.content()) as image:
+            self._compare_size(image.size)
+
+    def _compare_size(self, found: tuple[int, int]) -> None:
+        if found != self.size:
+            width, height = found
             raise InputError(
-                f"{self.name}: the picture is {pixels.shape[1]}x{pixels.shape[0]}, "
-                f"its labels say {self.width}x{self.height}"
+                f"the picture is {width}x{height}, its labels say {self.width}x{self.height}"
             )
-        return pixels
 
     def with_annotations(self, annotations: tuple[Annotation, ...]) -> Photo:
         """Return the same photo with other labels."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -91,9 +92,11 @@ def _read_json_file(path: Path, photos: Path | None) -> Dataset:
 
 def _together(parts: list[Dataset]) -> Dataset:
     classes: dict[int, str] = {}
+    not_read: Counter[str] = Counter()
     for part in parts:
         classes |= part.classes
-    return Dataset(tuple(photo for part in parts for photo in part.photos), classes)
+        not_read.update(part.not_read)
+    return Dataset(tuple(photo for part in parts for photo in part.photos), classes, not_read)
 
 
 def write_dataset(path: Path, dataset: Dataset, kind: str, *, copy_photos: bool = True) -> None:

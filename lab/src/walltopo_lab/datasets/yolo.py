@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -36,7 +37,10 @@ def read_names(path: Path) -> dict[int, str]:
 
     Only this key is parsed, so that no YAML library is needed.
     """
-    text = read_text(path)
+    return _names(path, read_text(path))
+
+
+def _names(path: Path, text: str) -> dict[int, str]:
     match = re.search(r"^names:[ \t]*(.*(?:\n[ \t-].*)*)", text, re.MULTILINE)
     if match is None:
         raise InputError(f"{path}: has no `names`")
@@ -65,7 +69,8 @@ def read_yolo(root: Path) -> Dataset:
 
     Class ids grow by one, because 0 means "none" here. Names come from the data.yaml in the
     folder or the one above it. A photo without a label file was not labelled and is left out; an
-    empty label file means that the photo has no objects.
+    empty label file means that the photo has no objects. Where data.yaml says `kpt_shape`, lines
+    are boxes with key points, which are counted in `not_read`.
 
     Raises
     ------
@@ -74,22 +79,28 @@ def read_yolo(root: Path) -> Dataset:
     photos, labels = _folders(root)
     places = (root / "data.yaml", root.parent / "data.yaml")
     yaml = next((place for place in places if place.is_file()), None)
-    names = {k + 1: v for k, v in read_names(yaml).items()} if yaml else {}
+    about = read_text(yaml) if yaml else ""
+    names = {k + 1: v for k, v in _names(yaml, about).items()} if yaml else {}
+    poses = re.search(r"^kpt_shape:", about, re.MULTILINE) is not None
+    not_read: Counter[str] = Counter()
     result: list[Photo] = []
     for path in sorted(photos.rglob("*")):
         text = labels / path.relative_to(photos).with_suffix(".txt")
         if path.suffix.lower() not in PHOTO_SUFFIXES or not text.is_file():
             continue
         width, height = photo_size(path)
-        rows = _read_lines(text, width, height)
+        rows = _read_lines(text, width, height, not_read if poses else None)
         with naming(text):
             result.append(Photo(path.relative_to(photos).as_posix(), width, height, rows, path))
     used = {a.label for photo in result for a in photo.annotations}
     classes = names | {label: f"class {label}" for label in sorted(used - set(names))}
-    return Dataset(tuple(result), classes)
+    return Dataset(tuple(result), classes, not_read)
 
 
-def _read_lines(path: Path, width: int, height: int) -> tuple[Annotation, ...]:
+def _read_lines(
+    path: Path, width: int, height: int, poses: Counter[str] | None
+) -> tuple[Annotation, ...]:
+    """Return the objects of a file; `poses` counts the key points that follow each box."""
     rows: list[Annotation] = []
     for number, line in enumerate(read_text(path).splitlines(), start=1):
         if not line.strip():
@@ -97,6 +108,9 @@ def _read_lines(path: Path, width: int, height: int) -> tuple[Annotation, ...]:
         try:
             first, *values = line.split()
             label, shares = int(float(first)) + 1, np.array([float(v) for v in values])
+            if poses is not None and len(shares) > 4:
+                poses["keypoints"] += 1
+                shares = shares[:4]
             rows.append(_annotation(label, shares, width, height))
         except (ValueError, OverflowError, InputError) as error:
             raise InputError(f"{path}:{number}: neither box nor outline ({error})") from error
