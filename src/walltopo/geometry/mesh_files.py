@@ -19,10 +19,21 @@ from walltopo.core.text_files import as_utf8, read_utf8
 from walltopo.geometry.gltf_checks import check_gltf
 from walltopo.geometry.polygon_files import GUESSED, read_obj, read_ply
 
+_FLOAT32_STEP = 1e-5  # of a mesh's extent: a tenth of a millimetre on a wall of ten metres
+
+
+def fits_float32(vertices: NDArray[np.float64]) -> bool:
+    """Return whether float32 keeps the shape of a mesh, which it does not far from the origin."""
+    if not len(vertices):
+        return True
+    extent = float(np.ptp(vertices, axis=0).max())
+    return bool(np.spacing(np.float32(np.abs(vertices).max())) <= _FLOAT32_STEP * extent)
+
 
 def write_ply(path: Path, mesh: Mesh, instance: NDArray[np.int32] | None = None) -> None:
     """Write a mesh as binary PLY (float32 vertices, uint8 colours if present), atomically.
 
+    Vertices far from the origin, as in UTM, are float64, because float32 would lose their shape.
     If the mesh has guessed triangles, faces have a property `guessed`, 1 for guessed.
 
     Parameters
@@ -30,9 +41,10 @@ def write_ply(path: Path, mesh: Mesh, instance: NDArray[np.int32] | None = None)
     instance : (F,) written as the faces' property `instance`.
     """
     colours = mesh.vertex_colours
-    fields: list[tuple[str, str]] = [("x", "<f4"), ("y", "<f4"), ("z", "<f4")]
+    short = fits_float32(mesh.vertices)
+    fields: list[tuple[str, str]] = [(axis, "<f4" if short else "<f8") for axis in "xyz"]
     header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(mesh.vertices)}"]
-    header += [f"property float {axis}" for axis in "xyz"]
+    header += [f"property {'float' if short else 'double'} {axis}" for axis in "xyz"]
     if colours is not None:
         fields += [("red", "u1"), ("green", "u1"), ("blue", "u1")]
         header += [f"property uchar {name}" for name in ("red", "green", "blue")]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Instances, Mask, Mesh, View
 from walltopo.core.files import atomic_path
-from walltopo.geometry.mesh_files import write_ply
+from walltopo.geometry.mesh_files import fits_float32, write_ply
 from walltopo.images.files import read_indices, read_stored
 from walltopo.scans.coco_import import read_coco
 from walltopo.scans.colmap_model import read_views
@@ -142,17 +142,29 @@ def coloured_mesh(mesh: Mesh, instances: Instances) -> Mesh:
 
 
 def write_coloured(folder: Path, mesh: Mesh, instances: Instances) -> list[Path]:
-    """Write `instances.ply` and `instances.glb` into a folder."""
+    """Write `instances.ply` and `instances.glb` into a folder.
+
+    glTF has float32 vertices. A mesh far from the origin is stored about its centre, under a node
+    that shifts it back.
+    """
     import trimesh
 
     coloured = coloured_mesh(mesh, instances)
     ply, glb = folder / "instances.ply", folder / "instances.glb"
     write_ply(ply, coloured)
+    back = np.eye(4)
+    if not fits_float32(mesh.vertices):
+        back[:3, 3] = np.round(mesh.vertices.mean(axis=0))
     exported = trimesh.Trimesh(
-        coloured.vertices, coloured.faces, vertex_colors=coloured.vertex_colours, process=False
+        coloured.vertices - back[:3, 3],
+        coloured.faces,
+        vertex_colors=coloured.vertex_colours,
+        process=False,
     )
+    scene = trimesh.Scene()
+    scene.add_geometry(exported, transform=back)
     with atomic_path(glb) as temporary:
-        temporary.write_bytes(exported.export(file_type="glb"))
+        temporary.write_bytes(scene.export(file_type="glb"))
     return [ply, glb]
 
 

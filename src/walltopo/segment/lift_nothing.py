@@ -50,7 +50,9 @@ def _extents(mesh: Mesh, views: Sequence[View]) -> str:
         float(np.linalg.norm(np.ptp(points, axis=0)))
         for points in (mesh.vertices, np.array([view.centre for view in views]))
     ]
-    ratio = sizes[0] / sizes[1] if sizes[1] > 0 else float("inf")
+    if sizes[1] == 0:
+        return f"the mesh has an extent of {sizes[0]:.4g}, and all cameras are in one place"
+    ratio = sizes[0] / sizes[1]
     unit = "if their units differ (mm and m: a ratio of 1000), scale one of them"
     return (
         f"the mesh has an extent of {sizes[0]:.4g}, the cameras of {sizes[1]:.4g}, a ratio of "

@@ -14,6 +14,7 @@ _Matrix = list[list[float]]
 _UPRIGHT: _Matrix = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
 _MIRRORED: _Matrix = [[-1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
 _SHEARED: _Matrix = [[1, 0.5, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+_FAR: _Matrix = [[1, 0, 0, 2e9], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
 
 Make = Callable[[Path], list[str]]
 
@@ -88,6 +89,13 @@ POSE_CASES: tuple[tuple[str, Make, int, str, str], ...] = (
         _with_poses("transforms.json", _frames([*_ALL, "p0.jpg"])),
         3,
         "a photo named p0.jpg occurs twice",
+        "scan",
+    ),
+    (
+        "poses a billion metres away",
+        _with_poses("transforms.json", _frames(_ALL, _FAR)),
+        3,
+        "Expected `float` <= 1000000000.0",
         "scan",
     ),
     (
