@@ -12,12 +12,11 @@ import pytest
 from gym.tests.worlds import Server, World, make_world, new_database
 from sqlalchemy import delete
 
-from walltopo_gym import clock, mail
+from walltopo_gym import clock, mail, outgoing
 from walltopo_gym.accounts import oidc
 from walltopo_gym.accounts.models import Try
 from walltopo_gym.database import engine, lock
 from walltopo_gym.walls import service as walls
-from walltopo_gym.webhooks import service as webhooks
 
 _WEDNESDAY = 2
 
@@ -26,9 +25,9 @@ _WEDNESDAY = 2
 def _patient() -> Iterator[None]:
     """The product's limits for what is slow; a loaded machine would pass them."""
     with pytest.MonkeyPatch.context() as patch:
-        for room in (oidc, mail, walls, webhooks):
+        for room in (oidc, mail, walls, outgoing):
             patch.setattr(room, "_PATIENCE_S", 600)
-        patch.setattr(webhooks, "_DEADLINE_S", 600)
+        patch.setattr(outgoing, "_DEADLINE_S", 600)
         patch.setattr(engine, "_BUSY_S", 600)
         yield
 

@@ -8,8 +8,8 @@ from typing import Any, NoReturn
 from uuid import UUID, uuid4
 
 import pytest
-from gym.tests.hall.test_gym_notifications import EVERYTHING, Service
 from gym.tests.hurried import do_all, forget_jobs, waiting
+from gym.tests.notifications.test_gym_notifications import EVERYTHING, Service
 from gym.tests.scans.test_gym_uploads import jpeg
 from gym.tests.webhooks.test_gym_webhooks import delivery, listener
 from gym.tests.worlds import Server, World, hold, make_world
@@ -18,13 +18,14 @@ from sqlalchemy import delete, select, update
 from walltopo.reconstruct.ingest.decoding import decode_files
 from walltopo_gym.clock import now
 from walltopo_gym.grading.models import ScanPlaces
-from walltopo_gym.grading.placing import Placing, queue_missing
+from walltopo_gym.grading.placing import PLACES, Placing, queue_missing
 from walltopo_gym.gyms.models import Gym
-from walltopo_gym.hall.models import Message, NotificationPreferences, PushAddress
-from walltopo_gym.hall.notification_triggers import DIGEST, MAILS, PUSHES, note_all
-from walltopo_gym.hall.notifications import MessageSender, note_failure
 from walltopo_gym.jobs.queue import Task, enqueue
 from walltopo_gym.mail import Mail
+from walltopo_gym.notifications.due import note_all
+from walltopo_gym.notifications.messages import DIGEST, MAILS, PUSHES
+from walltopo_gym.notifications.models import Message, NotificationPreferences, PushAddress
+from walltopo_gym.notifications.sending import MessageSender, note_failure
 from walltopo_gym.operating.jobs import job_lines
 from walltopo_gym.operating.purge import purge
 from walltopo_gym.publishing import plans
@@ -38,7 +39,6 @@ from walltopo_gym.scans.queues import (
     BATCHES,
     OVERLAPS,
     PHOTOS,
-    PLACES,
     photos_changed,
     queue_batch,
     routes_changed,
@@ -348,7 +348,7 @@ def test_a_gym_whose_news_cannot_be_found_delays_no_other(
         row = update(Gym).where(Gym.id == bad.gym.id)
         session.execute(row.values(time_zone="Nowhere/Else"))
     try:
-        note_all(server.database, server.settings.features)
+        note_all(server.database)
         _tell_all(server)
     finally:  # others share the server
         with server.database.writing() as session:

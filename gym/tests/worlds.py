@@ -31,16 +31,14 @@ from walltopo_gym.accounts.people import add_person
 from walltopo_gym.accounts.secrets import new_secret
 from walltopo_gym.api.services import Services
 from walltopo_gym.clock import now
-from walltopo_gym.competitions.live import LiveBoards
-from walltopo_gym.database.engine import Database
 from walltopo_gym.editing.service import EditSessions
+from walltopo_gym.features import features_on, open_database
 from walltopo_gym.gyms.members import add_member
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.gyms.service import open_gym
 from walltopo_gym.mail import Mail
 from walltopo_gym.migrations.run import migrate
-from walltopo_gym.problems.estimate import Estimator
 from walltopo_gym.scans.artifacts import store_public_files
 from walltopo_gym.scans.incoming import Incoming
 from walltopo_gym.scans.models import Photo, Scan
@@ -101,7 +99,7 @@ class Server:
         given = {"data": folder, "address": ORIGIN, "new_gyms": "anyone", "database": url,
                  "requests_per_minute": 0}  # fmt: skip
         self.settings = load_settings(given | settings, {})
-        self.database = Database(self.settings.database_url)
+        self.database = open_database(self.settings)
         if self.database.is_sqlite:  # as fast as it gets; none of these tests cuts the power
             event.listen(self.database.engine, "connect", _hurry)
         migrate(self.database)
@@ -115,8 +113,7 @@ class Server:
             self.passwords,
             self.incoming,
             edit_sessions,
-            LiveBoards(self.database),
-            Estimator(),
+            *(p for feature in features_on(self.settings) for p in feature.parts(self.database)),
         )
         self.services = Services(
             self.settings, self.database, self.outbox, store, {type(part): part for part in parts}

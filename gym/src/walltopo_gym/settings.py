@@ -24,7 +24,8 @@ FILE = "gym.toml"
 PREFIX = "WALLTOPO_GYM_"
 HOME: Final = ("localhost", "127.0.0.1", "::1")  # where browsers take http for secure
 
-Feature = Literal["competitions", "hall", "insights"]
+# Names of the features that can be turned off.
+Switch = Literal["competitions", "hall", "insights"]
 
 
 class GymSettings(BaseSettings):
@@ -45,7 +46,7 @@ class GymSettings(BaseSettings):
         (), description="addresses of proxies whose X-Forwarded-For is believed"
     )
 
-    features: tuple[Feature, ...] = Field(
+    features: tuple[Switch, ...] = Field(
         ("competitions", "hall", "insights"), description="optional features that are on"
     )
 

@@ -11,14 +11,10 @@ from uuid import UUID
 
 from walltopo_gym.climbing.counting import RECOUNTS, recount
 from walltopo_gym.database.engine import Database
-from walltopo_gym.grading.placing import Placing, queue_missing
-from walltopo_gym.hall import notifications
-from walltopo_gym.hall.notification_triggers import MAILS, PUSHES, note_all
-from walltopo_gym.hall.notifications import MessageSender
+from walltopo_gym.features import features_on
 from walltopo_gym.jobs.place import Place
 from walltopo_gym.jobs.queue import Task
 from walltopo_gym.jobs.worker import Chore, tidy, watch, working
-from walltopo_gym.mail import make_mailer
 from walltopo_gym.publishing import moves, plans
 from walltopo_gym.publishing.moves import SuggestedMoves
 from walltopo_gym.scans import overlap, own_network, photo_checks
@@ -26,15 +22,12 @@ from walltopo_gym.scans import worker as scans
 from walltopo_gym.scans.overlap import Overlaps
 from walltopo_gym.scans.own_network import OwnNetworks
 from walltopo_gym.scans.photo_checks import PhotoChecks
-from walltopo_gym.scans.queues import BATCHES, MOVES, OVERLAPS, PHOTOS, PLACES, SCANS
+from walltopo_gym.scans.queues import BATCHES, MOVES, OVERLAPS, PHOTOS, SCANS
 from walltopo_gym.scans.stages import ScanSteps
 from walltopo_gym.scans.worker import ScanJobs
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore
 from walltopo_gym.walls.zones import PUBLICATIONS
-from walltopo_gym.webhooks import delivery
-from walltopo_gym.webhooks.delivery import Delivery
-from walltopo_gym.webhooks.service import DELIVERY
 
 
 def work(
@@ -44,8 +37,9 @@ def work(
     with Place(settings, database) as place:
         steps = ScanSteps(settings, database, store, settings.data / "work" / place.name)
         tasks = tasks_of(steps)
-        queue_missing(database)
         moves.queue_missing(database)
+        for feature in features_on(settings):
+            feature.start(database)
         with working(database, place, tasks, chores_of(steps)):
             try:
                 watch(place, stop, steps.keep)
@@ -63,20 +57,16 @@ def tasks_of(steps: ScanSteps) -> list[Task]:
         Task(BATCHES, checks.check_batch),
         Task(PHOTOS, checks.check, photo_checks.note_failure),
         Task(OVERLAPS, Overlaps(database, store).answer, overlap.note_failure),
-        Task(PLACES, Placing(database, store).place),
         Task(MOVES, SuggestedMoves(database, store).suggest, moves.note_failure),
         Task(PUBLICATIONS, lambda gym: plans.publish_due(database, UUID(gym)), plans.note_failure),
         Task(RECOUNTS, lambda gym: recount(database, UUID(gym))),
-        Task(DELIVERY, Delivery(settings, database).deliver, delivery.note_failure),
     ]  # fmt: skip
     if settings.own_networks:
         tasks.append(
             Task(own_network.TRAININGS, _own_networks(steps).train, own_network.note_failure)
         )
-    if "hall" in settings.features:
-        notices = MessageSender(settings, database, make_mailer(settings))
-        tasks.append(Task(MAILS, notices.mail, notifications.note_failure))
-        tasks.append(Task(PUSHES, notices.push, notifications.note_failure))
+    for feature in features_on(settings):
+        tasks += feature.tasks(settings, database, store)
     return tasks
 
 
@@ -90,9 +80,8 @@ def chores_of(steps: ScanSteps) -> list[Chore]:
     chores = [Chore("tidy", "17 * * * *", partial(tidy, database))]
     if settings.own_networks:
         chores.append(Chore("own-networks", "23 * * * *", _own_networks(steps).queue_due))
-    if "hall" in settings.features:
-        note = partial(note_all, database, settings.features)
-        chores.append(Chore("note-messages", "* * * * *", note))
+    for feature in features_on(settings):
+        chores += feature.chores(settings, database)
     return chores
 
 

@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from walltopo_climb.grades.font import FONT
 from walltopo_climb.grades.scales import FRENCH, SCALES, UIAA, V_SCALE
 from walltopo_gym.climbing.points import BEST, best_of, worth_of
-from walltopo_gym.climbing.visits import PAUSE, Event, Sort, day_begins, gym_day, visits
+from walltopo_gym.climbing.visits import PAUSE, Event, Sort, visits
+from walltopo_gym.gyms.days import day_begins, gym_day
 
 PRAGUE = ZoneInfo("Europe/Prague")
 ZONES = st.sampled_from(["UTC", "Europe/Prague", "America/St_Johns", "Asia/Kolkata"]).map(ZoneInfo)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from datetime import UTC, datetime, timedelta
 from typing import Any
-from uuid import UUID
+from uuid import UUID, uuid4
 
 import numpy as np
 from gym.tests.worlds import World, hold, make_world
@@ -18,13 +18,14 @@ from walltopo_gym.accounts.models import Person
 from walltopo_gym.climbing.counting import recount
 from walltopo_gym.climbing.models import Ascent, ClimbingSession, Opinion, Standing
 from walltopo_gym.clock import now
+from walltopo_gym.competitions.demo import COMPETITORS, hold_cups
 from walltopo_gym.competitions.history import board_of
 from walltopo_gym.competitions.models import Competition
-from walltopo_gym.demo.crowd import CLIMBERS, DAYS, email_of, fill
-from walltopo_gym.demo.cups import COMPETITORS, hold_cups
+from walltopo_gym.crowd.filled import DemoFilled
+from walltopo_gym.crowd.people import CLIMBERS, DAYS, email_of, fill
 from walltopo_gym.demo.hall import NAME, name_routes
-from walltopo_gym.demo.problems import make_problems
 from walltopo_gym.gyms.models import Gym, Membership
+from walltopo_gym.problems.demo import make_problems
 from walltopo_gym.problems.models import Problem, ProblemAscent
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.publishing.version_holds import version_holds
@@ -143,7 +144,7 @@ def with_cups(world: World, session: Session) -> tuple[Gym, UUID, list[Route]]:
     assert owner is not None
     gym = session.get_one(Gym, world.gym.id)
     routes, _ = filled(world, session)
-    hold_cups(session, gym, owner, routes, now())
+    hold_cups(session, DemoFilled(gym, owner, routes, (), {}, now()))
     return gym, owner, routes
 
 
@@ -151,7 +152,7 @@ def test_two_festivals_one_of_them_runs(world: World) -> None:
     published(world)
     with world.server.database.writing() as session:
         gym, owner, routes = with_cups(world, session)
-        hold_cups(session, gym, owner, routes, now())
+        hold_cups(session, DemoFilled(gym, owner, routes, (), {}, now()))
         cups = session.scalars(select(Competition).where(Competition.gym_id == gym.id)).all()
         assert sorted(cup.state for cup in cups) == ["ended", "running"]
         for cup in cups:
@@ -160,7 +161,7 @@ def test_two_festivals_one_of_them_runs(world: World) -> None:
             assert len(set(ranks)) > COMPETITORS / 3, "ranks differ"
         # Another day: the same two, and one that runs.
         later = now() + timedelta(days=2)
-        hold_cups(session, gym, owner, routes, later)
+        hold_cups(session, DemoFilled(gym, owner, routes, (), {}, later))
         again = session.scalars(select(Competition).where(Competition.gym_id == gym.id)).all()
         assert [cup.id for cup in again] == [cup.id for cup in cups]
         assert [cup.ends_at is not None and cup.ends_at > later for cup in again] == [
@@ -201,7 +202,7 @@ def test_climbers_made_problems_once(world: World) -> None:
         gym, wall = session.get_one(Gym, world.gym.id), session.get_one(Wall, world.wall.id)
         fill(session, gym, routes, UNTIL)
         for _ in range(2):
-            make_problems(session, gym, [wall], versions, UNTIL)
+            make_problems(session, DemoFilled(gym, uuid4(), routes, [wall], versions, UNTIL))
         made = select(Problem).where(Problem.wall_id == wall.id)
         problems = session.scalars(made.order_by(Problem.created_at)).all()
         assert len({problem.name for problem in problems}) == len(problems) >= 4

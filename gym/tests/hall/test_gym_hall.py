@@ -25,12 +25,12 @@ from walltopo_gym.gyms.members import add_member
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.hall import cards as card_room
 from walltopo_gym.hall.cards import Cards
-from walltopo_gym.hall.codes import code_of
-from walltopo_gym.hall.http.screen import KIOSK
-from walltopo_gym.hall.new_routes import MIN
-from walltopo_gym.hall.words import PAINT, words_in
+from walltopo_gym.hall.coming import MIN
+from walltopo_gym.hall.screen import KIOSK
 from walltopo_gym.languages import LANGUAGES
+from walltopo_gym.publishing.codes import code_of
 from walltopo_gym.publishing.models import Route
+from walltopo_gym.words import PAINT, words_in
 
 ALL = ["routes", "wall", "climbers", "board", "dates"]
 NAMES = ("Moonshine", "Žlutý kůň", "Straße <b>&", "漢字 Ωμέγα")

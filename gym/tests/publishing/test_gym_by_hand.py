@@ -10,9 +10,9 @@ from gym.tests.worlds import Somebody, World, hold
 from tests.at_once import at_once
 
 from walltopo_gym.clock import now
-from walltopo_gym.hall.words import words_in
 from walltopo_gym.languages import LANGUAGES
 from walltopo_gym.publishing.colours import colour_of
+from walltopo_gym.words import words_in
 
 HOLDS = [hold(n, 0.5 * n, 1.0 + 0.1 * (n % 3)) for n in range(1, 9)]
 TABLE = """name;grade;colour;setter;tags;set_on;strip_on

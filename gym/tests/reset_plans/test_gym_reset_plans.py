@@ -10,8 +10,10 @@ from uuid import UUID, uuid4
 import pytest
 from gym.tests.worlds import Somebody, World, hold, make_world
 from sqlalchemy import select
+from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import AuditEntry
+from walltopo_gym.events import RoutesToForerun
 from walltopo_gym.gyms.members import add_member, change_role
 from walltopo_gym.gyms.models import GradeSystem
 from walltopo_gym.gyms.roles import Role
@@ -229,6 +231,27 @@ def test_forerunners_propose_and_do_not_see_each_other(world: World, font: str) 
     for body in wrong:
         answer = world.server.ask("PUT", f"{world.path}{path}", world.owner, body)
         assert answer.status_code == 422
+
+
+def test_set_routes_are_told_to_the_forerunners_of_the_moment(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told: list[RoutesToForerun] = []
+
+    def listen(session: Session, event: RoutesToForerun) -> None:
+        told.append(event)
+
+    database = world.server.database
+    monkeypatch.setattr(database, "listeners", {**database.listeners, RoutesToForerun: (listen,)})
+    member, judge = person_id(world.people["member"]), person_id(world.people["judge"])
+    key = planned(world, forerunners=[str(member)])
+    assert told == []  # only planned
+    ask(world, "PUT", f"/reset-plans/{key}/state", body={"state": "set"})
+    plan(world, key=UUID(key), forerunners=[str(member), str(judge)])
+    assert [event.forerunners for event in told] == [{member}, {member, judge}]
+    ask(world, "PUT", f"/reset-plans/{key}/state", body={"state": "forerun"})
+    assert {(event.gym, event.wall) for event in told} == {(world.gym.id, world.wall.id)}
+    assert len(told) == 2
 
 
 def test_members_whom_no_plan_names_see_none(world: World) -> None:

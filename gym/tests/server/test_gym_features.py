@@ -11,12 +11,10 @@ import pytest
 from fastapi.routing import APIRoute
 from gym.tests.worlds import NOBODY, Server, World, hold, make_world
 
-import walltopo_gym.competitions.http as competitions
-import walltopo_gym.hall.http as hall
-import walltopo_gym.insights.http as insights
 from walltopo_gym.clock import now
 from walltopo_gym.competitions.models import Competition
-from walltopo_gym.hall.codes import code_of
+from walltopo_gym.features import FEATURES as LISTED
+from walltopo_gym.publishing.codes import code_of
 from walltopo_gym.scans.stages import ScanSteps
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.work import chores_of, tasks_of
@@ -50,8 +48,9 @@ def test_what_is_off_is_not_there(feature: str, tmp_path: Path) -> None:
     steps = ScanSteps(server.settings, server.database, server.services.store, tmp_path)
     jobs = {task.job.name for task in tasks_of(steps)}
     chores = {chore.name for chore in chores_of(steps)}
-    assert ("mails" in jobs, "pushes" in jobs) == (feature != "hall",) * 2
-    assert ("note-messages" in chores) == (feature != "hall")
+    assert {"mails", "pushes", "webhooks"} <= jobs
+    assert "note-messages" in chores
+    assert ("competitions-begin" in chores) == (feature != "competitions")
     server.close()
 
 
@@ -68,7 +67,7 @@ def test_all_are_on_unless_the_settings_say_otherwise() -> None:
 
 
 ROUTERS = {
-    "competitions": competitions.ROUTERS, "hall": hall.ROUTERS, "insights": insights.ROUTERS,
+    feature.switch: feature.routers() for feature in LISTED if feature.switch is not None
 }  # fmt: skip
 # All that a gym has of an optional feature: method and path.
 BELOW = [

@@ -13,15 +13,17 @@ from fastapi.routing import APIRoute
 from gym.tests.running import TUS
 from gym.tests.worlds import Server, World
 
+from walltopo_gym.features import FEATURES
 from walltopo_gym.publishing.route_table import _day
-from walltopo_gym.server.app import _SLICES
+from walltopo_gym.server.app import _CORE
 
 NO_DIGITS = ("+5", "1_0", " 5", "5 ", "5.0", "-0", "0x5", "٥", "５", "", "5e0")
 
 
 def integers() -> Iterator[tuple[str, Any]]:
     """Yield each parameter outside of bodies that is a whole number, and its endpoint's path."""
-    for router in (router for _, routers in _SLICES for router in routers):
+    slices = (*_CORE, *(feature.routers() for feature in FEATURES))
+    for router in (router for routers in slices for router in routers):
         for route in router.routes:
             assert isinstance(route, APIRoute)
             for field in get_flat_params(route.dependant):

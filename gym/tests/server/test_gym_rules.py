@@ -33,10 +33,10 @@ from walltopo_gym.competitions.models import Entry, Round
 from walltopo_gym.gyms.members import add_member, invite
 from walltopo_gym.gyms.models import Ban, GradeSystem, Invitation
 from walltopo_gym.gyms.roles import Role
-from walltopo_gym.hall.codes import code_of
-from walltopo_gym.hall.models import PushAddress
-from walltopo_gym.hall.secrets import unsubscribe_token
 from walltopo_gym.insights.models import Washing
+from walltopo_gym.notifications.models import PushAddress
+from walltopo_gym.notifications.secrets import unsubscribe_token
+from walltopo_gym.publishing.codes import code_of
 from walltopo_gym.scans.service import State
 
 ROLES = ("guest", "member", "judge", "setter", "owner")

@@ -19,7 +19,7 @@ from walltopo_gym.accounts.access import SignedInMay, declare_rules
 from walltopo_gym.api.services import Db
 from walltopo_gym.database import lock
 from walltopo_gym.database.engine import CONNECTIONS
-from walltopo_gym.operating.http import Metrics
+from walltopo_gym.operating.metrics import Metrics
 from walltopo_gym.server.app import PREFIX
 from walltopo_gym.server.observed import Observed
 

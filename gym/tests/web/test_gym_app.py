@@ -16,7 +16,7 @@ from walltopo.scans.folder import ScanFolder
 from walltopo.scans.routes import Routes
 from walltopo_gym.gyms.members import add_member
 from walltopo_gym.gyms.roles import Role
-from walltopo_gym.hall.secrets import unsubscribe_token
+from walltopo_gym.notifications.secrets import unsubscribe_token
 
 pytestmark = pytest.mark.slow
 

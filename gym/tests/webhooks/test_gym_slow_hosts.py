@@ -9,21 +9,22 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from uuid import uuid4
 
 import pytest
-from gym.tests.hall.test_gym_notifications import Service
 from gym.tests.hurried import at_work, forget_jobs
+from gym.tests.notifications.test_gym_notifications import Service
 from gym.tests.running import wait_for
 from gym.tests.webhooks.test_gym_webhooks import delivery, listener
 from gym.tests.worlds import Server, World, make_world
 from sqlalchemy import delete
 from sqlalchemy.orm import Session
 
-from walltopo_gym.hall.models import Message, PushAddress
-from walltopo_gym.hall.notification_triggers import PUSHES
-from walltopo_gym.hall.notifications import MessageSender
+from walltopo_gym import outgoing as sending
 from walltopo_gym.jobs.queue import Task, enqueue
-from walltopo_gym.webhooks import service as sending
+from walltopo_gym.notifications.messages import PUSHES
+from walltopo_gym.notifications.models import Message, PushAddress
+from walltopo_gym.notifications.sending import MessageSender
+from walltopo_gym.outgoing import post
 from walltopo_gym.webhooks.models import Webhook, WebhookEvent
-from walltopo_gym.webhooks.service import note, post
+from walltopo_gym.webhooks.service import note
 
 
 @pytest.fixture

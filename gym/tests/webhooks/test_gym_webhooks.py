@@ -21,9 +21,10 @@ from sqlalchemy import select
 
 from walltopo_gym.errors import RequestError
 from walltopo_gym.jobs.queue import Task
+from walltopo_gym.outgoing import check_url
 from walltopo_gym.webhooks.delivery import Delivery, note_failure
 from walltopo_gym.webhooks.models import Webhook, WebhookEvent
-from walltopo_gym.webhooks.service import DELIVERY, check_url, note, send
+from walltopo_gym.webhooks.service import DELIVERY, note, send
 
 
 @contextmanager

@@ -9,6 +9,7 @@ import NotFound from "./shell/NotFound.svelte";
 const competitions = withTexts("competitions");
 const hall = withTexts("hall");
 const insights = withTexts("insights");
+const notifications = withTexts("notifications");
 const ofProblems = withTexts("problems");
 const resets = withTexts("resets");
 
@@ -36,8 +37,8 @@ export const { p, navigate, preload, route } = createRouter({
   "/me/profile": () => import("./accounts/MyProfile.svelte"),
   "/me/security": () => import("./accounts/Security.svelte"),
   "/me/waiting": () => import("./outbox/Waiting.svelte").then(ofProblems),
-  "/me/messages": of("hall", () => import("./hall/Messages.svelte").then(hall)),
-  "/unsubscribe": of("hall", () => import("./hall/Unsubscribe.svelte").then(hall)),
+  "/me/messages": () => import("./notifications/Messages.svelte").then(notifications),
+  "/unsubscribe": () => import("./notifications/Unsubscribe.svelte").then(notifications),
   "/me/data": () => import("./accounts/MyData.svelte"),
   "/selftest": () => import("./operating/SelfTest.svelte"),
   "/people/:person": () => import("./climbing/PersonPage.svelte"),

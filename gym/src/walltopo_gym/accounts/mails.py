@@ -15,6 +15,7 @@ from sqlalchemy.orm import Session
 from walltopo_gym.accounts.models import MailedLink
 from walltopo_gym.accounts.people import find_person
 from walltopo_gym.accounts.secrets import hash_of, new_secret
+from walltopo_gym.api.services import Services
 from walltopo_gym.clock import now
 from walltopo_gym.errors import RequestError
 from walltopo_gym.languages import Language
@@ -91,3 +92,10 @@ def mail_templates() -> Mapping[Language, Mapping[str, Mapping[str, str]]]:
     """Return subject and text of each mail by language and name."""
     content = files("walltopo_gym.accounts").joinpath("mail_templates.json").read_bytes()
     return msgspec.json.decode(content, type=dict[Language, dict[str, dict[str, str]]])
+
+
+def mail_link(services: Services, kind: Kind, email: str, language: Language) -> None:
+    """Send the link after the response, so that response times do not reveal accounts."""
+    with services.database.writing() as session:
+        mail = requested_mail(session, kind, email, services.settings.link_base, language)
+    services.mailer.send(mail)

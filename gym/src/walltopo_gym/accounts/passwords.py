@@ -5,14 +5,18 @@ from __future__ import annotations
 
 import unicodedata
 from typing import Annotated
+from uuid import UUID
 
 from argon2 import PasswordHasher
 from argon2.exceptions import InvalidHashError, VerificationError
 from pydantic import Field, SecretStr
 
 from walltopo_gym.accounts.leaked import SHORTEST, is_leaked
+from walltopo_gym.accounts.limits import count_old_password
+from walltopo_gym.accounts.models import Person
+from walltopo_gym.api.services import Services
 from walltopo_gym.database.lock import check_unlocked
-from walltopo_gym.errors import RequestError
+from walltopo_gym.errors import ForbiddenError, RequestError
 
 LONGEST = 200
 Password = Annotated[SecretStr, Field(max_length=LONGEST)]
@@ -89,3 +93,18 @@ def check_password(password: str, *known: str) -> None:
     if judged["score"] < _MIN_SCORE:
         reason = judged["feedback"]["warning"] or "It would be guessed soon."
         raise RequestError("password-not-safe", "password-four-words", why=reason)
+
+
+def check_own_password(services: Services, person: UUID, password: SecretStr) -> None:
+    """Check one's password outside of a transaction, because hashing takes long.
+
+    Raises
+    ------
+    ForbiddenError : the password is wrong.
+    TooManyError : there were too many recent attempts.
+    """
+    with services.database.writing() as session:
+        count_old_password(session, person)
+        kept = session.get_one(Person, person).password_hash
+    if not services.get(Passwords).matches(kept, password.get_secret_value()):
+        raise ForbiddenError("password-wrong")

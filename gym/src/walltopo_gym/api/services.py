@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Callable, Iterator, Mapping
+from collections.abc import AsyncIterator, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from ipaddress import IPv6Address, ip_address, ip_network
 from typing import Annotated, Any, Protocol, TypeVar, runtime_checkable
-from uuid import UUID
 
 from fastapi import Depends, Request
 from sqlalchemy.orm import Session
@@ -62,30 +61,6 @@ async def _services(request: Request) -> Services:
 
 
 ServicesOf = Annotated[Services, Depends(_services)]
-
-
-@dataclass(frozen=True)
-class Hooks:
-    """Callbacks of features for the gyms below them.
-
-    Parameters
-    ----------
-    admits : whether a request may see a private gym though its sender is not a member.
-    took_part : whether a person left data in a gym.
-    days_changed : called when the days of a gym begin at another time.
-    """
-
-    admits: Callable[[Session, UUID, Request], bool]
-    took_part: Callable[[Session, UUID, UUID], bool]
-    days_changed: Callable[[Session, UUID], None]
-
-
-async def _hooks(request: Request) -> Hooks:
-    hooks: Hooks = request.app.state.hooks
-    return hooks
-
-
-HooksOf = Annotated[Hooks, Depends(_hooks)]
 
 
 def is_reading(request: Request) -> bool:

@@ -13,6 +13,7 @@ from sqlalchemy import make_url
 
 from walltopo.core import InputError
 from walltopo_gym.database.engine import Database
+from walltopo_gym.features import open_database
 from walltopo_gym.migrations.run import migrate
 from walltopo_gym.settings import GymSettings, load_settings
 from walltopo_gym.storage.files import private_folder
@@ -46,7 +47,7 @@ def opened(args: argparse.Namespace) -> Iterator[Database]:
 def database_of(settings: GymSettings) -> Iterator[Database]:
     """Return the database of the settings, with the tables of this version."""
     private_folder(settings.data)
-    database = Database(settings.database_url)
+    database = open_database(settings)
     try:
         migrate(database)
         yield database

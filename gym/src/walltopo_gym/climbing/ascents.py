@@ -12,12 +12,13 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.fields import Body, Moment
-from walltopo_gym.climbing.counting import count_again, value, zone_of
+from walltopo_gym.climbing.counting import count_again, value
 from walltopo_gym.climbing.dates import begin_of, check_climbed
 from walltopo_gym.climbing.edits import Edit, takes
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
+from walltopo_gym.gyms.days import zone_of
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.publishing.models import Route
 

@@ -11,10 +11,9 @@ from sqlalchemy import ColumnElement, Select, func, or_, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Person, Profile
-from walltopo_gym.climbing.counting import zone_of
 from walltopo_gym.climbing.follows import followed_by
 from walltopo_gym.climbing.models import Standing
-from walltopo_gym.climbing.visits import gym_day
+from walltopo_gym.gyms.days import gym_day, zone_of
 from walltopo_gym.gyms.models import GradeSystem, Gym, Membership
 
 Age = Literal["", "u18", "40"]

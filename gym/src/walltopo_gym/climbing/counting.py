@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from datetime import date, datetime, timedelta
 from typing import Final, NamedTuple
 from uuid import UUID
-from zoneinfo import ZoneInfo
 
 from sqlalchemy import delete, insert, select, update
 from sqlalchemy.orm import Session
@@ -20,9 +19,11 @@ from sqlalchemy.orm import Session
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.climbing.models import Ascent, ClimbingSession, SessionMark, Standing
 from walltopo_gym.climbing.points import FLASH, best_of, worth_of
-from walltopo_gym.climbing.visits import Event, Sort, Visit, day_begins, gym_day, visits
+from walltopo_gym.climbing.visits import Event, Sort, Visit, visits
 from walltopo_gym.database.engine import Database
 from walltopo_gym.database.lock import check_unlocked
+from walltopo_gym.events import DaysChanged
+from walltopo_gym.gyms.days import day_begins, gym_day, zone_of
 from walltopo_gym.gyms.models import GradeSystem, Gym
 from walltopo_gym.jobs.queue import Job, enqueue
 from walltopo_gym.publishing.models import Route
@@ -56,11 +57,6 @@ class _Sum:
     points: int
     tops: int
     flashes: int
-
-
-def zone_of(gym: Gym) -> ZoneInfo:
-    """Return the gym's time zone."""
-    return ZoneInfo(gym.time_zone)
 
 
 def value(session: Session, ascent: Ascent, route: Route) -> None:
@@ -111,9 +107,9 @@ def recount(database: Database, gym: UUID) -> int:
     return len(people)
 
 
-def queue_recount(session: Session, gym: UUID) -> None:
+def queue_recount(session: Session, event: DaysChanged) -> None:
     """Queue the recount of a whole gym, because its days begin at another time."""
-    enqueue(session, RECOUNTS, str(gym), gym=gym)
+    enqueue(session, RECOUNTS, str(event.gym), gym=event.gym)
 
 
 def _valued(system: GradeSystem | None, label: str) -> tuple[int, str]:

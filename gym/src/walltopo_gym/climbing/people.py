@@ -14,6 +14,7 @@ from walltopo_gym.accounts.people import Audience, profile_of
 from walltopo_gym.climbing.follows import gyms_in_common, is_let
 from walltopo_gym.climbing.models import Ascent, Opinion
 from walltopo_gym.errors import NotFoundError
+from walltopo_gym.events import TookPart
 from walltopo_gym.gyms.models import Gym, Membership
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.walls.models import Wall
@@ -78,12 +79,13 @@ def may_see(session: Session, viewer: UUID, person: UUID, audience: str) -> bool
     return audience == Audience.GYM or is_let(session, viewer, person)
 
 
-def took_part(session: Session, gym: UUID, person: UUID) -> bool:
-    """Return whether a person belongs to a gym, climbed there, or rated its routes."""
+def took_part(session: Session, question: TookPart) -> None:
+    """Answer whether a person belongs to a gym, climbed there, or rated its routes."""
+    gym, person = question.gym, question.person
     here = select(Route.id).join(Wall, Wall.id == Route.wall_id).where(Wall.gym_id == gym)
     traces = (
         select(Membership.gym_id).where(Membership.gym_id == gym, Membership.person_id == person),
         select(Ascent.id).where(Ascent.gym_id == gym, Ascent.person_id == person),
         select(Opinion.route_id).where(Opinion.person_id == person, Opinion.route_id.in_(here)),
     )
-    return any(session.scalar(trace.limit(1)) is not None for trace in traces)
+    question.found.append(any(session.scalar(trace.limit(1)) is not None for trace in traces))

@@ -12,10 +12,9 @@ from uuid import UUID
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.climbing.counting import zone_of
 from walltopo_gym.climbing.models import Ascent, ClimbingSession
 from walltopo_gym.climbing.styles import STEEPNESS, main_hold, steepness_of
-from walltopo_gym.climbing.visits import gym_day
+from walltopo_gym.gyms.days import gym_day, zone_of
 from walltopo_gym.gyms.models import GradeSystem, Gym
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.scans.models import Scan

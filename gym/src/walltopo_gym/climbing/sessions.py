@@ -10,10 +10,11 @@ from uuid import UUID
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.climbing.counting import count_again, zone_of
+from walltopo_gym.climbing.counting import count_again
 from walltopo_gym.climbing.models import Ascent, ClimbingSession, SessionMark
-from walltopo_gym.climbing.visits import PAUSE, gym_day
+from walltopo_gym.climbing.visits import PAUSE
 from walltopo_gym.errors import ConflictError
+from walltopo_gym.gyms.days import gym_day, zone_of
 from walltopo_gym.gyms.models import Gym
 
 

@@ -9,14 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from datetime import UTC, date, datetime, time, timedelta
+from datetime import date, datetime, timedelta
 from enum import IntEnum
 from typing import Final
 from uuid import UUID
 from zoneinfo import ZoneInfo
 
+from walltopo_gym.gyms.days import gym_day
+
 PAUSE: Final = timedelta(hours=4)
-_DAWN: Final = time(4)
 
 
 class Sort(IntEnum):
@@ -51,17 +52,6 @@ class Visit:
     ended_at: datetime
     ascents: list[UUID] = field(default_factory=list)
     closed: bool = False
-
-
-def gym_day(at: datetime, zone: ZoneInfo) -> date:
-    """The gym's day of a moment."""
-    local = at.astimezone(zone)
-    return local.date() - timedelta(days=1) if local.time() < _DAWN else local.date()
-
-
-def day_begins(day: date, zone: ZoneInfo) -> datetime:
-    """The first moment of a gym's day."""
-    return datetime.combine(day, _DAWN, zone).astimezone(UTC)
 
 
 def visits(events: Iterable[Event], zone: ZoneInfo) -> list[Visit]:

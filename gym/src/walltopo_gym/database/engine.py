@@ -6,10 +6,11 @@ hundred reads a second with room to spare.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cached_property
 from threading import Lock
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 from sqlalchemy import Connection, Engine, create_engine, event, make_url, text
@@ -29,6 +30,7 @@ _REBUILDS = "walltopo_rebuilds"
 _TURN = "walltopo_turn"
 _BUSY_S = 20
 _TURNS: Final = 0x77740003  # class of the advisory locks of `take_turn`
+_NONE: Final[Mapping[type, Sequence[Callable[[Session, Any], None]]]] = MappingProxyType({})
 CONNECTIONS: Final = 20  # kept open; as many again while more are needed
 
 
@@ -38,10 +40,14 @@ class Database:
     Parameters
     ----------
     url : SQLAlchemy's.
+    listeners : by the class of what they listen to (`events.py`).
     """
 
-    def __init__(self, url: str) -> None:
+    def __init__(
+        self, url: str, listeners: Mapping[type, Sequence[Callable[[Session, Any], None]]] = _NONE
+    ) -> None:
         self.url = url
+        self.listeners = listeners
         self.is_sqlite = make_url(url).get_backend_name() == "sqlite"
         self.engine = _sqlite(url) if self.is_sqlite else _postgres(url)
         self._writing = self.engine.execution_options(**{_WRITES: True})

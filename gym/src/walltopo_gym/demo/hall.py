@@ -27,11 +27,10 @@ from walltopo_gym.accounts.passwords import Passwords
 from walltopo_gym.accounts.people import add_person, find_person, set_password
 from walltopo_gym.climbing.counting import recount
 from walltopo_gym.clock import now
+from walltopo_gym.crowd.filled import DemoFilled
+from walltopo_gym.crowd.people import fill, fill_own
 from walltopo_gym.database.engine import Database
-from walltopo_gym.demo.aims import fill_aims
-from walltopo_gym.demo.crowd import fill, fill_own
-from walltopo_gym.demo.cups import hold_cups
-from walltopo_gym.demo.problems import make_problems
+from walltopo_gym.events import tell
 from walltopo_gym.gyms.members import add_member
 from walltopo_gym.gyms.models import GradeSystem, Gym
 from walltopo_gym.gyms.roles import Role
@@ -115,9 +114,7 @@ class Hall:
             fill(session, gym, routes, now())
             fill_own(session, gym, climber, routes, now())
             current = [session.get_one(Wall, wall.id) for wall, _ in walls]
-            make_problems(session, gym, current, versions, now())
-            hold_cups(session, gym, setter, routes, now())
-            fill_aims(session, gym, routes, now())
+            tell(session, DemoFilled(gym, setter, routes, current, versions, now()))
         recount(self.database, gym.id)
         return accounts
 

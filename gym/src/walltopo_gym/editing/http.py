@@ -29,8 +29,7 @@ from walltopo_gym.editing.service import EditSessions, OpenScan
 from walltopo_gym.errors import RequestError
 from walltopo_gym.gyms.access import Access, PublisherMay
 from walltopo_gym.scans.edits import read_log
-from walltopo_gym.scans.http.scans import scan_of
-from walltopo_gym.scans.service import check_in_review
+from walltopo_gym.scans.service import check_in_review, scan_of
 
 router = APIRouter(tags=["editing"])
 

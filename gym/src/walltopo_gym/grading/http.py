@@ -8,46 +8,13 @@ from uuid import UUID
 from fastapi import APIRouter
 from pydantic import BaseModel
 
-from walltopo_climb.grades.font import FONT, V_OF
-from walltopo_climb.grades.model import Range
+from walltopo_gym.api.grades import GradeBounds
 from walltopo_gym.api.services import Db
-from walltopo_gym.grading.service import GradeOutlier, ranges_of
+from walltopo_gym.grading.service import ranges_of
 from walltopo_gym.gyms.access import PublisherMay
-from walltopo_gym.scans.http.scans import scan_of
-from walltopo_gym.scans.service import check_in_review
+from walltopo_gym.scans.service import check_in_review, scan_of
 
 router = APIRouter(tags=["publishing"])
-
-
-class GradeBounds(BaseModel):
-    """The easiest and the hardest grade of a range, inclusive, on two scales."""
-
-    low: str
-    high: str
-    low_v: str
-    high_v: str
-
-    @classmethod
-    def of(cls, found: Range) -> GradeBounds:
-        """Return the bounds of a range of the model."""
-        low, high = found.low, found.high
-        return cls(low=FONT[low], high=FONT[high], low_v=f"V{V_OF[low]}", high_v=f"V{V_OF[high]}")
-
-
-class GradeOutlierFacts(GradeBounds):
-    """A route whose grade lies outside of the range that its movement and the gym's other grades
-    suggest: "soft" if the grade is above, "hard" if it is below, by `by` steps of the Font scale.
-    """
-
-    route_id: UUID
-    side: Literal["soft", "hard"]
-    by: int
-
-    @classmethod
-    def from_row(cls, outlier: GradeOutlier) -> GradeOutlierFacts:
-        """Return the message of an outlier."""
-        ends = GradeBounds.of(outlier.range).model_dump()
-        return cls(route_id=outlier.route, side=outlier.side, by=outlier.by, **ends)
 
 
 class GradeRange(GradeBounds):

@@ -16,6 +16,7 @@ from uuid import UUID
 
 import msgspec
 from sqlalchemy import delete, func, or_, select
+from sqlalchemy.orm import Session
 
 from walltopo.core import InputError
 from walltopo.scans.folder import ScanFolder
@@ -24,17 +25,23 @@ from walltopo_climb.grades.of_scan import Graded, place_routes
 from walltopo_climb.wall_files import read_wall
 from walltopo_gym.database.engine import Database
 from walltopo_gym.errors import NotFoundError
+from walltopo_gym.events import ReviewChanged
 from walltopo_gym.grading.models import PlacedRoute, ScanPlaces
-from walltopo_gym.jobs.queue import enqueue
+from walltopo_gym.jobs.queue import Job, enqueue
 from walltopo_gym.scans.artifacts import download_files
 from walltopo_gym.scans.models import Scan, ScanEdits
-from walltopo_gym.scans.queues import PLACES
 from walltopo_gym.scans.service import State
 from walltopo_gym.storage.files import FileStore
 from walltopo_gym.walls.models import Wall
 
 _LOG = logging.getLogger("walltopo_gym.grading")
+PLACES: Final = Job("places", at_once=1, of_one_gym=1)  # a wall takes a processor for seconds
 PLACED: Final = (State.REVIEW, State.PUBLISHED, State.SUPERSEDED)
+
+
+def review_changed(session: Session, event: ReviewChanged) -> None:
+    """Queue the estimates of a scan's routes."""
+    enqueue(session, PLACES, str(event.scan), gym=event.gym)
 
 
 def queue_missing(database: Database) -> None:

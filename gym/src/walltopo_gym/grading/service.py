@@ -11,7 +11,7 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import timedelta
-from typing import Any, Final, Literal, NamedTuple
+from typing import Any, Final, NamedTuple
 from uuid import UUID
 
 from sqlalchemy import and_, func, or_, select
@@ -26,6 +26,7 @@ from walltopo_gym.climbing.models import Opinion
 from walltopo_gym.climbing.points import ENOUGH
 from walltopo_gym.climbing.shrinking import NOTHING, Sample, shrunk
 from walltopo_gym.clock import now
+from walltopo_gym.events import GradeOutlier, GradeOutliers, GradeOutliersOf, GradeRangeOf
 from walltopo_gym.grading.models import PlacedRoute, ScanPlaces
 from walltopo_gym.gyms.models import GradeSystem
 from walltopo_gym.publishing.models import Placement, Route
@@ -204,9 +205,6 @@ def _counted(votes: Sequence[tuple[Span, int]], setter: Span | None) -> _Votes:
     return _Votes(number, mean, width, off)
 
 
-Side = Literal["soft", "hard"]
-
-
 @dataclass(frozen=True)
 class Ranges:
     """Ranges of a scan's routes by number, without routes that nobody can climb.
@@ -220,30 +218,6 @@ class Ranges:
     voted: int
     coverage: float
     found: dict[int, Range]
-
-
-@dataclass(frozen=True)
-class GradeOutlier:
-    """A route whose grade lies outside of its range.
-
-    Parameters
-    ----------
-    side : "soft" if its grade is above, "hard" if it is below. by : steps of the Font scale.
-    """
-
-    route: UUID
-    range: Range
-    side: Side
-    by: int
-
-
-@dataclass(frozen=True)
-class GradeOutliers:
-    """Outliers, the largest first; empty while fewer than `enough` routes are graded."""
-
-    graded: int
-    enough: int
-    routes: list[GradeOutlier]
 
 
 def ranges_of(session: Session, gym: UUID, scan: UUID) -> Ranges | None:
@@ -263,23 +237,18 @@ def ranges_of(session: Session, gym: UUID, scan: UUID) -> Ranges | None:
     )
 
 
-def range_of(
-    session: Session, gym: UUID, scan: UUID, model: str, place: float, *, known: bool
-) -> Range | None:
-    """Return the range of a climb that is no route of the scan, as if it were new to the gym.
+def answer_range(session: Session, question: GradeRangeOf) -> None:
+    """Answer as if the climb were new to the gym, if the scan's own routes have estimates of the
+    same model."""
+    row = session.get(ScanPlaces, question.scan)
+    if row is not None and row.model == question.model:
+        scale = _scale(row, scale_routes(session, question.gym, question.model))
+        question.found.append(scale.range(question.place, question.known))
 
-    Parameters
-    ----------
-    scan : a version of its wall. model : identity of the model that gave `place`.
 
-    Returns
-    -------
-    None if the scan's own routes have no estimates of this model.
-    """
-    row = session.get(ScanPlaces, scan)
-    if row is None or row.model != model:
-        return None
-    return _scale(row, scale_routes(session, gym, model)).range(place, known)
+def answer_outliers(session: Session, question: GradeOutliersOf) -> None:
+    """Answer with `grade_outliers`."""
+    question.found.append(grade_outliers(session, question.gym))
 
 
 def grade_outliers(session: Session, gym: UUID) -> GradeOutliers:

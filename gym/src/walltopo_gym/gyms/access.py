@@ -12,12 +12,13 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.access import Rule, actor_in, check_scope
 from walltopo_gym.accounts.actor import Actor, Scope
-from walltopo_gym.api.services import Hooks, ServicesOf, rule_session
+from walltopo_gym.api.services import ServicesOf, rule_session
 from walltopo_gym.errors import ForbiddenError, NotFoundError, SignInNeededError
+from walltopo_gym.events import Admission, ask
 from walltopo_gym.gyms.members import check_not_banned, role_of
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.gyms.roles import Role
-from walltopo_gym.settings import Feature
+from walltopo_gym.settings import Switch
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,7 @@ OwnerMay = Annotated[Access, gym_rule(Role.OWNER, Scope.MANAGE)]
 PublisherMay = Annotated[Access, gym_rule(Role.SETTER, Scope.PUBLISH)]
 
 
-def feature_rule(feature: Feature) -> Any:
+def feature_rule(feature: Switch) -> Any:
     """Return the dependency of all endpoints of an optional feature: `visible_gym` answers 404 for
     gyms that have turned the feature off."""
 
@@ -91,8 +92,7 @@ def _known_gym(session: Session, slug: str, actor: Actor, request: Request) -> t
     gym = UUID(int=0) if found is None else found.id
     role = role_of(session, gym, actor.person)
     # Only where nobody is signed in: the link to a screen lets nobody join.
-    hooks: Hooks = request.app.state.hooks
-    is_screen = actor.person is None and hooks.admits(session, gym, request)
+    is_screen = actor.person is None and True in ask(session, Admission(gym, request.cookies))
     if found is None or (found.visibility == "private" and role == Role.GUEST and not is_screen):
         raise NotFoundError("not-there-gym")
     return found, role

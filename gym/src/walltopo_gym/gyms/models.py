@@ -13,7 +13,7 @@ from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
-from walltopo_gym.settings import Feature
+from walltopo_gym.settings import Switch
 
 _GYM = "gyms.id"
 
@@ -42,9 +42,9 @@ class Gym(Keyed, Base):
     visibility: Mapped[str] = mapped_column(String(10), default="private")
     joining: Mapped[str] = mapped_column(String(10), default="invitation")
     boards: Mapped[str] = mapped_column(String(10), default="one", server_default="one")
-    features_off: Mapped[list[Feature]] = mapped_column(JSON, default=list, server_default="[]")
+    features_off: Mapped[list[Switch]] = mapped_column(JSON, default=list, server_default="[]")
 
-    def features(self, of: Iterable[Feature]) -> list[Feature]:
+    def features(self, of: Iterable[Switch]) -> list[Switch]:
         """Return those of a server's features that the gym has."""
         return [feature for feature in of if feature not in self.features_off]
 

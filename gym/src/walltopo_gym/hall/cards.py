@@ -8,12 +8,12 @@ from io import BytesIO
 from typing import Any, Final, Literal
 
 from walltopo_gym.errors import RequestError
-from walltopo_gym.hall.codes import code_of
-from walltopo_gym.hall.words import PAINT, Words
 from walltopo_gym.paper.codes import draw_code
 from walltopo_gym.paper.printable import BOLD, PLAIN, PrintableText
 from walltopo_gym.paper.sheet import SIZES
+from walltopo_gym.publishing.codes import code_of
 from walltopo_gym.publishing.models import Route
+from walltopo_gym.words import PAINT, Words
 
 CardSize = Literal["a4", "a5", "a6", "a7"]
 MAX_CARDS: Final = 400

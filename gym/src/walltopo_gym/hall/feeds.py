@@ -7,23 +7,23 @@ from datetime import UTC, date, datetime, time, timedelta
 from typing import Final
 from xml.etree import ElementTree as Xml
 
+from walltopo_gym.events import GymDate
 from walltopo_gym.gyms.models import Gym
-from walltopo_gym.hall.new_routes import Date
-from walltopo_gym.hall.words import Words
 from walltopo_gym.publishing.models import Route
+from walltopo_gym.words import Words
 
 _ATOM: Final = "http://www.w3.org/2005/Atom"
 _DAY: Final = timedelta(days=1)
 
 
-def say_date(coming: Date, words: Words) -> str:
+def say_date(coming: GymDate, words: Words) -> str:
     """Return a date's description in a line."""
     if coming.kind == "strip":
         return words.say("goes_on", number=coming.number, wall=coming.name)
     return words.say("reset", wall=coming.name) if coming.kind == "reset" else coming.name
 
 
-def calendar(gym: Gym, dates: Sequence[Date], words: Words, base: str) -> bytes:
+def calendar(gym: Gym, dates: Sequence[GymDate], words: Words, base: str) -> bytes:
     """Return the dates as a calendar for subscriptions."""
     from icalendar import Calendar, Event
 
@@ -51,7 +51,7 @@ def calendar(gym: Gym, dates: Sequence[Date], words: Words, base: str) -> bytes:
     return content
 
 
-def _day(coming: Date) -> date:
+def _day(coming: GymDate) -> date:
     return coming.at.date() if isinstance(coming.at, datetime) else coming.at
 
 

@@ -8,10 +8,10 @@ from datetime import date
 from uuid import UUID
 
 from walltopo_gym.gyms.models import Gym
-from walltopo_gym.hall.words import PAINT, Words
 from walltopo_gym.paper.sheet import Paper, Sheet
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.walls.models import Wall
+from walltopo_gym.words import PAINT, Words
 
 _NO_PAINT = "#ffffff"
 

@@ -13,11 +13,14 @@ from walltopo_gym.accounts.secrets import hash_of, new_secret
 from walltopo_gym.climbing.boards import Line, month_of
 from walltopo_gym.climbing.models import Standing
 from walltopo_gym.clock import now
+from walltopo_gym.events import Admission
 from walltopo_gym.gyms.models import Gym, Membership
 from walltopo_gym.hall.models import HallSettings
 
 Part = Literal["routes", "wall", "climbers", "board", "dates"]
 PARTS: Final[tuple[Part, ...]] = ("routes", "wall", "climbers", "board", "dates")
+# Cookie of a screen in the hall: the screen is a guest of one private gym.
+KIOSK: Final = "__Host-walltopo-kiosk"
 _SECONDS: Final = 20
 _DAYS: Final = 14
 
@@ -51,6 +54,13 @@ def has_key(session: Session, gym: UUID, secret: str) -> bool:
     if row is None or row.key_hash != hash_of(secret):
         return False
     return "hall" not in session.get_one(Gym, gym).features_off
+
+
+def admit(session: Session, question: Admission) -> None:
+    """Admit the screen of a private gym."""
+    secret = question.cookies.get(KIOSK, "")
+    if secret and has_key(session, question.gym, secret):
+        question.found.append(True)
 
 
 def public_board(session: Session, gym: Gym, size: int) -> list[Line] | None:

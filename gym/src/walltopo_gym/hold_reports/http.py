@@ -28,7 +28,7 @@ from walltopo_gym.hold_reports.service import (
     reports_of,
 )
 from walltopo_gym.publishing.version_holds import check_version, version_holds
-from walltopo_gym.walls.http import wall_of
+from walltopo_gym.walls.lookup import wall_of
 
 router = APIRouter(tags=["hold reports"])
 
@@ -134,7 +134,7 @@ def close_hold_report(report: UUID, session: Db, access: SetterMay) -> None:
     """Close all open reports of a report's hold; repeating it is fine."""
     row = report_of(session, access.gym.id, report)
     if row.done_at is None:
-        mark_done(session, row, done=True)
+        mark_done(session, access.gym.id, row, done=True)
         _log(session, access, "hold.done", row)
 
 
@@ -143,7 +143,7 @@ def reopen_hold_report(report: UUID, session: Db, access: SetterMay) -> None:
     """Open the reports again that were closed together; repeating it is fine."""
     row = report_of(session, access.gym.id, report)
     if row.done_at is not None:
-        mark_done(session, row, done=False)
+        mark_done(session, access.gym.id, row, done=False)
         _log(session, access, "hold.open", row)
 
 

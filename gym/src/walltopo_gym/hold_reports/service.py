@@ -21,11 +21,11 @@ from walltopo_gym.accounts.limits import count_hold_report
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
+from walltopo_gym.events import HoldReportDone, HoldReported, tell
 from walltopo_gym.hold_reports.models import HoldReport
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.publishing.version_holds import check_version, origins
 from walltopo_gym.walls.models import Wall
-from walltopo_gym.webhooks.service import note as queue_message
 
 _DONE_SHOWN: Final = timedelta(days=30)
 
@@ -121,7 +121,7 @@ def keep_report(
     count_hold_report(session, person)
     session.add(row)
     session.flush()
-    queue_message(session, wall.gym_id, "hold.reported", wall=str(wall.id), report=str(row.id))
+    tell(session, _event(HoldReported, wall.gym_id, row))
     return row, True
 
 
@@ -207,7 +207,7 @@ def _is_there(one: Open) -> bool:
     return one.is_current if one.route is None else one.route.stripped_at is None
 
 
-def mark_done(session: Session, report: HoldReport, *, done: bool) -> None:
+def mark_done(session: Session, gym: UUID, report: HoldReport, *, done: bool) -> None:
     """Close the open reports of a report's hold, or open those again that were closed with it."""
     at = report.done_at
     if done == (at is not None):
@@ -224,6 +224,15 @@ def mark_done(session: Session, report: HoldReport, *, done: bool) -> None:
     for row in rows:
         if row.hold is None or row.scan_id in same:
             row.done_at = closed
+            if done:
+                tell(session, _event(HoldReportDone, gym, row))
+
+
+def _event(kind: type[HoldReported], gym: UUID, row: HoldReport) -> HoldReported:
+    """Return the event of a report."""
+    return kind(
+        gym, row.wall_id, row.id, row.person_id, row.route_id, row.kind, row.colour, row.note
+    )
 
 
 def report_of(session: Session, gym: UUID, report: UUID) -> HoldReport:

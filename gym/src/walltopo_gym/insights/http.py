@@ -14,13 +14,13 @@ from sqlalchemy.orm import Session
 from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.fields import Body, Name, Text
+from walltopo_gym.api.grades import GradeBounds
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.api.tables import CsvDialectOf, CsvFile
 from walltopo_gym.clock import now
 from walltopo_gym.database.lock import check_unlocked
 from walltopo_gym.errors import NotFoundError, RequestError
-from walltopo_gym.grading.http import GradeOutlierFacts
-from walltopo_gym.grading.service import grade_outliers
+from walltopo_gym.events import NO_OUTLIERS, GradeOutlier, GradeOutliersOf, ask
 from walltopo_gym.gyms.access import Access, SetterMay, gym_rule
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.gyms.roles import Role
@@ -41,9 +41,26 @@ from walltopo_gym.insights.styles import StyleCell, StyleInsight, styles
 from walltopo_gym.insights.usage import ENOUGH
 from walltopo_gym.spreadsheets import CsvDialect, csv_table
 from walltopo_gym.storage.files import FileStore
-from walltopo_gym.walls.http import wall_of
+from walltopo_gym.walls.lookup import wall_of
 
 router = APIRouter(tags=["insights"])
+
+
+class GradeOutlierFacts(GradeBounds):
+    """A route whose grade lies outside of the range that its movement and the gym's other grades
+    suggest: "soft" if the grade is above, "hard" if it is below, by `by` steps of the Font scale.
+    """
+
+    route_id: UUID
+    side: Literal["soft", "hard"]
+    by: int
+
+    @classmethod
+    def from_row(cls, outlier: GradeOutlier) -> GradeOutlierFacts:
+        """Return the message of an outlier."""
+        ends = GradeBounds.of(outlier.range).model_dump()
+        return cls(route_id=outlier.route, side=outlier.side, by=outlier.by, **ends)
+
 
 _OUTLIER: Final = list(GradeOutlierFacts.model_fields)
 
@@ -177,7 +194,8 @@ def route_insights(session: Session, gym: Gym) -> Insights:
     check_unlocked(_WORK)
     aims, found = aims_of(session, gym.id), of_routes(session, gym, now())
     strip = what_to_strip(found.routes, found.today, aims.wash_after)
-    outliers = grade_outliers(session, gym.id)
+    found_outliers = ask(session, GradeOutliersOf(gym.id))
+    outliers = found_outliers[0] if found_outliers else NO_OUTLIERS
     return Insights(
         today=found.today,
         enough=ENOUGH,

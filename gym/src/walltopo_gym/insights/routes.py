@@ -12,12 +12,11 @@ from uuid import UUID
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.climbing.counting import zone_of
 from walltopo_gym.climbing.models import Opinion
 from walltopo_gym.climbing.points import crowd_grade
 from walltopo_gym.climbing.shrinking import NOTHING, Sample, shrunk
 from walltopo_gym.climbing.styles import steepness_of
-from walltopo_gym.climbing.visits import gym_day
+from walltopo_gym.gyms.days import gym_day, zone_of
 from walltopo_gym.gyms.models import GradeSystem, Gym
 from walltopo_gym.insights.usage import ENOUGH, Usage, climbers_of, usage
 from walltopo_gym.publishing.models import Route

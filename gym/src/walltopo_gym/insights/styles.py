@@ -18,12 +18,11 @@ from sqlalchemy.orm import Session
 
 from walltopo_climb.grades.font import FONT
 from walltopo_gym.accounts.models import Profile
-from walltopo_gym.climbing.counting import zone_of
 from walltopo_gym.climbing.models import Ascent, Opinion
 from walltopo_gym.climbing.points import worth_of
 from walltopo_gym.climbing.shrinking import NOTHING, Sample, shrunk
 from walltopo_gym.climbing.styles import length_of, main_hold, steepness_of
-from walltopo_gym.climbing.visits import day_begins, gym_day
+from walltopo_gym.gyms.days import day_begins, gym_day, zone_of
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.insights.guard import People, Style, safe_to_show
 from walltopo_gym.insights.usage import ENOUGH, what_counts

@@ -3,36 +3,28 @@
 from __future__ import annotations
 
 import hmac
-import shutil
-from collections.abc import Iterable
 from typing import Any, Final
 
 from fastapi import APIRouter, Request, Response
 from obstore.exceptions import BaseError
-from prometheus_client import CollectorRegistry, Counter, Histogram, generate_latest
-from prometheus_client.core import GaugeMetricFamily
-from prometheus_client.registry import Collector
+from prometheus_client import generate_latest
 from pydantic import BaseModel
-from sqlalchemy import func, select, text
+from sqlalchemy import text
 from sqlalchemy.exc import SQLAlchemyError
 from starlette.responses import JSONResponse
 
 from walltopo_gym.accounts.access import AnyoneMay, SignedInMay
-from walltopo_gym.accounts.http.account import check_own_password
-from walltopo_gym.accounts.http.cookies import end_here
+from walltopo_gym.accounts.cookies import end_here
 from walltopo_gym.accounts.notices import NotifyOwner
-from walltopo_gym.accounts.passwords import Password
+from walltopo_gym.accounts.passwords import Password, check_own_password
 from walltopo_gym.api.fields import Body
 from walltopo_gym.api.problems import problem_answer
-from walltopo_gym.api.services import Db, Services, ServicesOf
+from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.api.tables import CsvDialectOf, CsvFile
 from walltopo_gym.errors import NotFoundError, RequestError
-from walltopo_gym.hall.models import KINDS
-from walltopo_gym.jobs.place import living
+from walltopo_gym.operating.metrics import Metrics
 from walltopo_gym.operating.own_data import all_of, ascents_csv, forget
 from walltopo_gym.scans.incoming import Incoming
-from walltopo_gym.scans.models import Photo, Scan
-from walltopo_gym.scans.service import State
 
 router = APIRouter(tags=["accounts"])
 
@@ -47,7 +39,7 @@ class DeleteAccount(Body):
 def read_data(response: Response, session: Db, actor: SignedInMay) -> dict[str, Any]:
     """Return all data of one's account."""
     response.headers["content-disposition"] = 'attachment; filename="walltopo.json"'
-    return all_of(session, actor.known, KINDS)
+    return all_of(session, actor.known)
 
 
 @router.get("/me/ascents.csv", response_class=CsvFile)
@@ -123,53 +115,6 @@ def read_readiness(services: ServicesOf) -> Health | JSONResponse:
 
 
 metrics_router = APIRouter(include_in_schema=False)
-
-_BOUNDS = (0.005, 0.01, 0.02, 0.03, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 10.0)
-
-
-class Metrics:
-    """The metrics of one server, in their own registry because a process may have several
-    servers."""
-
-    def __init__(self, services: Services) -> None:
-        self.registry = CollectorRegistry()
-        self.registry.register(_DatabaseMetrics(services))
-        self._requests = Counter(
-            "walltopo_requests", "Requests", ("endpoint", "status"), registry=self.registry
-        )
-        self._seconds = Histogram(
-            "walltopo_request_seconds", "Time to the end of the answer", ("endpoint",),
-            buckets=_BOUNDS, registry=self.registry,
-        )  # fmt: skip
-
-    def note(self, endpoint: str, status: int, seconds: float) -> None:
-        """Count one request."""
-        self._requests.labels(endpoint, str(status)).inc()
-        self._seconds.labels(endpoint).observe(seconds)
-
-
-class _DatabaseMetrics(Collector):
-    """Metrics read from database and disk at each request."""
-
-    def __init__(self, services: Services) -> None:
-        self._services = services
-
-    def collect(self) -> Iterable[GaugeMetricFamily]:
-        settings = self._services.settings
-        scans = GaugeMetricFamily("walltopo_scans", "Scans by state", labels=["state"])
-        workers = GaugeMetricFamily("walltopo_workers", "Workers that live")
-        photos = GaugeMetricFamily("walltopo_photos_waiting", "Photos nobody has looked at yet")
-        free = GaugeMetricFamily("walltopo_free_bytes", "Room left in the data folder")
-        with self._services.database.reading() as session:
-            counted = select(Scan.state, func.count()).group_by(Scan.state)
-            states = {row[0]: row[1] for row in session.execute(counted)}
-            waiting = select(func.count()).select_from(Photo).where(Photo.state == "received")
-            photos.add_metric([], session.scalar(waiting) or 0)
-        workers.add_metric([], living(settings, self._services.database))
-        for state in State:
-            scans.add_metric([state.value], states.get(state.value, 0))
-        free.add_metric([], shutil.disk_usage(settings.data).free)
-        return scans, workers, photos, free
 
 
 @metrics_router.get("/metrics")

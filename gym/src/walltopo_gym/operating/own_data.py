@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, Final
 from uuid import UUID
 
-from sqlalchemy import Select, delete, func, inspect, select, update
+from sqlalchemy import Select, delete, func, inspect, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.audit import log_change
@@ -33,17 +33,13 @@ from walltopo_gym.climbing.models import (
     SessionMark,
     Standing,
 )
-from walltopo_gym.competitions.entering import forget_names
-from walltopo_gym.competitions.models import Entry, ScoreEvent, WaiverSignature
 from walltopo_gym.errors import ConflictError
+from walltopo_gym.events import OwnTables, PersonDeleted, ask, tell
 from walltopo_gym.gyms.models import Ban, Gym, Membership
 from walltopo_gym.gyms.roles import Role
-from walltopo_gym.hold_reports.models import HoldReport
-from walltopo_gym.problems.models import Problem, ProblemAscent, ProblemReport
-from walltopo_gym.reset_plans.models import GradeProposal, ResetPerson, SignOff
 from walltopo_gym.spreadsheets import CsvDialect, csv_table
 
-# Every table that names a person, and what of it is secret or of no meaning to them.
+# Every table of the core that names a person, and what of it is secret or of no meaning to them.
 _KINDS: Final[dict[str, Any]] = {
     "profile": Profile,
     "gyms": Membership,
@@ -54,16 +50,6 @@ _KINDS: Final[dict[str, Any]] = {
     "standings": Standing,
     "hidden_comments": HiddenComment,
     "reports": Report,
-    "hold_reports": HoldReport,
-    "problems": Problem,
-    "problem_ascents": ProblemAscent,
-    "problem_reports": ProblemReport,
-    "reset_plans": ResetPerson,
-    "grade_proposals": GradeProposal,
-    "sign_offs": SignOff,
-    "competition_entries": Entry,
-    "competition_waivers": WaiverSignature,
-    "score_events": ScoreEvent,
     "bans": Ban,
     "sign_ins": SignIn,
     "browsers": KnownBrowser,
@@ -86,15 +72,10 @@ _LEFT_OUT: Final = {
 _COLUMNS: Final = ("climbed_at", "gym_name", "route_name", "grade", "kind", "tries", "note")
 
 
-def all_of(session: Session, person: UUID, above: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the account and all of its rows, without hashes of secrets.
-
-    Parameters
-    ----------
-    above : tables of higher layers that name a person.
-    """
+def all_of(session: Session, person: UUID) -> dict[str, Any]:
+    """Return the account and all of its rows, without hashes of secrets."""
     data: dict[str, Any] = {"account": _row(session.get_one(Person, person))}
-    for name, kind in {**_KINDS, **above}.items():
+    for name, kind in {**_KINDS, **dict(ask(session, OwnTables()))}.items():
         mine: Select[Any] = select(kind).where(kind.person_id == person)
         data[name] = [_row(row) for row in session.scalars(mine)]
     data["following"] = [vars(known) for known in following(session, person)]
@@ -135,9 +116,7 @@ def forget(session: Session, person: UUID) -> None:
         )
         if (session.scalar(owners) or 0) <= 1:
             raise ConflictError("gym-without-owner", "gym-owner-first", gym=gym.name)
-    forget_names(session, person)
-    own_reports = update(HoldReport).where(HoldReport.person_id == person)
-    session.execute(own_reports.values(note=""))
+    tell(session, PersonDeleted(person))
     email = session.get_one(Person, person).email
     session.execute(delete(MailedLink).where(MailedLink.email == email))
     session.execute(delete(Person).where(Person.id == person))

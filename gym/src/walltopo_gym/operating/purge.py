@@ -26,6 +26,7 @@ from walltopo_gym.accounts.models import (
 )
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
+from walltopo_gym.events import RowsExpired, ask
 from walltopo_gym.gyms.models import Invitation
 from walltopo_gym.operating.upkeep import alone
 from walltopo_gym.scans.models import Photo, Scan
@@ -34,13 +35,9 @@ from walltopo_gym.scans.service import State
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore
 from walltopo_gym.walls.models import FloorPlan
-from walltopo_gym.webhooks.models import WebhookEvent
-from walltopo_gym.webhooks.service import DELIVERY
 
 # A file is written before its row names it: younger ones may be waiting for theirs.
 _YOUNG: Final = timedelta(days=1)
-# Deliveries that failed for good are kept this long, so that the reason can be read.
-_GIVEN_UP: Final = timedelta(days=30)
 _EXPIRING: Final = (SignIn, ApiToken, Challenge, KnownBrowser, MailedLink, OidcAttempt,
                     DeviceSignIn, Invitation)  # fmt: skip
 
@@ -104,10 +101,7 @@ def _expired(session: Session) -> Iterator[int]:
         yield len(
             session.scalars(delete(kind).where(kind.expires_at < now()).returning(kind.id)).all()
         )
-    late = now() - _GIVEN_UP
-    given_up = WebhookEvent.next_at < late, WebhookEvent.tries >= DELIVERY.max_tries
-    events = delete(WebhookEvent).where(*given_up)
-    yield len(session.scalars(events.returning(WebhookEvent.id)).all())
+    yield from ask(session, RowsExpired())
     old = delete(Try).where(Try.at < now() - timedelta(days=1)).returning(Try.id)
     yield len(session.scalars(old).all())
 

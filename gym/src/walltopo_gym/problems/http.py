@@ -19,14 +19,14 @@ from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.limits import count_estimate, count_report
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.fields import Body, Moment, Name, Text
+from walltopo_gym.api.grades import GradeBounds
 from walltopo_gym.api.paging import Cursor, Page, Size, page_by
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.api.turns import turn_for
 from walltopo_gym.climbing.ascents import EditWords
 from walltopo_gym.clock import now
 from walltopo_gym.errors import NotFoundError
-from walltopo_gym.grading.http import GradeBounds
-from walltopo_gym.grading.service import range_of
+from walltopo_gym.events import GradeRangeOf, ask
 from walltopo_gym.gyms.access import Access, GuestMay, PublisherMay, SetterMay, gym_rule
 from walltopo_gym.gyms.members import check_not_banned
 from walltopo_gym.gyms.roles import Role
@@ -51,7 +51,7 @@ from walltopo_gym.problems.service import (
 from walltopo_gym.publishing.service import grade_of
 from walltopo_gym.publishing.version_holds import check_version, version_holds
 from walltopo_gym.storage.files import FileStore
-from walltopo_gym.walls.http import wall_of
+from walltopo_gym.walls.lookup import wall_of
 from walltopo_gym.walls.models import Wall
 
 router = APIRouter(tags=["problems"])
@@ -229,8 +229,9 @@ def estimate_problem(
     grades = None
     if made.place is not None:
         with services.database.reading() as session:
-            grades = range_of(session, access.gym.id, body.scan_id, shipped_identity(), made.place,
-                              known=made.known)  # fmt: skip
+            ranges = ask(session, GradeRangeOf(access.gym.id, body.scan_id, shipped_identity(),
+                                               made.place, made.known))  # fmt: skip
+        grades = ranges[0] if ranges else None
     return ProblemEstimate(
         grades=None if grades is None else GradeBounds.of(grades),
         heights=[ReachFacts(height_m=one, reached=one in made.heights) for one in HEIGHTS],

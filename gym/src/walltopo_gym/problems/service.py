@@ -14,11 +14,11 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.limits import count_problem
 from walltopo_gym.accounts.models import Person
-from walltopo_gym.climbing.counting import zone_of
 from walltopo_gym.climbing.dates import check_climbed
 from walltopo_gym.climbing.edits import Edit, takes
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
+from walltopo_gym.gyms.days import zone_of
 from walltopo_gym.gyms.models import Ban, Gym
 from walltopo_gym.problems.models import Problem, ProblemAscent
 from walltopo_gym.publishing.by_hand import HandRoute, add_routes

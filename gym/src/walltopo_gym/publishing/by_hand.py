@@ -12,13 +12,13 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.errors import ConflictError, RequestError
+from walltopo_gym.events import RoutesAdded, tell
 from walltopo_gym.gyms.grade_labels import own_label
 from walltopo_gym.gyms.models import GradeSystem
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.spreadsheets import MAX_SHOWN
 from walltopo_gym.texts import same_key
 from walltopo_gym.walls.models import Wall
-from walltopo_gym.webhooks.service import note
 
 MAX_ROUTES: Final = 1_000
 
@@ -126,6 +126,6 @@ def add_routes(session: Session, wall: Wall, routes: Sequence[HandRoute]) -> lis
         rows.append(row)
     if is_changed:
         wall.revision += 1
-        note(session, wall.gym_id, "routes.added", wall=str(wall.id))
+        tell(session, RoutesAdded(wall.gym_id, wall.id))
     session.flush()
     return rows

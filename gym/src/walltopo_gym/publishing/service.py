@@ -19,6 +19,7 @@ from walltopo.scans.routes import Route as FoundRoute
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, RequestError
+from walltopo_gym.events import RouteRestored, RouteStripped, WallPublished, tell
 from walltopo_gym.gyms.grade_labels import own_label
 from walltopo_gym.gyms.models import GradeSystem
 from walltopo_gym.publishing.models import Placement, Route
@@ -27,7 +28,6 @@ from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.queues import queue_moves
 from walltopo_gym.scans.service import State, check_in_review, move
 from walltopo_gym.walls.models import Wall
-from walltopo_gym.webhooks.service import note
 
 
 @dataclass(frozen=True)
@@ -159,7 +159,7 @@ def strip(session: Session, route: Route) -> None:
     if session.execute(gone.values(stripped_at=now()).returning(Route.id)).one_or_none() is None:
         raise ConflictError("route-gone")
     gym = session.get_one(Wall, route.wall_id).gym_id
-    note(session, gym, "route.stripped", wall=str(route.wall_id), route=str(route.id))
+    tell(session, RouteStripped(gym, route.wall_id, route.id))
 
 
 def restore(session: Session, route: Route) -> None:
@@ -177,7 +177,7 @@ def restore(session: Session, route: Route) -> None:
     if session.execute(back.values(stripped_at=None).returning(Route.id)).one_or_none() is None:
         raise ConflictError("route-current")
     gym = session.get_one(Wall, route.wall_id).gym_id
-    note(session, gym, "route.restored", wall=str(route.wall_id), route=str(route.id))
+    tell(session, RouteRestored(gym, route.wall_id, route.id))
 
 
 def change_facts(
@@ -251,7 +251,7 @@ def _take_wall(session: Session, scan: Scan, expected: int) -> None:
 
 def _tell(session: Session, scan: Scan) -> None:
     gym = session.get_one(Wall, scan.wall_id).gym_id
-    note(session, gym, "wall.published", wall=str(scan.wall_id), scan=str(scan.id))
+    tell(session, WallPublished(gym, scan.wall_id, scan.id))
     queue_moves(session, scan.id)
 
 

@@ -9,6 +9,7 @@ from uuid import UUID
 from sqlalchemy import and_, or_, select
 from sqlalchemy.orm import Session
 
+from walltopo_gym.errors import NotFoundError
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.service import State
@@ -87,3 +88,17 @@ def _placed(session: Session, scan: UUID) -> Sequence[Any]:
         .where(Placement.scan_id == scan)
         .order_by(Placement.number)
     ).all()
+
+
+def route_of(session: Session, gym: UUID, route: UUID) -> Route:
+    """Return a route of this gym.
+
+    Raises
+    ------
+    NotFoundError : this gym has no such route.
+    """
+    found = select(Route).join(Wall, Wall.id == Route.wall_id)
+    row = session.scalar(found.where(Route.id == route, Wall.gym_id == gym))
+    if row is None:
+        raise NotFoundError("not-there-route")
+    return row

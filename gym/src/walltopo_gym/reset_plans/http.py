@@ -47,7 +47,7 @@ from walltopo_gym.reset_plans.service import (
     routes_of,
 )
 from walltopo_gym.texts import same_key
-from walltopo_gym.walls.http import wall_of
+from walltopo_gym.walls.lookup import wall_of
 
 router = APIRouter(tags=["reset plans"])
 
@@ -255,7 +255,7 @@ def put_reset_state(
 ) -> ResetPlanFacts:
     """Set the state of a plan; after a publication of the wall that is impossible."""
     known = plan_of(session, access.gym, plan)
-    choose_state(known, body.state)
+    choose_state(session, access.gym.id, known, body.state)
     _log(session, access, "reset.state", str(plan), state=body.state)
     session.flush()
     return _plan_facts(session, [plan_of(session, access.gym, plan)])[0]

@@ -24,6 +24,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
+from walltopo_gym.events import RoutesToForerun, tell
 from walltopo_gym.gyms.members import role_of
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.gyms.roles import Role
@@ -131,6 +132,9 @@ def keep_plan(
     row.wishes = wishes
     session.flush()
     _name_people(session, gym.id, row, words.people)
+    session.flush()
+    if plan_of(session, gym, row.id).state == ResetState.SET:
+        _tell_forerunners(session, gym.id, row)
     return row, is_new
 
 
@@ -162,7 +166,7 @@ def people_of(session: Session, plans: Iterable[UUID]) -> Sequence[ResetPerson]:
     return session.scalars(select(ResetPerson).where(ResetPerson.plan_id.in_(list(plans)))).all()
 
 
-def choose_state(planned: Planned, state: ResetState) -> None:
+def choose_state(session: Session, gym: UUID, planned: Planned, state: ResetState) -> None:
     """Set the state of a plan.
 
     Raises
@@ -177,6 +181,15 @@ def choose_state(planned: Planned, state: ResetState) -> None:
     elif plan.published_at is None:
         plan.published_at = now()
     plan.state = state
+    if state == ResetState.SET:
+        _tell_forerunners(session, gym, plan)
+
+
+def _tell_forerunners(session: Session, gym: UUID, plan: ResetPlan) -> None:
+    """Tell that the routes of a plan are set."""
+    named = people_of(session, [plan.id])
+    forerunners = frozenset(row.person_id for row in named if row.part == Part.FORERUNNER)
+    tell(session, RoutesToForerun(gym, plan.wall_id, plan.id, plan.day, forerunners))
 
 
 def plans_of(session: Session, gym: Gym, *, wall: UUID | None = None) -> list[Planned]:

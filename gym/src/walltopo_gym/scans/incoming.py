@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import MappingProxyType
-from typing import IO, Literal
+from typing import IO, Final, Literal
 from uuid import UUID
 
 from walltopo.core.locks import take_lock
@@ -27,6 +27,7 @@ _HELD_S = 3600
 _LAST_PART = 10  # with a tenth of what is kept free the database itself is about to stop
 _NO_OTHERS: Mapping[UUID, int] = MappingProxyType({})
 _PHOTO = re.compile(r"[0-9a-f]{32}")
+LONGEST_PHOTO: Final = 2_000_000_000  # what can be announced at most, by the settings
 
 
 class Incoming:

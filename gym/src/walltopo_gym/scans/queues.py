@@ -12,6 +12,7 @@ from uuid import UUID
 from sqlalchemy import ColumnElement, exists, func, select
 from sqlalchemy.orm import Session
 
+from walltopo_gym.events import ReviewChanged, tell
 from walltopo_gym.jobs.queue import Job, enqueue
 from walltopo_gym.scans.models import Photo, PhotoOverlap, Scan
 from walltopo_gym.walls.models import Wall
@@ -21,8 +22,7 @@ SCANS: Final = Job("scans", of_one_gym=None, waits=(), restarts=20)
 BATCHES: Final = Job("photo-batches", at_once=2, of_one_gym=1, poll_s=0.5)
 PHOTOS: Final = Job("photos", at_once=2, of_one_gym=1)
 OVERLAPS: Final = Job("overlaps", at_once=2, of_one_gym=1)
-PLACES: Final = Job("places", at_once=1, of_one_gym=1)  # a wall takes a processor for seconds
-MOVES: Final = Job("moves", at_once=1, of_one_gym=1)  # the same
+MOVES: Final = Job("moves", at_once=1, of_one_gym=1)  # a wall takes a processor for seconds
 
 
 def queue_scan(session: Session, scan: Scan) -> None:
@@ -79,8 +79,8 @@ def are_coming(scan: UUID) -> ColumnElement[bool]:
 
 
 def routes_changed(session: Session, scan: UUID) -> None:
-    """Queue the grade estimates of a scan's routes."""
-    enqueue(session, PLACES, str(scan), gym=gym_of(session, scan))
+    """Tell that the routes of a scan are new, or were edited."""
+    tell(session, ReviewChanged(gym_of(session, scan), scan))
 
 
 def queue_moves(session: Session, scan: UUID, priority: int = 1) -> None:

@@ -10,7 +10,7 @@ from uuid import UUID
 from sqlalchemy import func, select, update
 from sqlalchemy.orm import Session
 
-from walltopo_gym.errors import ConflictError
+from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.scans.models import Photo, Scan
 from walltopo_gym.scans.queues import queue_scan
 from walltopo_gym.walls.models import Wall
@@ -144,3 +144,17 @@ def _check_photos(session: Session, scan: Scan) -> None:
     usable = states.get("usable", 0)
     if usable < _FEWEST_PHOTOS:
         raise ConflictError("photos-too-few", "take-more", count=usable, least=_FEWEST_PHOTOS)
+
+
+def scan_of(session: Session, gym: UUID, scan: UUID) -> Scan:
+    """Return a scan of this gym.
+
+    Raises
+    ------
+    NotFoundError : this gym has no such scan.
+    """
+    found = select(Scan).join(Wall, Wall.id == Scan.wall_id)
+    row = session.scalar(found.where(Scan.id == scan, Wall.gym_id == gym))
+    if row is None:
+        raise NotFoundError("not-there-scan")
+    return row

@@ -21,7 +21,7 @@ from walltopo_gym.api.problems import problem_answer
 from walltopo_gym.database.lock import lock_scope
 from walltopo_gym.errors import RequestError
 from walltopo_gym.log_lines import PlainFormatter
-from walltopo_gym.operating.http import Metrics
+from walltopo_gym.operating.metrics import Metrics
 
 # Read by the log's filter: whatever is logged during a request bears its id.
 REQUEST: ContextVar[str] = ContextVar("request", default="")

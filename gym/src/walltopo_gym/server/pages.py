@@ -28,7 +28,7 @@ from walltopo.publish.web_page import viewer_script
 from walltopo_gym.api.services import Services, ServicesOf
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.models import Gym
-from walltopo_gym.hall.codes import route_by_code
+from walltopo_gym.publishing.codes import route_by_code
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.scans.pictures import HEIGHT, WIDTH
 from walltopo_gym.walls.models import Wall

@@ -17,6 +17,7 @@ from walltopo_gym.api.fields import Body, Name, Text
 from walltopo_gym.api.services import Db, Services, ServicesOf
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
 from walltopo_gym.gyms.access import Access, GuestMay, OwnerMay, SetterMay
+from walltopo_gym.walls.lookup import wall_of
 from walltopo_gym.walls.models import FloorPlan, Wall
 from walltopo_gym.walls.service import keep_picture, key_of
 from walltopo_gym.walls.zones import look_for_due
@@ -51,19 +52,6 @@ class WallFacts(BaseModel):
     published_scan_id: UUID | None
     revision: int
     created_at: datetime
-
-
-def wall_of(session: Session, gym: UUID, wall: UUID) -> Wall:
-    """Return a wall of this gym.
-
-    Raises
-    ------
-    NotFoundError : this gym has no such wall.
-    """
-    row = session.get(Wall, wall)
-    if row is None or row.gym_id != gym:
-        raise NotFoundError("not-there-wall")
-    return row
 
 
 @router.get("/gyms/{gym}/walls")

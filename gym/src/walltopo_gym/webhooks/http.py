@@ -17,8 +17,9 @@ from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.database.engine import take_turn
 from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.gyms.access import OwnerMay
+from walltopo_gym.outgoing import check_url
 from walltopo_gym.webhooks.models import Webhook, WebhookEvent
-from walltopo_gym.webhooks.service import DELIVERY, check_url, new_signing_secret
+from walltopo_gym.webhooks.service import DELIVERY, new_signing_secret
 
 router = APIRouter(tags=["webhooks"])
 

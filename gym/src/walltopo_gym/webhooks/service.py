@@ -1,4 +1,4 @@
-"""Queue messages about changes, in the transactions of the changes."""
+"""Queue messages about events, in the transactions in which they happen."""
 
 from __future__ import annotations
 
@@ -7,32 +7,34 @@ import hashlib
 import hmac
 import json
 import secrets
-import socket
-import ssl
-import threading
-from collections.abc import Iterator, Mapping
-from concurrent.futures import Future
-from contextlib import closing, contextmanager, suppress
-from http.client import HTTPConnection, HTTPException, HTTPSConnection
-from ipaddress import IPv4Address, IPv6Address, IPv6Network, ip_address
+from datetime import timedelta
 from typing import Any, Final, Literal
-from urllib.parse import urlsplit
 from uuid import UUID, uuid4
 
-from sqlalchemy import select
+from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.clock import now
-from walltopo_gym.database.lock import check_unlocked
-from walltopo_gym.domains import ascii_domain, ascii_url
-from walltopo_gym.errors import RequestError
+from walltopo_gym.events import (
+    HoldReported,
+    Listeners,
+    RouteRestored,
+    RoutesAdded,
+    RouteStripped,
+    RowsExpired,
+    WallPublished,
+)
 from walltopo_gym.jobs.queue import Job, enqueue
+from walltopo_gym.outgoing import post
 from walltopo_gym.webhooks.models import Webhook, WebhookEvent
 
 Kind = Literal[
     "wall.published", "routes.added", "route.stripped", "route.restored", "hold.reported"
 ]
 # About a day in all, then it is given up.
+# Kept this long, so that the reason can be read.
+_GIVEN_UP: Final = timedelta(days=30)
+_PREFIX: Final = "whsec_"
 DELIVERY: Final = Job("webhooks", waits=(10, 60, 300, 1800, 7200, 21600, 43200))
 
 
@@ -50,19 +52,39 @@ def note(session: Session, gym: UUID, kind: Kind, **facts: str) -> None:
         enqueue(session, DELIVERY, str(event.id), gym=gym)
 
 
-_PREFIX: Final = "whsec_"
+def _wall_published(session: Session, event: WallPublished) -> None:
+    note(session, event.gym, "wall.published", wall=str(event.wall), scan=str(event.scan))
 
-# Their last 32 bits are an IPv4 address: NAT64 (RFC 6052), IPv4-compatible (RFC 4291) and
-# IPv4-translated (RFC 2765).
-_CARRYING: Final = tuple(map(IPv6Network, ("64:ff9b::/96", "::/96", "::ffff:0:0:0/96")))
 
-_LOCAL_NAT64: Final = IPv6Network("64:ff9b:1::/48")  # RFC 8215
+def _routes_added(session: Session, event: RoutesAdded) -> None:
+    note(session, event.gym, "routes.added", wall=str(event.wall))
 
-_LONGEST_NAME: Final = 253  # characters (RFC 1035, 2.3.4)
 
-_PATIENCE_S: Final = 10  # for a name, a connection, and between two pieces of an answer
+def _route_stripped(session: Session, event: RouteStripped) -> None:
+    note(session, event.gym, "route.stripped", wall=str(event.wall), route=str(event.route))
 
-_DEADLINE_S: Final = 15  # for a whole exchange
+
+def _route_restored(session: Session, event: RouteRestored) -> None:
+    note(session, event.gym, "route.restored", wall=str(event.wall), route=str(event.route))
+
+
+def _hold_reported(session: Session, event: HoldReported) -> None:
+    note(session, event.gym, "hold.reported", wall=str(event.wall), report=str(event.report))
+
+
+def drop_given_up(session: Session, question: RowsExpired) -> None:
+    """Delete deliveries that failed for good some time ago."""
+    late = now() - _GIVEN_UP
+    given_up = WebhookEvent.next_at < late, WebhookEvent.tries >= DELIVERY.max_tries
+    events = delete(WebhookEvent).where(*given_up)
+    question.found.append(len(session.scalars(events.returning(WebhookEvent.id)).all()))
+
+
+LISTENERS: Final[Listeners] = {
+    WallPublished: (_wall_published,), RoutesAdded: (_routes_added,),
+    RouteStripped: (_route_stripped,), RouteRestored: (_route_restored,),
+    HoldReported: (_hold_reported,),
+}  # fmt: skip
 
 
 def new_signing_secret() -> str:
@@ -75,50 +97,6 @@ def signature(secret: str, message: UUID, at: int, body: bytes) -> str:
     key = base64.b64decode(secret.removeprefix(_PREFIX))
     signed = b".".join([str(message).encode(), str(at).encode(), body])
     return "v1," + base64.b64encode(hmac.digest(key, signed, hashlib.sha256)).decode()
-
-
-def check_url(url: str, *, private: bool) -> None:
-    """Refuse an address that no message could be sent to.
-
-    Parameters
-    ----------
-    private : also accept private networks and plain HTTP.
-
-    Raises
-    ------
-    RequestError : says why.
-    """
-    try:
-        parts = urlsplit(url)
-        host, port = parts.hostname, parts.port
-    except ValueError as error:
-        raise RequestError("webhook-no-address", why=error) from error
-    if parts.scheme not in (("https", "http") if private else ("https",)) or not host:
-        raise RequestError("webhook-https")
-    if parts.username or parts.password or port == 0:
-        raise RequestError("webhook-parts")
-    try:
-        address = ip_address(host)
-    except ValueError:  # a name, looked up when something is sent
-        _check_name(host)
-        return
-    if not private:
-        _refuse_private(str(address))
-
-
-def _check_name(host: str) -> None:
-    """Refuse a host name that the DNS cannot have.
-
-    Raises
-    ------
-    RequestError : a label is empty or longer than 63 characters, or the name longer than 253.
-    """
-    try:
-        spelled = ascii_domain(host.rstrip(".")).encode("idna")
-    except ValueError as error:  # UnicodeError is one
-        raise RequestError("webhook-host-part") from error
-    if len(spelled) > _LONGEST_NAME:
-        raise RequestError("webhook-host-long")
 
 
 def send(
@@ -140,119 +118,3 @@ def send(
     status = post(url, content, headers, private=private)
     if not 200 <= status < 300:
         raise OSError(f"answered {status}")
-
-
-def post(url: str, content: bytes, headers: Mapping[str, str], *, private: bool) -> int:
-    """Post bytes to an address and return the status.
-
-    Raises
-    ------
-    RequestError : the address is invalid or lies in a private network; OSError : no response.
-    """
-    check_url(url, private=private)
-    parts = urlsplit(ascii_url(url))
-    assert parts.hostname is not None
-    port = parts.port or (443 if parts.scheme == "https" else 80)
-    addresses = _resolve(parts.hostname, port)
-    if not private:
-        for address in addresses:
-            _refuse_private(address)
-    check_unlocked("another machine is called")
-    stream = socket.create_connection((addresses[0], port), _PATIENCE_S)
-    path = (parts.path or "/") + (f"?{parts.query}" if parts.query else "")
-    with closing(stream), _cut_after(stream, _DEADLINE_S):
-        connection = _connection(parts.scheme, parts.hostname, port, stream)
-        try:
-            connection.request("POST", path, content, {"user-agent": "walltopo-gym", **headers})
-            status = connection.getresponse().status
-        except HTTPException as error:
-            raise OSError(f"no HTTP came back ({error})") from error
-        finally:
-            connection.close()
-    return status
-
-
-def _resolve(host: str, port: int) -> list[str]:
-    """Return the addresses of a host. The system's resolver has no timeout, so a thread calls it.
-
-    Raises
-    ------
-    OSError : the name has no address, or the resolver does not respond within the deadline.
-    """
-    found: Future[list[str]] = Future()
-
-    def look_up() -> None:
-        try:
-            entries = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
-            found.set_result([str(entry[4][0]) for entry in entries])
-        except Exception as error:
-            found.set_exception(error)
-
-    threading.Thread(target=look_up, name=f"resolve {host}", daemon=True).start()
-    try:
-        return found.result(_PATIENCE_S)
-    except TimeoutError as error:
-        raise OSError(f"the name {host} was not resolved within {_PATIENCE_S:g} s") from error
-
-
-@contextmanager
-def _cut_after(stream: socket.socket, seconds: float) -> Iterator[None]:
-    """Close a connection after a deadline, however slowly the other side keeps sending.
-
-    Raises
-    ------
-    OSError : it was closed.
-    """
-    cut = threading.Event()
-    handle = stream.dup()  # TLS takes the stream itself over
-
-    def cut_off() -> None:
-        cut.set()
-        with suppress(OSError):
-            handle.shutdown(socket.SHUT_RDWR)
-
-    timer = threading.Timer(seconds, cut_off)
-    timer.start()
-    try:
-        yield
-    except OSError as error:
-        if not cut.is_set():
-            raise
-        raise OSError(f"no whole answer within {seconds} s") from error
-    finally:
-        timer.cancel()
-        timer.join()
-        handle.close()
-    if cut.is_set():  # an answer that was cut off in its head can look like a whole one
-        raise OSError(f"no whole answer within {seconds} s")
-
-
-def _refuse_private(address: str) -> None:
-    found = ip_address(address.partition("%")[0])
-    for one in (found, *_carried(found)):
-        is_mapped = one is found and getattr(found, "ipv4_mapped", None) is not None
-        is_public = one.is_global and not one.is_multicast and one not in _LOCAL_NAT64
-        if not is_mapped and not is_public:
-            raise RequestError("webhook-not-public", "webhook-operator", address=found)
-
-
-def _carried(address: IPv4Address | IPv6Address) -> list[IPv4Address]:
-    """Return the IPv4 addresses to which a translator would send packets for an IPv6 address."""
-    if isinstance(address, IPv4Address):
-        return []
-    carried = [address.ipv4_mapped, address.sixtofour, *(address.teredo or ())]
-    if any(address in network for network in _CARRYING):
-        carried.append(IPv4Address(int(address) & 0xFFFFFFFF))
-    return [one for one in carried if one is not None]
-
-
-def _connection(scheme: str, host: str, port: int, stream: socket.socket) -> HTTPConnection:
-    """Return a connection over this stream, whatever the name resolves to by now; the certificate
-    must match the name."""
-    if scheme == "https":
-        connection: HTTPConnection = HTTPSConnection(host, port, timeout=_PATIENCE_S)
-        connection.sock = ssl.create_default_context().wrap_socket(stream, server_hostname=host)
-    else:
-        connection = HTTPConnection(host, port, timeout=_PATIENCE_S)
-        connection.sock = stream
-    return connection

@@ -1,4 +1,4 @@
-/** Short addresses of routes: the code is the first 50 bits of the id, as `walltopo_gym/hall/codes.py` has it. */
+/** Short addresses of routes: the code is the first 50 bits of the id, as `walltopo_gym/publishing/codes.py` has it. */
 
 const LETTERS = "0123456789ABCDEFGHJKMNPQRSTVWXYZ";
 const LENGTH = 10;

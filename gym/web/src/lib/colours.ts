@@ -1,6 +1,6 @@
 /** Names of hold paint, as `walltopo.describe.classify.palette` has them; a gym's own names stay as they are. */
 
-import paint from "../../../src/walltopo_gym/hall/paint.json";
+import paint from "../../../src/walltopo_gym/paint.json";
 import { t, type Key } from "../i18n.svelte";
 
 const PAINT: Record<string, string> = paint;

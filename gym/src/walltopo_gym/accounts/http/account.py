@@ -15,12 +15,12 @@ from walltopo_gym.accounts import second_factor
 from walltopo_gym.accounts.access import AnyoneMay, ConfirmedMay, SignedInMay
 from walltopo_gym.accounts.actor import TOKEN_PREFIX, Scope
 from walltopo_gym.accounts.audit import log_change
-from walltopo_gym.accounts.http.cookies import be_known, begin_here, known_by
-from walltopo_gym.accounts.limits import count_code, count_mail, count_old_password
-from walltopo_gym.accounts.mails import Kind, email_of_link, requested_mail, use_link
+from walltopo_gym.accounts.cookies import be_known, begin_here, known_by
+from walltopo_gym.accounts.limits import count_code, count_mail
+from walltopo_gym.accounts.mails import email_of_link, mail_link, use_link
 from walltopo_gym.accounts.models import ApiToken, Identity, Passkey, Person
 from walltopo_gym.accounts.notices import NotifyOwner
-from walltopo_gym.accounts.passwords import Password, Passwords, check_password
+from walltopo_gym.accounts.passwords import Password, Passwords, check_own_password, check_password
 from walltopo_gym.accounts.people import (
     add_person,
     find_person,
@@ -32,7 +32,7 @@ from walltopo_gym.accounts.secrets import new_secret
 from walltopo_gym.api.fields import Body, Name, Secret
 from walltopo_gym.api.services import Db, Services, ServicesOf, network_of
 from walltopo_gym.clock import now
-from walltopo_gym.errors import ForbiddenError, NotFoundError
+from walltopo_gym.errors import NotFoundError
 from walltopo_gym.languages import Language
 
 router = APIRouter(tags=["accounts"])
@@ -77,13 +77,6 @@ class Confirmation(Body):
     token: Secret
     name: Name
     password: Password
-
-
-def mail_link(services: Services, kind: Kind, email: str, language: Language) -> None:
-    """Send the link after the response, so that response times do not reveal accounts."""
-    with services.database.writing() as session:
-        mail = requested_mail(session, kind, email, services.settings.link_base, language)
-    services.mailer.send(mail)
 
 
 @router.post("/sign-up/confirm", status_code=201)
@@ -224,21 +217,6 @@ def _new_hash(services: Services, person: Person, password: SecretStr) -> str:
     text = password.get_secret_value()
     check_password(text, person.email, person.name)
     return services.get(Passwords).hash(text)
-
-
-def check_own_password(services: Services, person: UUID, password: SecretStr) -> None:
-    """Check one's password outside of a transaction, because hashing takes long.
-
-    Raises
-    ------
-    ForbiddenError : the password is wrong.
-    TooManyError : there were too many recent attempts.
-    """
-    with services.database.writing() as session:
-        count_old_password(session, person)
-        kept = session.get_one(Person, person).password_hash
-    if not services.get(Passwords).matches(kept, password.get_secret_value()):
-        raise ForbiddenError("password-wrong")
 
 
 Code = Annotated[str, Field(min_length=6, max_length=40)]

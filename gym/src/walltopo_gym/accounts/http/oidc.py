@@ -8,7 +8,7 @@ from typing import Annotated, Final
 from fastapi import APIRouter, Query, Request
 from starlette.responses import RedirectResponse
 
-from walltopo_gym.accounts.http.cookies import begin_here
+from walltopo_gym.accounts.cookies import begin_here
 from walltopo_gym.accounts.oidc import (
     Provider,
     begin,

@@ -13,9 +13,9 @@ from sqlalchemy import delete, select
 from walltopo_gym.accounts import second_factor
 from walltopo_gym.accounts.access import AnyoneMay, SignedInMay
 from walltopo_gym.accounts.audit import log_change
+from walltopo_gym.accounts.cookies import begin_here, end_here, known_by
 from walltopo_gym.accounts.device_sign_in import allow, claim, device_sign_in_of, finish, offer
 from walltopo_gym.accounts.http.account import Code, Me, me_of
-from walltopo_gym.accounts.http.cookies import begin_here, end_here, known_by
 from walltopo_gym.accounts.limits import count_code, count_sign_in
 from walltopo_gym.accounts.models import Person, SignIn
 from walltopo_gym.accounts.passkeys import Site, ask_for_sign_in, person_of

@@ -12,11 +12,12 @@ from sqlalchemy import Update, delete, select, update
 
 from walltopo_gym.accounts.access import ConfirmedMay, SignedInMay
 from walltopo_gym.accounts.audit import log_change
-from walltopo_gym.accounts.http.account import OwnPassword, check_own_password
+from walltopo_gym.accounts.http.account import OwnPassword
 from walltopo_gym.accounts.http.sign_in import SignedChallenge
 from walltopo_gym.accounts.models import Passkey, Person, SignIn
 from walltopo_gym.accounts.notices import NotifyOwner
 from walltopo_gym.accounts.passkeys import Site, add_passkey, ask_for_new, person_of
+from walltopo_gym.accounts.passwords import check_own_password
 from walltopo_gym.api.fields import Body, Name
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.clock import now

@@ -24,9 +24,9 @@ from walltopo_gym.climbing.models import Ascent, Opinion
 from walltopo_gym.clock import now
 from walltopo_gym.gyms.access import Access, gym_rule
 from walltopo_gym.gyms.roles import Role
-from walltopo_gym.publishing.http.routes import route_of
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.publishing.service import grade_of
+from walltopo_gym.publishing.versions import route_of
 
 router = APIRouter(tags=["climbing"])
 
@@ -78,7 +78,7 @@ def put_ascent(
     """Store an ascent under an id that the phone made, so that it is stored once. Sending it again
     with other fields corrects it. A withdrawn ascent stays. The response is the stored state: a
     late copy of an older `edit` changes nothing."""
-    route = route_of(session, access, body.route_id)
+    route = route_of(session, access.gym.id, body.route_id)
     edit = body.edit.read() if body.edit else None
     row, is_new = keep_ascent(session, ascent, access.actor.known, access.gym, route, body, edit)
     response.status_code = 201 if is_new else 200
@@ -108,7 +108,7 @@ def drop_ascent(ascent: UUID, session: Db, actor: SignedInMay) -> None:
 @router.get("/gyms/{gym}/routes/{route}/opinion")
 def read_opinion(route: UUID, session: Db, access: ClimberMay) -> OpinionWords:
     """Return one's own opinion of a route; empty if there is none."""
-    row = _opinion(session, route_of(session, access, route).id, access.actor.known)
+    row = _opinion(session, route_of(session, access.gym.id, route).id, access.actor.known)
     return OpinionWords.model_validate(row or Opinion(grade="", wish="", comment=""),
                                        from_attributes=True)  # fmt: skip
 
@@ -116,7 +116,7 @@ def read_opinion(route: UUID, session: Db, access: ClimberMay) -> OpinionWords:
 @router.put("/gyms/{gym}/routes/{route}/opinion", status_code=204)
 def put_opinion(route: UUID, body: NewOpinion, session: Db, access: ClimberMay) -> None:
     """Store one's opinion of a route. A late copy of an older `edit` changes nothing."""
-    found = route_of(session, access, route)
+    found = route_of(session, access.gym.id, route)
     grade = grade_of(session, access.gym.id, found.grade_system_id, body.grade)
     me = access.actor.known
     # One person's come one after the other, so that two copies at once are one.
@@ -132,7 +132,7 @@ def put_opinion(route: UUID, body: NewOpinion, session: Db, access: ClimberMay) 
 @router.delete("/gyms/{gym}/routes/{route}/opinion", status_code=204)
 def drop_opinion(route: UUID, session: Db, access: ClimberMay) -> None:
     """Delete one's opinion of a route."""
-    found = route_of(session, access, route)
+    found = route_of(session, access.gym.id, route)
     mine = Opinion.route_id == found.id, Opinion.person_id == access.actor.known
     session.execute(delete(Opinion).where(*mine))
 

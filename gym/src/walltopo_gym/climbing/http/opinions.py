@@ -26,11 +26,10 @@ from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.access import Access, GuestMay, PublisherMay, SetterMay, gym_rule
 from walltopo_gym.gyms.models import Ban
 from walltopo_gym.gyms.roles import Role
-from walltopo_gym.publishing.http.routes import route_of
 from walltopo_gym.publishing.models import Placement, Route
-from walltopo_gym.publishing.versions import gym_routes, wall_routes
+from walltopo_gym.publishing.versions import gym_routes, route_of, wall_routes
 from walltopo_gym.scans.models import Scan
-from walltopo_gym.walls.http import wall_of
+from walltopo_gym.walls.lookup import wall_of
 from walltopo_gym.walls.models import Wall
 
 router = APIRouter(tags=["climbing"])
@@ -88,7 +87,7 @@ def list_gym_tallies(session: Db, access: GuestMay) -> list[TallyFacts]:
 @router.get("/gyms/{gym}/routes/{route}/history")
 def read_route_history(route: UUID, session: Db, access: GuestMay) -> RouteHistory:
     """Tallies of one route, current or former, and the versions of the wall that had it."""
-    found = route_of(session, access, route)
+    found = route_of(session, access.gym.id, route)
     placed = session.execute(
         select(Placement, Scan.published_at)
         .join(Scan, Scan.id == Placement.scan_id)
@@ -106,7 +105,7 @@ def read_route_history(route: UUID, session: Db, access: GuestMay) -> RouteHisto
 @router.delete("/gyms/{gym}/routes/{route}", status_code=204)
 def drop_route(route: UUID, session: Db, access: PublisherMay) -> None:
     """Delete a route that was added by hand by mistake, while no climber has used it."""
-    row = route_of(session, access, route)
+    row = route_of(session, access.gym.id, route)
     delete_route(session, row)
     log_change(session, "route.delete", person=access.actor.known, gym=access.gym.id,
                subject=row.name or row.colour, route=str(row.id))  # fmt: skip
@@ -173,7 +172,7 @@ def list_comments(
     route: UUID, session: Db, access: ReaderMay, cursor: Cursor = None, size: Size = 50
 ) -> Page[Comment]:
     """Return members' comments on a route, the newest first."""
-    found = route_of(session, access, route)
+    found = route_of(session, access.gym.id, route)
     order = Opinion.changed_at, Opinion.person_id
     rows, following = page_by(session, _shown(access, found.id), order, cursor, size)
     items = [
@@ -246,7 +245,7 @@ def dismiss_report(report: UUID, session: Db, access: SetterMay) -> None:
     row = session.get(Report, report)
     if row is None:
         raise NotFoundError("not-there-report")
-    route_of(session, access, row.route_id)
+    route_of(session, access.gym.id, row.route_id)
     session.delete(row)
     _log(session, access, "comment.keep", row.route_id, row.author_id)
 
@@ -263,7 +262,7 @@ def hide_comment(route: UUID, person: UUID, session: Db, access: SetterMay) -> N
 @comments_router.delete("/gyms/{gym}/routes/{route}/comments/{person}/hidden", status_code=204)
 def show_comment(route: UUID, person: UUID, session: Db, access: SetterMay) -> None:
     """Show a hidden comment again; repeating it is fine."""
-    route_of(session, access, route)
+    route_of(session, access.gym.id, route)
     row = session.get(HiddenComment, (route, person))
     if row is not None:
         session.delete(row)
@@ -271,7 +270,7 @@ def show_comment(route: UUID, person: UUID, session: Db, access: SetterMay) -> N
 
 
 def _comment(session: Session, access: Access, route: UUID, person: UUID) -> Opinion:
-    route_of(session, access, route)
+    route_of(session, access.gym.id, route)
     row = session.get(Opinion, (route, person))
     if row is None or not row.comment:
         raise NotFoundError("not-there-comment")

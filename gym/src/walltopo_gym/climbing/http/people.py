@@ -41,8 +41,8 @@ from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.gyms.access import Access, gym_rule
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.gyms.roles import Role
-from walltopo_gym.publishing.http.routes import route_of
 from walltopo_gym.publishing.models import Route
+from walltopo_gym.publishing.versions import route_of
 from walltopo_gym.walls.models import Wall
 
 router = APIRouter(tags=["profiles"])
@@ -298,7 +298,7 @@ def read_feed(
 @follows_router.get("/gyms/{gym}/routes/{route}/friends")
 def list_friends_here(route: UUID, session: Db, access: ReaderMay) -> list[FriendFacts]:
     """Return the followed people who topped a route."""
-    found = route_of(session, access, route)
+    found = route_of(session, access.gym.id, route)
     friends_here = friends_on(session, access.gym, found, access.actor.known)
     return [FriendFacts(**vars(friend)) for friend in friends_here]
 

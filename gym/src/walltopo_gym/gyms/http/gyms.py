@@ -16,15 +16,16 @@ from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.models import AuditEntry
 from walltopo_gym.api.fields import Body, Name, Slug, Text
 from walltopo_gym.api.paging import Cursor, Page, Size, page_of
-from walltopo_gym.api.services import Db, HooksOf, ServicesOf
+from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError
+from walltopo_gym.events import DaysChanged, tell
 from walltopo_gym.gyms.access import Access, GuestMay, OwnerMay, gym_rule
 from walltopo_gym.gyms.grade_labels import own_label, spelled, spelled_range
 from walltopo_gym.gyms.grade_uses import change_labels, replace_system
 from walltopo_gym.gyms.models import GradeSystem, Gym, Membership
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.gyms.service import check_time_zone, open_gym
-from walltopo_gym.settings import Feature
+from walltopo_gym.settings import Switch
 
 router = APIRouter(tags=["gyms"])
 
@@ -55,7 +56,7 @@ class GymChange(Body):
     visibility: Visibility | None = None
     joining: Joining | None = None
     boards: Boards | None = None
-    features_off: list[Feature] | None = Field(None, max_length=10)
+    features_off: list[Switch] | None = Field(None, max_length=10)
 
 
 class GymFacts(BaseModel):
@@ -69,7 +70,7 @@ class GymFacts(BaseModel):
     visibility: Visibility
     joining: Joining
     boards: Boards
-    features_off: list[Feature]
+    features_off: list[Switch]
     created_at: datetime
     role: Role = Role.GUEST
 
@@ -124,7 +125,7 @@ def read_gym(access: GuestMay) -> GymFacts:
 
 
 @router.patch("/gyms/{gym}")
-def change_gym(body: GymChange, session: Db, hooks: HooksOf, access: OwnerMay) -> GymFacts:
+def change_gym(body: GymChange, session: Db, access: OwnerMay) -> GymFacts:
     """Change a gym's facts and visibility."""
     changes = body.model_dump(exclude_none=True)
     if "time_zone" in changes:
@@ -136,7 +137,7 @@ def change_gym(body: GymChange, session: Db, hooks: HooksOf, access: OwnerMay) -
     for name, value in changes.items():
         setattr(gym, name, value)
     if gym.time_zone != zone:  # its days begin otherwise
-        hooks.days_changed(session, gym.id)
+        tell(session, DaysChanged(gym.id))
     log_change(session, "gym.change", person=access.actor.known, gym=gym.id, subject=gym.slug,
                **changes)  # fmt: skip
     return gym_facts(gym, access.role)

@@ -12,14 +12,15 @@ from sqlalchemy import delete, select
 
 from walltopo_gym.accounts.access import AnyoneMay, SignedInMay
 from walltopo_gym.accounts.audit import log_change
-from walltopo_gym.accounts.http.account import mail_link
 from walltopo_gym.accounts.limits import count_mail
+from walltopo_gym.accounts.mails import mail_link
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.accounts.people import one_spelling
 from walltopo_gym.api.fields import Body, Secret, Text
 from walltopo_gym.api.paging import Cursor, Page, Size, page_by
-from walltopo_gym.api.services import Db, HooksOf, ServicesOf, network_of
+from walltopo_gym.api.services import Db, ServicesOf, network_of
 from walltopo_gym.errors import ForbiddenError, NotFoundError
+from walltopo_gym.events import TookPart, ask
 from walltopo_gym.gyms.access import Access, OwnerMay, gym_rule
 from walltopo_gym.gyms.http.gyms import GymFacts, gym_facts
 from walltopo_gym.gyms.members import (
@@ -163,9 +164,9 @@ def list_bans(session: Db, access: OwnerMay) -> list[BanFacts]:
 
 
 @router.put("/gyms/{gym}/bans/{person}", status_code=204)
-def ban_person(person: UUID, body: NewBan, session: Db, hooks: HooksOf, access: OwnerMay) -> None:
+def ban_person(person: UUID, body: NewBan, session: Db, access: OwnerMay) -> None:
     """Ban a person: no membership, no new ascents, no comments."""
-    if not hooks.took_part(session, access.gym.id, person):
+    if True not in ask(session, TookPart(access.gym.id, person)):
         raise NotFoundError("ban-stranger")
     ban(session, access.gym.id, person, body.reason, access.actor.known)
 

@@ -6,10 +6,9 @@ from typing import Final
 
 from fastapi import APIRouter
 
-from walltopo_gym.hall.http import messages, paper, screen
+from walltopo_gym.hall.http import paper, screen
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (
     screen.router,
     paper.router,
-    messages.router,
 )

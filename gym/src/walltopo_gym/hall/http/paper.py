@@ -18,20 +18,22 @@ from walltopo_gym.api.fields import Digits, Text
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.access import Access, GuestMay, SetterMay, visible_gym
+from walltopo_gym.gyms.days import today
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.hall.cards import CardPaper, Cards, CardSize
-from walltopo_gym.hall.codes import route_by_code
+from walltopo_gym.hall.coming import coming
 from walltopo_gym.hall.feeds import atom, calendar
-from walltopo_gym.hall.new_routes import coming, new_routes, today
 from walltopo_gym.hall.poster import Poster
 from walltopo_gym.hall.screen import settings_of
-from walltopo_gym.hall.words import words_in
 from walltopo_gym.languages import Language
+from walltopo_gym.publishing.codes import route_by_code
 from walltopo_gym.publishing.models import Route
+from walltopo_gym.publishing.new_routes import new_routes
 from walltopo_gym.publishing.versions import gym_routes
 from walltopo_gym.scans.pictures import wall_picture
 from walltopo_gym.storage.files import FileStore
 from walltopo_gym.walls.models import Wall
+from walltopo_gym.words import words_in
 
 router = APIRouter(tags=["hall"])
 
@@ -112,7 +114,7 @@ def read_calendar(
     """Return the calendar for subscriptions: resets, strippings, competitions."""
     gym = session.get_one(Gym, access.gym.id)
     base = services.settings.link_base
-    dates = coming(session, gym, gym.features(services.settings.features))
+    dates = coming(session, gym)
     content = calendar(gym, dates, words_in(language), base)
     return document(request, content, "text/calendar", f"{gym.slug}.ics", shown=True)
 

@@ -6,10 +6,9 @@ from datetime import date, datetime
 from typing import Annotated, Final
 from uuid import UUID
 
-from fastapi import APIRouter, Path, Request, Response
+from fastapi import APIRouter, Path, Response
 from pydantic import BaseModel, Field
 from sqlalchemy import select
-from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.access import AnyoneMay
 from walltopo_gym.accounts.audit import log_change
@@ -18,15 +17,22 @@ from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.access import GuestMay, OwnerMay, SetterMay
 from walltopo_gym.gyms.models import Gym
+from walltopo_gym.hall.coming import climbers_today, coming
 from walltopo_gym.hall.models import HallSettings
-from walltopo_gym.hall.new_routes import climbers_today, coming, new_routes
-from walltopo_gym.hall.screen import Part, drop_key, has_key, new_key, public_board, settings_of
+from walltopo_gym.hall.screen import (
+    KIOSK,
+    Part,
+    drop_key,
+    has_key,
+    new_key,
+    public_board,
+    settings_of,
+)
+from walltopo_gym.publishing.new_routes import new_routes
 from walltopo_gym.walls.models import Wall
 
 router = APIRouter(tags=["hall"])
 
-# Cookie of a screen in the hall: the screen is a guest of one private gym.
-KIOSK: Final = "__Host-walltopo-kiosk"
 _LINES: Final = 10
 _ROUTES: Final = 60
 _DATES: Final = 8
@@ -119,7 +125,7 @@ class ScreenFacts(BaseModel):
 
 
 @router.get("/gyms/{gym}/screen")
-def read_screen(session: Db, services: ServicesOf, access: GuestMay) -> ScreenFacts:
+def read_screen(session: Db, access: GuestMay) -> ScreenFacts:
     """Return the current content of the hall screen."""
     gym = session.get_one(Gym, access.gym.id)
     chosen = settings_of(session, gym.id)
@@ -130,7 +136,7 @@ def read_screen(session: Db, services: ServicesOf, access: GuestMay) -> ScreenFa
     )
     lines = public_board(session, gym, _LINES)
     dates = []
-    for each in coming(session, gym, gym.features(services.settings.features))[:_DATES]:
+    for each in coming(session, gym)[:_DATES]:
         is_moment = isinstance(each.at, datetime)
         dates.append(ScreenDate(
             kind=each.kind, id=each.id, day=None if is_moment else each.at,
@@ -209,9 +215,3 @@ def _facts(row: HallSettings) -> HallFacts:
 def _log(session: Db, access: OwnerMay, action: str) -> None:
     log_change(session, action, person=access.actor.known, gym=access.gym.id,
                subject=access.gym.slug)  # fmt: skip
-
-
-def admits(session: Session, gym: UUID, request: Request) -> bool:
-    """Return whether the request comes from a screen of this private gym."""
-    secret = request.cookies.get(KIOSK, "")
-    return bool(secret) and has_key(session, gym, secret)

@@ -27,7 +27,7 @@ from walltopo_gym.publishing.http.routes import RouteFacts, Short, Tags, facts_o
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.publishing.route_table import COLUMNS, read_routes
 from walltopo_gym.publishing.service import grade_of
-from walltopo_gym.walls.http import wall_of
+from walltopo_gym.walls.lookup import wall_of
 from walltopo_gym.walls.models import Wall
 
 router = APIRouter(tags=["routes"])

@@ -37,10 +37,10 @@ from walltopo_gym.publishing.service import (
 from walltopo_gym.publishing.versions import routes_as_they_were, unplaced_routes, versions_of
 from walltopo_gym.scans.distance import check_scalable, mark_points, set_distance
 from walltopo_gym.scans.edits import check_carried_out, results_version
-from walltopo_gym.scans.http.scans import ScanFacts, facts_of, scan_of
+from walltopo_gym.scans.facts import ScanFacts, facts_of
 from walltopo_gym.scans.models import Scan
-from walltopo_gym.scans.service import State, check_in_review, move
-from walltopo_gym.walls.http import wall_of
+from walltopo_gym.scans.service import State, check_in_review, move, scan_of
+from walltopo_gym.walls.lookup import wall_of
 from walltopo_gym.walls.models import Wall
 from walltopo_gym.walls.zones import look_for_due
 

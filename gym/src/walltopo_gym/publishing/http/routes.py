@@ -18,9 +18,9 @@ from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.access import Access, GuestMay, PublisherMay
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.publishing.service import change_facts, restore, strip, touch_wall
-from walltopo_gym.publishing.versions import gym_routes, wall_routes
+from walltopo_gym.publishing.versions import gym_routes, route_of, wall_routes
 from walltopo_gym.scans.pictures import route_picture, wall_picture
-from walltopo_gym.walls.http import wall_of
+from walltopo_gym.walls.lookup import wall_of
 from walltopo_gym.walls.models import Wall
 
 router = APIRouter(tags=["routes"])
@@ -89,13 +89,13 @@ def list_routes(session: Db, access: GuestMay) -> list[RouteFacts]:
 @router.get("/gyms/{gym}/routes/{route}")
 def read_route(route: UUID, session: Db, access: GuestMay) -> RouteFacts:
     """Return a route, current or stripped."""
-    return _one(session, route_of(session, access, route))
+    return _one(session, route_of(session, access.gym.id, route))
 
 
 @router.patch("/gyms/{gym}/routes/{route}")
 def change_route(route: UUID, body: RouteChange, session: Db, access: PublisherMay) -> RouteFacts:
     """Change a route's facts."""
-    row = route_of(session, access, route)
+    row = route_of(session, access.gym.id, route)
     change_facts(session, access.gym.id, row, body.facts(), access.actor.known)
     return _one(session, row)
 
@@ -103,7 +103,7 @@ def change_route(route: UUID, body: RouteChange, session: Db, access: PublisherM
 @router.post("/gyms/{gym}/routes/{route}/strip")
 def strip_route(route: UUID, session: Db, access: PublisherMay) -> RouteFacts:
     """Strip a route without a new scan."""
-    row = route_of(session, access, route)
+    row = route_of(session, access.gym.id, route)
     strip(session, row)
     session.refresh(row)
     touch_wall(session, row.wall_id)
@@ -114,7 +114,7 @@ def strip_route(route: UUID, session: Db, access: PublisherMay) -> RouteFacts:
 @router.post("/gyms/{gym}/routes/{route}/restore")
 def restore_route(route: UUID, session: Db, access: PublisherMay) -> RouteFacts:
     """Undo the stripping of a route without a new scan."""
-    row = route_of(session, access, route)
+    row = route_of(session, access.gym.id, route)
     restore(session, row)
     session.refresh(row)
     touch_wall(session, row.wall_id)
@@ -125,20 +125,6 @@ def restore_route(route: UUID, session: Db, access: PublisherMay) -> RouteFacts:
 def routes_of(session: Session, wall: Wall) -> list[RouteFacts]:
     """Return the current routes of a wall by number, those without a placement last."""
     return [facts_of_route(route, placed) for route, placed in wall_routes(session, wall)]
-
-
-def route_of(session: Session, access: Access, route: UUID) -> Route:
-    """Return a route of this gym.
-
-    Raises
-    ------
-    NotFoundError : this gym has no such route.
-    """
-    found = select(Route).join(Wall, Wall.id == Route.wall_id)
-    row = session.scalar(found.where(Route.id == route, Wall.gym_id == access.gym.id))
-    if row is None:
-        raise NotFoundError("not-there-route")
-    return row
 
 
 def _one(session: Session, row: Route) -> RouteFacts:

@@ -12,27 +12,10 @@ from walltopo_gym.api.fields import Body
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.gyms.access import OwnerMay
+from walltopo_gym.scans.facts import NetworkResult
 from walltopo_gym.scans.own_network import OwnNetwork, want
 
 router = APIRouter(tags=["scans"])
-
-
-class NetworkFigures(BaseModel):
-    """AP50 of a network's masks: holds and volumes as one class, and the mean of both."""
-
-    masks: float
-    mean: float
-
-
-class NetworkResult(BaseModel):
-    """A comparison with the shipped network (`before`) on photos held out from the training."""
-
-    photos: int
-    objects: int
-    held_out: int
-    before: NetworkFigures
-    after: NetworkFigures
-    better: bool
 
 
 class OwnNetworkFacts(BaseModel):

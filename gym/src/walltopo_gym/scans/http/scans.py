@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator
 from dataclasses import dataclass
-from datetime import datetime
-from typing import Annotated, Literal, Self
+from typing import Annotated, Self
 from uuid import UUID
 
 from anyio import sleep, to_thread
 from fastapi import APIRouter, Depends, Request
 from fastapi.sse import EventSourceResponse
-from pydantic import AfterValidator, BaseModel, Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
@@ -20,40 +19,19 @@ from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.fields import Body, Text
 from walltopo_gym.api.paging import Cursor, Page, Size, page_of
 from walltopo_gym.api.services import Db, Services, ServicesOf
-from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.access import Access, PublisherMay, gym_rule
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.scans.amendments import amend
-from walltopo_gym.scans.http.own_networks import NetworkResult
-from walltopo_gym.scans.models import Scan, ScanProgress
-from walltopo_gym.scans.service import State, begin, move, start
-from walltopo_gym.walls.http import wall_of
-from walltopo_gym.walls.models import Wall
+from walltopo_gym.scans.facts import ScanFacts, facts_of
+from walltopo_gym.scans.models import Scan
+from walltopo_gym.scans.service import State, begin, move, scan_of, start
+from walltopo_gym.walls.lookup import wall_of
 
 router = APIRouter(tags=["scans"])
 
 UploaderMay = Annotated[Access, gym_rule(Role.SETTER, Scope.UPLOAD)]
 
 _WATCH_S = 0.5
-
-
-class Progress(BaseModel):
-    """The progress of a running scan: in words, and in numbers if they are known."""
-
-    stage: str
-    doing: str
-    done: int
-    total: int | None
-    notes: list[str]
-    at: datetime
-
-
-class ScaleFacts(BaseModel):
-    """The source of a scan's metres: the method, and the labels of its scale plates."""
-
-    method: Literal["measure", "stickers", "distance", "poses", "reference", "none"]
-    metric: bool
-    plates: list[str]
 
 
 def _in_a_list(colour: str) -> str:
@@ -78,51 +56,6 @@ class ScanStart(Body):
         if self.colours and not self.part:
             raise ValueError("colours need part")
         return self
-
-
-class ScanFacts(BaseModel):
-    """A version of a wall; `error` and `hint`: why it failed, and what to do. `part`: its photos
-    show a part of the wall, and the rest is from `reference_id`. `colours`: only holds of these
-    colours are exchanged; empty: all. `network`: scores of the gym's own network that found its
-    holds; null: the shipped network found them."""
-
-    id: UUID
-    wall_id: UUID
-    state: State
-    reference_id: UUID | None
-    amends_id: UUID | None
-    error: str
-    hint: str
-    created_at: datetime
-    published_at: datetime | None
-    scale: ScaleFacts | None
-    part: bool
-    colours: list[str]
-    network: NetworkResult | None
-    progress: Progress | None = None
-
-
-def scan_of(session: Session, gym: UUID, scan: UUID) -> Scan:
-    """Return a scan of this gym.
-
-    Raises
-    ------
-    NotFoundError : this gym has no such scan.
-    """
-    found = select(Scan).join(Wall, Wall.id == Scan.wall_id)
-    row = session.scalar(found.where(Scan.id == scan, Wall.gym_id == gym))
-    if row is None:
-        raise NotFoundError("not-there-scan")
-    return row
-
-
-def facts_of(session: Session, row: Scan) -> ScanFacts:
-    """Return a scan with its progress."""
-    facts = ScanFacts.model_validate(row, from_attributes=True)
-    progress = session.get(ScanProgress, row.id)
-    if progress is not None:
-        facts.progress = Progress.model_validate(progress, from_attributes=True)
-    return facts
 
 
 @router.get("/gyms/{gym}/walls/{wall}/scans")

@@ -32,17 +32,16 @@ from walltopo_gym.errors import (
     TooLargeError,
 )
 from walltopo_gym.gyms.access import Access
-from walltopo_gym.scans.http.scans import UploaderMay, scan_of
+from walltopo_gym.scans.http.scans import UploaderMay
 from walltopo_gym.scans.incoming import Incoming
 from walltopo_gym.scans.models import Photo, PhotoOverlap, Scan
 from walltopo_gym.scans.queues import photos_changed
 from walltopo_gym.scans.receiving import announce, announced_sizes, finish, is_video, kept_name
-from walltopo_gym.scans.service import State
+from walltopo_gym.scans.service import State, scan_of
 from walltopo_gym.walls.models import Wall
 
 _VERSION: Final = "1.0.0"
 _PIECE: Final = 1 << 20
-LONGEST_PHOTO: Final = 2_000_000_000  # what can be announced at most, by the settings
 
 
 def _speak_tus(response: Response, tus_resumable: Annotated[str | None, Header()] = None) -> None:

@@ -1,0 +1,1 @@
+"""Made-up climbers for the demo gym: people, ascents, opinions."""

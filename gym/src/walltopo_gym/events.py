@@ -1,0 +1,264 @@
+"""What happens in a gym, told to whoever listens, in the transaction in which it happens.
+
+A slice tells an event and does not know who listens; it asks a question and does not know who
+answers. `features.py` lists the listeners, and the database carries them, so that every transaction
+finds them. An error of a listener undoes the change.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import date, datetime
+from typing import TYPE_CHECKING, Any, Final, Generic, Literal, TypeVar
+from uuid import UUID
+
+from sqlalchemy.orm import Session
+
+if TYPE_CHECKING:
+    from walltopo_climb.grades.model import Range
+
+Listener = Callable[[Session, Any], None]
+Listeners = Mapping[type, Sequence[Listener]]
+Answer = TypeVar("Answer")
+
+
+class Event:
+    """Something that happened."""
+
+
+@dataclass(frozen=True)
+class GymEvent(Event):
+    """Something that happened in a gym."""
+
+    gym: UUID
+
+
+@dataclass(frozen=True)
+class DaysChanged(GymEvent):
+    """The gym's time zone changed: its days begin at another time."""
+
+
+@dataclass(frozen=True)
+class ReviewChanged(GymEvent):
+    """The routes of a scan in review, or of a published one, are new or were edited."""
+
+    scan: UUID
+
+
+@dataclass(frozen=True)
+class WallPublished(GymEvent):
+    """A scan became a wall's published version."""
+
+    wall: UUID
+    scan: UUID
+
+
+@dataclass(frozen=True)
+class RoutesAdded(GymEvent):
+    """Routes were added to a wall by hand."""
+
+    wall: UUID
+
+
+@dataclass(frozen=True)
+class RouteStripped(GymEvent):
+    """A route was stripped without a new scan."""
+
+    wall: UUID
+    route: UUID
+
+
+@dataclass(frozen=True)
+class RouteRestored(GymEvent):
+    """The stripping of a route was undone."""
+
+    wall: UUID
+    route: UUID
+
+
+@dataclass(frozen=True)
+class HoldReported(GymEvent):
+    """A climber reported a hold.
+
+    Parameters
+    ----------
+    person : the climber, None after the deletion of the account.
+    route : the hold's route, if known; kind : of the fault; colour : of the hold; note : in words.
+    """
+
+    wall: UUID
+    report: UUID
+    person: UUID | None
+    route: UUID | None
+    kind: str
+    colour: str
+    note: str
+
+
+@dataclass(frozen=True)
+class HoldReportDone(HoldReported):
+    """A reported hold was repaired."""
+
+
+@dataclass(frozen=True)
+class RoutesToForerun(GymEvent):
+    """The routes of a planned reset are set, or further forerunners were named for them."""
+
+    wall: UUID
+    plan: UUID
+    day: date
+    forerunners: frozenset[UUID]
+
+
+@dataclass(frozen=True)
+class CompetitionBegins(GymEvent):
+    """A competition begins within hours; told several times.
+
+    Parameters
+    ----------
+    entered : the competitors who have an account.
+    """
+
+    competition: UUID
+    name: str
+    at: datetime
+    entered: frozenset[UUID]
+
+
+@dataclass(frozen=True)
+class PersonDeleted(Event):
+    """An account is about to be deleted, with every row that refers to it."""
+
+    person: UUID
+
+
+@dataclass(frozen=True)
+class Question(Generic[Answer]):
+    """A question to all listeners; each may add to `found`."""
+
+    found: list[Answer] = field(default_factory=list[Answer], init=False)
+
+
+@dataclass(frozen=True)
+class OwnTables(Question[tuple[str, type[Any]]]):
+    """Which tables name a person (`person_id`), under which names in the export of their data?"""
+
+
+@dataclass(frozen=True)
+class Admission(Question[bool]):
+    """May a request with these cookies see a private gym, though its sender is no member?"""
+
+    gym: UUID
+    cookies: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class TookPart(Question[bool]):
+    """Did a person leave data in a gym?"""
+
+    gym: UUID
+    person: UUID
+
+
+@dataclass(frozen=True)
+class GymDate:
+    """A planned date of a gym.
+
+    Parameters
+    ----------
+    kind : "reset": new routes come to a wall; "strip": routes of a wall go; "competition".
+    id : stable while it is the same date; at : a moment, or an all-day date; end : its end, if
+        known.
+    name : of the wall or competition; number : of stripped routes.
+    path : of its page, below the server's address.
+    """
+
+    kind: str
+    id: str
+    at: datetime | date
+    name: str
+    path: str
+    end: datetime | None = None
+    number: int = 0
+
+
+@dataclass(frozen=True)
+class ComingDates(Question[GymDate]):
+    """Which dates has a gym until a moment, those of today included?"""
+
+    gym: UUID
+    until: datetime
+
+
+@dataclass(frozen=True)
+class RowsExpired(Question[int]):
+    """How many rows were deleted that nobody needs any more? Asked by `walltopo gym purge`."""
+
+
+@dataclass(frozen=True)
+class GradeRangeOf(Question["Range"]):
+    """In which range lies the grade of a climb that is no route of the scan?
+
+    Parameters
+    ----------
+    scan : a version of its wall. model : identity of the model that gave `place`.
+    known : whether its hold types are known.
+    """
+
+    gym: UUID
+    scan: UUID
+    model: str
+    place: float
+    known: bool
+
+
+@dataclass(frozen=True)
+class GradeOutlier:
+    """A route whose grade lies outside of its range.
+
+    Parameters
+    ----------
+    side : "soft" if its grade is above, "hard" if it is below. by : steps of the Font scale.
+    """
+
+    route: UUID
+    range: Range
+    side: Literal["soft", "hard"]
+    by: int
+
+
+@dataclass(frozen=True)
+class GradeOutliers:
+    """Outliers, the largest first; empty while fewer than `enough` routes are graded."""
+
+    graded: int
+    enough: int
+    routes: list[GradeOutlier]
+
+
+NO_OUTLIERS: Final = GradeOutliers(0, 0, [])
+
+
+@dataclass(frozen=True)
+class GradeOutliersOf(Question[GradeOutliers]):
+    """Which current routes have a grade outside of the range that all others suggest?"""
+
+    gym: UUID
+
+
+def tell(session: Session, event: Event) -> None:
+    """Tell an event to everybody who listens, in this transaction."""
+    _call(session, event)
+
+
+def ask(session: Session, question: Question[Answer]) -> list[Answer]:
+    """Return all answers to a question."""
+    _call(session, question)
+    return question.found
+
+
+def _call(session: Session, what: object) -> None:
+    listeners: Listeners = session.info["database"].listeners
+    for listener in listeners.get(type(what), ()):
+        listener(session, what)

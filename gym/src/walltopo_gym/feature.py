@@ -1,0 +1,47 @@
+"""What an optional part of the platform consists of. Nothing imports one but `features.py`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from walltopo_gym.database.engine import Database
+from walltopo_gym.events import Listeners
+from walltopo_gym.settings import GymSettings, Switch
+from walltopo_gym.storage.files import FileStore
+
+if TYPE_CHECKING:
+    from fastapi import APIRouter
+
+    from walltopo_gym.jobs.queue import Task
+    from walltopo_gym.jobs.worker import Chore
+
+
+def _nothing(*_: Any) -> Sequence[Any]:
+    return ()
+
+
+@dataclass(frozen=True)
+class Feature:
+    """An optional part of the platform. Functions import what a command does not need.
+
+    Parameters
+    ----------
+    switch : the name by which operators and gyms turn it off; None: it is always on.
+    routers : returns its endpoints.
+    listeners : of events and questions, while it is on.
+    data_listeners : the same, also while it is off: of those that concern its rows.
+    parts : makes the objects that a server keeps for it (`Services.get`).
+    tasks, chores : of a worker.
+    start : called once when a worker starts.
+    """
+
+    switch: Switch | None = None
+    routers: Callable[[], Sequence[APIRouter]] = _nothing
+    listeners: Listeners = field(default_factory=dict[type, Sequence[Any]])
+    data_listeners: Listeners = field(default_factory=dict[type, Sequence[Any]])
+    parts: Callable[[Database], Sequence[object]] = _nothing
+    tasks: Callable[[GymSettings, Database, FileStore], Sequence[Task]] = _nothing
+    chores: Callable[[GymSettings, Database], Sequence[Chore]] = _nothing
+    start: Callable[[Database], object] = _nothing

@@ -1,0 +1,65 @@
+"""The list of the platform's optional features, and who listens to what.
+
+Deleting a feature's folder, its name here and its pages leaves a platform that works.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Collection
+from importlib import import_module
+from typing import Final
+
+from walltopo_gym.climbing.counting import queue_recount
+from walltopo_gym.climbing.people import took_part
+from walltopo_gym.database.engine import Database
+from walltopo_gym.events import DaysChanged, Listener, Listeners, TookPart
+from walltopo_gym.feature import Feature
+from walltopo_gym.settings import GymSettings, Switch
+
+NAMES: Final = (
+    "competitions",
+    "grading",
+    "hall",
+    "hold_reports",
+    "insights",
+    "notifications",
+    "problems",
+    "reset_plans",
+    "webhooks",
+)
+_CORE: Final[Listeners] = {DaysChanged: (queue_recount,), TookPart: (took_part,)}
+
+
+def _feature(name: str) -> Feature:
+    found = import_module(f"walltopo_gym.{name}.feature").FEATURE
+    assert isinstance(found, Feature)
+    return found
+
+
+FEATURES: Final[tuple[Feature, ...]] = tuple(map(_feature, NAMES))
+
+
+def features_on(settings: GymSettings) -> list[Feature]:
+    """Return the features that a server has on."""
+    return _on(settings.features)
+
+
+def _on(switches: Collection[Switch]) -> list[Feature]:
+    return [one for one in FEATURES if one.switch is None or one.switch in switches]
+
+
+def listeners_of(switches: Collection[Switch]) -> Listeners:
+    """Return all listeners on a server with these switches."""
+    found: dict[type, list[Listener]] = defaultdict(list)
+    tables = [_CORE, *(one.data_listeners for one in FEATURES)]
+    tables += [one.listeners for one in _on(switches)]
+    for table in tables:
+        for kind, listeners in table.items():
+            found[kind] += listeners
+    return found
+
+
+def open_database(settings: GymSettings) -> Database:
+    """Return the platform's database, with all listeners."""
+    return Database(settings.database_url, listeners_of(settings.features))

@@ -1,0 +1,38 @@
+"""Reports of holds, as a feature of the platform."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from sqlalchemy import update
+from sqlalchemy.orm import Session
+
+from walltopo_gym.events import OwnTables, PersonDeleted
+from walltopo_gym.feature import Feature
+from walltopo_gym.hold_reports.models import HoldReport
+
+if TYPE_CHECKING:
+    from fastapi import APIRouter
+
+
+def _routers() -> Sequence[APIRouter]:
+    from walltopo_gym.hold_reports.http import ROUTERS
+
+    return ROUTERS
+
+
+def _own_tables(session: Session, question: OwnTables) -> None:
+    question.found.append(("hold_reports", HoldReport))
+
+
+def _person_deleted(session: Session, event: PersonDeleted) -> None:
+    """Delete the person's words; the reports stay."""
+    own = update(HoldReport).where(HoldReport.person_id == event.person)
+    session.execute(own.values(note=""))
+
+
+FEATURE = Feature(
+    routers=_routers,
+    data_listeners={OwnTables: (_own_tables,), PersonDeleted: (_person_deleted,)},
+)

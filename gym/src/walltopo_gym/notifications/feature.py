@@ -1,0 +1,74 @@
+"""Messages to people, as a feature of the platform."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+from sqlalchemy.orm import Session
+
+from walltopo_gym.database.engine import Database
+from walltopo_gym.events import (
+    CompetitionBegins,
+    HoldReportDone,
+    HoldReported,
+    OwnTables,
+    RoutesToForerun,
+)
+from walltopo_gym.feature import Feature
+from walltopo_gym.notifications import happened
+from walltopo_gym.notifications.models import Message, NotificationPreferences, PushAddress
+from walltopo_gym.settings import GymSettings
+from walltopo_gym.storage.files import FileStore
+
+if TYPE_CHECKING:
+    from fastapi import APIRouter
+
+    from walltopo_gym.jobs.queue import Task
+    from walltopo_gym.jobs.worker import Chore
+
+
+def _routers() -> Sequence[APIRouter]:
+    from walltopo_gym.notifications.http import ROUTERS
+
+    return ROUTERS
+
+
+def _tasks(settings: GymSettings, database: Database, store: FileStore) -> Sequence[Task]:
+    from walltopo_gym.jobs.queue import Task
+    from walltopo_gym.mail import make_mailer
+    from walltopo_gym.notifications.messages import MAILS, PUSHES
+    from walltopo_gym.notifications.sending import MessageSender, note_failure
+
+    sender = MessageSender(settings, database, make_mailer(settings))
+    return [Task(MAILS, sender.mail, note_failure), Task(PUSHES, sender.push, note_failure)]
+
+
+def _chores(settings: GymSettings, database: Database) -> Sequence[Chore]:
+    from walltopo_gym.jobs.worker import Chore
+    from walltopo_gym.notifications.due import note_all
+
+    return [Chore("note-messages", "* * * * *", partial(note_all, database))]
+
+
+def _own_tables(session: Session, question: OwnTables) -> None:
+    question.found.extend([
+        ("notification_preferences", NotificationPreferences),
+        ("push_addresses", PushAddress),
+        ("messages", Message),
+    ])  # fmt: skip
+
+
+FEATURE = Feature(
+    routers=_routers,
+    listeners={
+        HoldReported: (happened.hold_reported,),
+        HoldReportDone: (happened.hold_report_done,),
+        RoutesToForerun: (happened.routes_to_forerun,),
+        CompetitionBegins: (happened.competition_begins,),
+    },
+    data_listeners={OwnTables: (_own_tables,)},
+    tasks=_tasks,
+    chores=_chores,
+)

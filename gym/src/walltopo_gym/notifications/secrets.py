@@ -1,0 +1,80 @@
+"""Secrets of the server, created when first needed and shared by all of its processes: they are in
+the database, and so in its backups."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import hmac
+import secrets
+from collections.abc import Callable
+from uuid import UUID
+
+from sqlalchemy import select
+from sqlalchemy.exc import IntegrityError
+
+from walltopo_gym.database.engine import Database
+from walltopo_gym.notifications.models import ServerSecret
+
+_PUSH = "push"
+_UNSUBSCRIBE = "unsubscribe"
+
+
+def push_key(database: Database) -> str:
+    """Return the private key that signs push messages (RFC 8292), as PEM."""
+    return _kept(database, _PUSH, _new_push_key)
+
+
+def public_push_key(database: Database) -> str:
+    """Return its public half as browsers need it: an uncompressed point, base64url."""
+    from cryptography.hazmat.primitives.serialization import (
+        Encoding,
+        PublicFormat,
+        load_pem_private_key,
+    )
+
+    key = load_pem_private_key(push_key(database).encode(), None).public_key()
+    point = key.public_bytes(Encoding.X962, PublicFormat.UncompressedPoint)
+    return base64.urlsafe_b64encode(point).decode().rstrip("=")
+
+
+def unsubscribe_token(database: Database, person: UUID) -> str:
+    """Return the token of a person's unsubscribe link, which needs no sign-in."""
+    key = _kept(database, _UNSUBSCRIBE, lambda: secrets.token_urlsafe(32))
+    digest = hmac.digest(key.encode(), person.bytes, hashlib.sha256)[:16]
+    return base64.urlsafe_b64encode(person.bytes + digest).decode().rstrip("=")
+
+
+def person_of(database: Database, token: str) -> UUID | None:
+    """Return the person of an unsubscribe token; None for an invalid one."""
+    try:
+        content = base64.urlsafe_b64decode(token + "=" * (-len(token) % 4))
+        person = UUID(bytes=content[:16])
+    except ValueError:
+        return None
+    right = unsubscribe_token(database, person)
+    return person if hmac.compare_digest(right.encode(), token.encode()) else None
+
+
+def _new_push_key() -> str:
+    from py_vapid import Vapid02
+
+    key = Vapid02()
+    key.generate_keys()
+    pem: bytes = key.private_pem()
+    return pem.decode()
+
+
+def _kept(database: Database, name: str, make: Callable[[], str]) -> str:
+    query = select(ServerSecret.content).where(ServerSecret.name == name)
+    with database.reading() as session:
+        content = session.scalar(query)
+    if content is None:
+        try:
+            with database.writing() as session:
+                session.add(ServerSecret(name=name, content=make()))
+        except IntegrityError:
+            pass  # another process made it at the same moment
+        with database.reading() as session:
+            content = session.scalars(query).one()
+    return content

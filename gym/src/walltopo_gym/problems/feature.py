@@ -1,0 +1,46 @@
+"""Problems of climbers, as a feature of the platform."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from sqlalchemy.orm import Session
+
+from walltopo_gym.crowd.filled import DemoFilled
+from walltopo_gym.database.engine import Database
+from walltopo_gym.events import OwnTables
+from walltopo_gym.feature import Feature
+from walltopo_gym.problems.demo import make_problems
+from walltopo_gym.problems.models import Problem, ProblemAscent, ProblemReport
+
+if TYPE_CHECKING:
+    from fastapi import APIRouter
+
+
+def _routers() -> Sequence[APIRouter]:
+    from walltopo_gym.problems.http import ROUTERS
+
+    return ROUTERS
+
+
+def _parts(database: Database) -> Sequence[object]:
+    from walltopo_gym.problems.estimate import Estimator
+
+    return [Estimator()]
+
+
+def _own_tables(session: Session, question: OwnTables) -> None:
+    question.found.extend([
+        ("problems", Problem),
+        ("problem_ascents", ProblemAscent),
+        ("problem_reports", ProblemReport),
+    ])  # fmt: skip
+
+
+FEATURE = Feature(
+    listeners={DemoFilled: (make_problems,)},
+    routers=_routers,
+    parts=_parts,
+    data_listeners={OwnTables: (_own_tables,)},
+)

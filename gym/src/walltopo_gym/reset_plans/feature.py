@@ -1,0 +1,32 @@
+"""Planned resets, as a feature of the platform."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from sqlalchemy.orm import Session
+
+from walltopo_gym.events import OwnTables
+from walltopo_gym.feature import Feature
+from walltopo_gym.reset_plans.models import GradeProposal, ResetPerson, SignOff
+
+if TYPE_CHECKING:
+    from fastapi import APIRouter
+
+
+def _routers() -> Sequence[APIRouter]:
+    from walltopo_gym.reset_plans.http import ROUTERS
+
+    return ROUTERS
+
+
+def _own_tables(session: Session, question: OwnTables) -> None:
+    question.found.extend([
+        ("reset_plans", ResetPerson),
+        ("grade_proposals", GradeProposal),
+        ("sign_offs", SignOff),
+    ])  # fmt: skip
+
+
+FEATURE = Feature(routers=_routers, data_listeners={OwnTables: (_own_tables,)})

@@ -1,0 +1,39 @@
+"""Webhooks, as a feature of the platform."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from walltopo_gym.database.engine import Database
+from walltopo_gym.events import RowsExpired
+from walltopo_gym.feature import Feature
+from walltopo_gym.settings import GymSettings
+from walltopo_gym.storage.files import FileStore
+from walltopo_gym.webhooks.service import DELIVERY, LISTENERS, drop_given_up
+
+if TYPE_CHECKING:
+    from fastapi import APIRouter
+
+    from walltopo_gym.jobs.queue import Task
+
+
+def _routers() -> Sequence[APIRouter]:
+    from walltopo_gym.webhooks.http import ROUTERS
+
+    return ROUTERS
+
+
+def _tasks(settings: GymSettings, database: Database, store: FileStore) -> Sequence[Task]:
+    from walltopo_gym.jobs.queue import Task
+    from walltopo_gym.webhooks.delivery import Delivery, note_failure
+
+    return [Task(DELIVERY, Delivery(settings, database).deliver, note_failure)]
+
+
+FEATURE = Feature(
+    routers=_routers,
+    listeners=LISTENERS,
+    data_listeners={RowsExpired: (drop_given_up,)},
+    tasks=_tasks,
+)
