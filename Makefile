@@ -14,12 +14,13 @@ TRAIN_ENV := OMP_NUM_THREADS=1 MALLOC_MMAP_THRESHOLD_=4000000000 MALLOC_TRIM_THR
 # Processes that the tests run in: more than two cores, because browsers and servers wait much. 0: in this one.
 WORKERS ?= 3
 
-.PHONY: help demo gym test test-all coverage docs-check count audit test-ultralytics test-pythons lint docs site wheels sbom npm-package sums sign release-check containers film moves-film viewer app pictures system system-venv system-compiler browser database clean train train-export
+.PHONY: help web demo gym dev test test-all coverage docs-check count audit test-ultralytics test-pythons lint docs site wheels sbom npm-package sums sign release-check containers film moves-film viewer app pictures system system-venv system-compiler browser database clean train train-export
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo     set up, scan the bundled photos, name the page to open"
 	@echo "make gym      set up, scan the bundled photos into a demo gym, serve it, name address and accounts"
+	@echo "make dev      the same demo gym for developers: it follows each change of a source"
 	@echo "make test     set up everything, run the quick tests (minutes)"
 	@echo "make test-all the same, and the slow tests: PostgreSQL, browsers, kills, wheels"
 	@echo "make coverage all tests, with the share of the lines that they run"
@@ -37,8 +38,8 @@ help:
 	@echo "make containers   build the containers' image from Debian's packages and play a gym's day in it (Debian, root)"
 	@echo "make docs     write the generated parts of docs/"
 	@echo "make audit    known weaknesses of the dependencies (needs the network)"
-	@echo "make viewer   build the web viewer into the package (needs node)"
-	@echo "make app      build the platform's web app into its package (needs node)"
+	@echo "make viewer   build the web viewer, if its sources have changed (demo, gym and test do)"
+	@echo "make app      build and check the platform's web app, with the types of the API"
 	@echo "make pictures GYM=SCAN SPRAYWALL=SCAN DEMO=SCAN   retake the pictures of README and tutorial"
 	@echo "make film DEMO=SCAN   make the README's film anew"
 	@echo "make moves-film DEMO=SCAN ROUTE=ID   make the film of docs/grades.md anew"
@@ -68,22 +69,33 @@ $(VENV)/release-ready: $(VENV)/dev-ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[release]'
 	@touch $@
 
-demo: $(VENV)/core-ready
+# The web pages, where they are missing or older than their sources.
+viewer: $(VENV)/pip-ready
+	@$(BIN)/python tools/web_build.py viewer
+
+web: $(VENV)/pip-ready
+	@$(BIN)/python tools/web_build.py viewer app
+
+demo: $(VENV)/core-ready viewer
 	$(BIN)/walltopo scan examples/demo-photos -o demo-scan
 
+# For work on the platform: the server starts again, and the page changes, with each change of a source.
+dev: $(VENV)/dev-ready web
+	$(BIN)/python tools/dev.py
+
 # The gym is kept in demo-gym: the second start takes seconds.
-gym: $(VENV)/core-ready
+gym: $(VENV)/core-ready web
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ./climb -e ./gym
 	$(BIN)/walltopo gym demo --data demo-gym
 
-test: $(VENV)/dev-ready browser database
+test: $(VENV)/dev-ready web browser database
 	$(BIN)/python run_tests.py quick --workers $(WORKERS)
 
-test-all: $(VENV)/dev-ready browser database
+test-all: $(VENV)/dev-ready web browser database
 	$(BIN)/python run_tests.py all --workers $(WORKERS)
 
 # The tests take a good deal longer while their lines are counted.
-coverage: $(VENV)/dev-ready browser database
+coverage: $(VENV)/dev-ready web browser database
 	$(BIN)/python run_tests.py all --workers $(WORKERS) --cov=walltopo --cov=walltopo_gym --cov-report=term:skip-covered
 
 # Ultralytics is AGPL-3.0, so it is no part of `make test`.
@@ -108,8 +120,8 @@ test-pythons:
 # The caches lie in the environment, so that the next check of a cleaned checkout has them; one for each system,
 # because another system's results would replace those of this one.
 lint: $(VENV)/dev-ready
-	$(BIN)/ruff format --check src climb lab gym tests examples conftest.py run_tests.py
-	$(BIN)/ruff check src climb lab gym tests examples conftest.py run_tests.py
+	$(BIN)/ruff format --check src climb lab gym tests tools examples conftest.py run_tests.py
+	$(BIN)/ruff check src climb lab gym tests tools examples conftest.py run_tests.py
 	$(BIN)/mypy --cache-dir $(VENV)/mypy
 	for system in win32 darwin; do \
 	  $(BIN)/mypy --cache-dir $(VENV)/mypy-$$system --platform $$system src climb/src || exit 1; done
@@ -130,7 +142,7 @@ docs: $(VENV)/dev-ready
 	$(BIN)/python -m walltopo_lab.benchmarks.figures
 
 # Broken links are errors; lab/tests/site/test_site.py builds it too, and looks at what came out.
-site: $(VENV)/dev-ready
+site: $(VENV)/dev-ready viewer
 	$(BIN)/python -m walltopo_lab.site.staging build/site
 	$(BIN)/zensical build --strict
 
@@ -169,7 +181,7 @@ release-check: $(VENV)/release-ready
 	$(BIN)/python -m walltopo_lab.upgrade_check $(UPGRADE_FROM)
 
 # As root: the image of the platform on Debian's packages alone, and a gym's day in it.
-containers: $(VENV)/dev-ready browser database
+containers: $(VENV)/dev-ready web browser database
 	@for program in mmdebstrap buildah; do command -v $$program >/dev/null \
 	  || apt-get install -y -qq --no-install-recommends $$program >/dev/null || exit 1; done
 	$(BIN)/python -m gym.benchmarks.containers
@@ -177,13 +189,10 @@ containers: $(VENV)/dev-ready browser database
 npm-package:
 	cd viewer && npm ci --no-audit --no-fund && mkdir -p ../dist && npm pack --pack-destination ../dist
 
-viewer:
-	cd viewer && npm ci --no-audit --no-fund && npm run build
-
-# Its client of the API is made of the server's own document.
-app: $(VENV)/dev-ready
+# The types of the app's client of the API are made of the server's own document, and checked with the app.
+app: $(VENV)/dev-ready web
 	mkdir -p gym/web/build && $(BIN)/python -m walltopo_gym.server.document gym/web/build/openapi.json
-	cd gym/web && npm ci --no-audit --no-fund && npm run api && npm run build
+	cd gym/web && npm run api && npm run check
 
 # Asks PyPI and npm what is known of the versions that are installed and pinned; fails where it could not ask.
 audit: $(VENV)/dev-ready

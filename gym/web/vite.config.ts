@@ -48,8 +48,21 @@ const early: Plugin = {
   },
 };
 
+const SERVER = "http://127.0.0.1:8080";
+
+/** In development, what the server would write into the page's head: features, and where the viewer is. */
+const head: Plugin = {
+  name: "head",
+  apply: "serve",
+  async transformIndexHtml(page, { originalUrl }) {
+    const theirs = await (await fetch(SERVER + (originalUrl ?? "/"))).text();
+    const metas = theirs.match(/<meta name="(wall-viewer|features)"[^>]*>/g) ?? [];
+    return page.replace(MARK, metas.join(""));
+  },
+};
+
 export default defineConfig({
-  plugins: [svelte(), early, serviceWorker],
+  plugins: [svelte(), early, head, serviceWorker],
   build: {
     target: "es2022",
     rollupOptions: {
@@ -62,5 +75,5 @@ export default defineConfig({
     // The page's policy knows no inline script.
     modulePreload: { polyfill: false },
   },
-  server: { proxy: { "/api": "http://127.0.0.1:8080" } },
+  server: { proxy: { "/api": SERVER, "/assets": SERVER } },
 });

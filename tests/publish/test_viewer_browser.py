@@ -411,16 +411,9 @@ def test_budgets() -> None:
     assert len(packed) <= 250_000
 
 
-def test_built_viewer_is_the_source(tmp_path: Path) -> None:
-    """The script that ships is what the sources build to."""
-    built = tmp_path / "page"
-    subprocess.run(
-        ["node_modules/.bin/vite", "build", "--outDir", str(built), "--logLevel", "error"],
-        cwd=VIEWER,
-        check=True,
-        timeout=900,
-    )
-    from walltopo.publish.web_page import viewer_script
-
-    assert (built / "viewer.js").read_bytes() == viewer_script().read_bytes()
-    assert np.frombuffer((built / "viewer.js").read_bytes(), np.uint8).size > 100_000
+def test_the_viewers_types_are_right() -> None:
+    done = subprocess.run(
+        ["node_modules/.bin/tsc", "--noEmit"],
+        cwd=VIEWER, capture_output=True, text=True, timeout=900, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout[-3000:]

@@ -1,6 +1,6 @@
-"""What happens in a gym, told to whoever listens, in the transaction in which it happens.
+"""Events and questions between slices, handled in the transaction in which they arise.
 
-A slice tells an event and does not know who listens; it asks a question and does not know who
+A slice publishes an event without knowing its listeners, and asks a question without knowing who
 answers. `features.py` lists the listeners, and the database carries them, so that every transaction
 finds them. An error of a listener undoes the change.
 """
@@ -113,7 +113,7 @@ class RoutesToForerun(GymEvent):
 
 @dataclass(frozen=True)
 class CompetitionBegins(GymEvent):
-    """A competition begins within hours; told several times.
+    """A competition begins within hours; published several times.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ class Question(Generic[Answer]):
 
 @dataclass(frozen=True)
 class OwnTables(Question[tuple[str, type[Any]]]):
-    """Which tables name a person (`person_id`), under which names in the export of their data?"""
+    """The tables that name a person (`person_id`), with their names in an export of data."""
 
 
 @dataclass(frozen=True)
@@ -185,7 +185,7 @@ class GymDate:
 
 @dataclass(frozen=True)
 class ComingDates(Question[GymDate]):
-    """Which dates has a gym until a moment, those of today included?"""
+    """The dates of a gym until a moment, those of today included."""
 
     gym: UUID
     until: datetime
@@ -242,13 +242,13 @@ NO_OUTLIERS: Final = GradeOutliers(0, 0, [])
 
 @dataclass(frozen=True)
 class GradeOutliersOf(Question[GradeOutliers]):
-    """Which current routes have a grade outside of the range that all others suggest?"""
+    """The current routes whose grade lies outside of the range that all others suggest."""
 
     gym: UUID
 
 
-def tell(session: Session, event: Event) -> None:
-    """Tell an event to everybody who listens, in this transaction."""
+def publish_event(session: Session, event: Event) -> None:
+    """Call all listeners of an event, in this transaction."""
     _call(session, event)
 
 

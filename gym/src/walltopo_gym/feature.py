@@ -1,4 +1,4 @@
-"""What an optional part of the platform consists of. Nothing imports one but `features.py`."""
+"""The parts of an optional feature of the platform. Only `features.py` imports features."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.clock import now
 from walltopo_gym.competitions.calendar import tell_begins
 from walltopo_gym.competitions.models import Competition
-from walltopo_gym.events import RoutesToForerun, tell
+from walltopo_gym.events import RoutesToForerun, publish_event
 from walltopo_gym.gyms import days
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.jobs.queue import Task
@@ -342,19 +342,21 @@ def test_forerunners_hear_once_that_their_routes_are_set(gym: World, service: Se
     assert member.id is not None
     plan, day, forerunners = uuid4(), gym.gym.today(), frozenset({member.id})
 
-    def told(about: UUID) -> list[dict[str, Any]]:
+    def answers(about: UUID) -> list[dict[str, Any]]:
         with gym.server.database.writing() as session:
-            tell(session, RoutesToForerun(gym.gym.id, gym.wall.id, about, day, forerunners))
+            publish_event(
+                session, RoutesToForerun(gym.gym.id, gym.wall.id, about, day, forerunners)
+            )
         run(gym)
         return service.read()
 
-    (answer,) = told(plan)
+    (answer,) = answers(plan)
     assert answer["title"] == "Routes to forerun"
     assert answer["text"].startswith(f"{gym.gym.name}, Cave, ")
     assert answer["path"] == f"/g/{gym.gym.slug}/desk/{plan}/forerun"
-    assert len(told(plan)) == 1
+    assert len(answers(plan)) == 1
     wish(gym, member, forerun=False)  # not wanted any more: another plan sends nothing
-    assert len(told(uuid4())) == 1
+    assert len(answers(uuid4())) == 1
 
 
 def test_the_mails_link_turns_messages_off_and_on(gym: World) -> None:

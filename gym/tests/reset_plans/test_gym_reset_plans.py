@@ -233,25 +233,25 @@ def test_forerunners_propose_and_do_not_see_each_other(world: World, font: str) 
         assert answer.status_code == 422
 
 
-def test_set_routes_are_told_to_the_forerunners_of_the_moment(
+def test_an_event_names_the_forerunners_of_set_routes(
     world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    told: list[RoutesToForerun] = []
+    events: list[RoutesToForerun] = []
 
     def listen(session: Session, event: RoutesToForerun) -> None:
-        told.append(event)
+        events.append(event)
 
     database = world.server.database
     monkeypatch.setattr(database, "listeners", {**database.listeners, RoutesToForerun: (listen,)})
     member, judge = person_id(world.people["member"]), person_id(world.people["judge"])
     key = planned(world, forerunners=[str(member)])
-    assert told == []  # only planned
+    assert events == []  # only planned
     ask(world, "PUT", f"/reset-plans/{key}/state", body={"state": "set"})
     plan(world, key=UUID(key), forerunners=[str(member), str(judge)])
-    assert [event.forerunners for event in told] == [{member}, {member, judge}]
+    assert [event.forerunners for event in events] == [{member}, {member, judge}]
     ask(world, "PUT", f"/reset-plans/{key}/state", body={"state": "forerun"})
-    assert {(event.gym, event.wall) for event in told} == {(world.gym.id, world.wall.id)}
-    assert len(told) == 2
+    assert {(event.gym, event.wall) for event in events} == {(world.gym.id, world.wall.id)}
+    assert len(events) == 2
 
 
 def test_members_whom_no_plan_names_see_none(world: World) -> None:

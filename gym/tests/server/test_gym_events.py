@@ -17,7 +17,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
-from walltopo_gym.events import GymEvent, Question, ask, tell
+from walltopo_gym.events import GymEvent, Question, ask, publish_event
 from walltopo_gym.features import FEATURES, NAMES, listeners_of
 from walltopo_gym.gyms.models import Gym
 
@@ -51,7 +51,7 @@ def test_listeners_hear_in_order_and_answer(tmp_path: Path) -> None:
         f"sqlite:///{tmp_path / 'a.sqlite'}", {Painted: (first, second), Colours: (answer, answer)}
     )
     with database.reading() as session:
-        tell(session, Painted(gym, "red"))
+        publish_event(session, Painted(gym, "red"))
         assert heard == ["first red", "second red"]
         assert ask(session, Colours(gym)) == ["red", "red"]
         assert ask(session, Colours(uuid4())) == ["none", "none"]
@@ -69,7 +69,7 @@ def test_an_error_of_a_listener_undoes_the_change(server: Server) -> None:
         with database.writing() as session:
             session.add(Gym(name="Wet", slug=slug, created_at=now()))
             session.flush()
-            tell(session, Painted(uuid4(), "red"))
+            publish_event(session, Painted(uuid4(), "red"))
 
     with pytest.raises(OSError, match="no paint"):
         change()

@@ -33,7 +33,7 @@ def viewer_script() -> Path:
     if not path.is_file():
         raise EnvironmentLacksError(
             f"{path}: the built viewer is missing",
-            "In a checkout, build it: cd viewer && npm ci && npm run build.",
+            "In a checkout, build it: make viewer.",
         )
     return path
 

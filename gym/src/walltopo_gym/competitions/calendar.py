@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 from walltopo_gym.clock import now
 from walltopo_gym.competitions.models import Competition, Entry
 from walltopo_gym.database.engine import Database
-from walltopo_gym.events import ComingDates, CompetitionBegins, GymDate, tell
+from walltopo_gym.events import ComingDates, CompetitionBegins, GymDate, publish_event
 from walltopo_gym.gyms.models import Gym
 
 
@@ -64,7 +64,7 @@ def tell_begins(database: Database) -> None:
             if competition.starts_at is not None and "competitions" not in gym.features_off:
                 at = competition.starts_at
                 event = CompetitionBegins(gym.id, competition.id, competition.name, at, people)
-                tell(session, event)
+                publish_event(session, event)
 
 
 def dates_of(session: Session, gym_id: UUID) -> list[Date]:

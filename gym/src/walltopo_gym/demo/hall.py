@@ -30,7 +30,7 @@ from walltopo_gym.clock import now
 from walltopo_gym.crowd.filled import DemoFilled
 from walltopo_gym.crowd.people import fill, fill_own
 from walltopo_gym.database.engine import Database
-from walltopo_gym.events import tell
+from walltopo_gym.events import publish_event
 from walltopo_gym.gyms.members import add_member
 from walltopo_gym.gyms.models import GradeSystem, Gym
 from walltopo_gym.gyms.roles import Role
@@ -114,7 +114,7 @@ class Hall:
             fill(session, gym, routes, now())
             fill_own(session, gym, climber, routes, now())
             current = [session.get_one(Wall, wall.id) for wall, _ in walls]
-            tell(session, DemoFilled(gym, setter, routes, current, versions, now()))
+            publish_event(session, DemoFilled(gym, setter, routes, current, versions, now()))
         recount(self.database, gym.id)
         return accounts
 

@@ -21,7 +21,7 @@ from walltopo_gym.accounts.limits import count_hold_report
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
-from walltopo_gym.events import HoldReportDone, HoldReported, tell
+from walltopo_gym.events import HoldReportDone, HoldReported, publish_event
 from walltopo_gym.hold_reports.models import HoldReport
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.publishing.version_holds import check_version, origins
@@ -121,7 +121,7 @@ def keep_report(
     count_hold_report(session, person)
     session.add(row)
     session.flush()
-    tell(session, _event(HoldReported, wall.gym_id, row))
+    publish_event(session, _event(HoldReported, wall.gym_id, row))
     return row, True
 
 
@@ -225,7 +225,7 @@ def mark_done(session: Session, gym: UUID, report: HoldReport, *, done: bool) ->
         if row.hold is None or row.scan_id in same:
             row.done_at = closed
             if done:
-                tell(session, _event(HoldReportDone, gym, row))
+                publish_event(session, _event(HoldReportDone, gym, row))
 
 
 def _event(kind: type[HoldReported], gym: UUID, row: HoldReport) -> HoldReported:

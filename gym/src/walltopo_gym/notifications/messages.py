@@ -1,4 +1,4 @@
-"""Store each message once, and queue it, whoever finds it.
+"""Store each message once, and queue it.
 
 Person, kind, subject and channel of a message are unique in its table, so two workers that find the
 same message at the same moment store it once.
@@ -46,7 +46,7 @@ class Notice:
 
     Parameters
     ----------
-    kind : of the message, and subject : of what it tells; each is told once to a person.
+    kind : of the message, and subject : of its content; a person gets each once.
     tag : a browser shows the latest message per tag.
     wanted_by : the preference (a column of `NotificationPreferences`) that turns it on.
     """

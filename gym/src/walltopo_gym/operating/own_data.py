@@ -34,7 +34,7 @@ from walltopo_gym.climbing.models import (
     Standing,
 )
 from walltopo_gym.errors import ConflictError
-from walltopo_gym.events import OwnTables, PersonDeleted, ask, tell
+from walltopo_gym.events import OwnTables, PersonDeleted, ask, publish_event
 from walltopo_gym.gyms.models import Ban, Gym, Membership
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.spreadsheets import CsvDialect, csv_table
@@ -116,7 +116,7 @@ def forget(session: Session, person: UUID) -> None:
         )
         if (session.scalar(owners) or 0) <= 1:
             raise ConflictError("gym-without-owner", "gym-owner-first", gym=gym.name)
-    tell(session, PersonDeleted(person))
+    publish_event(session, PersonDeleted(person))
     email = session.get_one(Person, person).email
     session.execute(delete(MailedLink).where(MailedLink.email == email))
     session.execute(delete(Person).where(Person.id == person))

@@ -12,7 +12,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.errors import ConflictError, RequestError
-from walltopo_gym.events import RoutesAdded, tell
+from walltopo_gym.events import RoutesAdded, publish_event
 from walltopo_gym.gyms.grade_labels import own_label
 from walltopo_gym.gyms.models import GradeSystem
 from walltopo_gym.publishing.models import Route
@@ -126,6 +126,6 @@ def add_routes(session: Session, wall: Wall, routes: Sequence[HandRoute]) -> lis
         rows.append(row)
     if is_changed:
         wall.revision += 1
-        tell(session, RoutesAdded(wall.gym_id, wall.id))
+        publish_event(session, RoutesAdded(wall.gym_id, wall.id))
     session.flush()
     return rows

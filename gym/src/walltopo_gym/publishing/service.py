@@ -19,7 +19,7 @@ from walltopo.scans.routes import Route as FoundRoute
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, RequestError
-from walltopo_gym.events import RouteRestored, RouteStripped, WallPublished, tell
+from walltopo_gym.events import RouteRestored, RouteStripped, WallPublished, publish_event
 from walltopo_gym.gyms.grade_labels import own_label
 from walltopo_gym.gyms.models import GradeSystem
 from walltopo_gym.publishing.models import Placement, Route
@@ -159,7 +159,7 @@ def strip(session: Session, route: Route) -> None:
     if session.execute(gone.values(stripped_at=now()).returning(Route.id)).one_or_none() is None:
         raise ConflictError("route-gone")
     gym = session.get_one(Wall, route.wall_id).gym_id
-    tell(session, RouteStripped(gym, route.wall_id, route.id))
+    publish_event(session, RouteStripped(gym, route.wall_id, route.id))
 
 
 def restore(session: Session, route: Route) -> None:
@@ -177,7 +177,7 @@ def restore(session: Session, route: Route) -> None:
     if session.execute(back.values(stripped_at=None).returning(Route.id)).one_or_none() is None:
         raise ConflictError("route-current")
     gym = session.get_one(Wall, route.wall_id).gym_id
-    tell(session, RouteRestored(gym, route.wall_id, route.id))
+    publish_event(session, RouteRestored(gym, route.wall_id, route.id))
 
 
 def change_facts(
@@ -251,7 +251,7 @@ def _take_wall(session: Session, scan: Scan, expected: int) -> None:
 
 def _tell(session: Session, scan: Scan) -> None:
     gym = session.get_one(Wall, scan.wall_id).gym_id
-    tell(session, WallPublished(gym, scan.wall_id, scan.id))
+    publish_event(session, WallPublished(gym, scan.wall_id, scan.id))
     queue_moves(session, scan.id)
 
 

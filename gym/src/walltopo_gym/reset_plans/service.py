@@ -24,7 +24,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
-from walltopo_gym.events import RoutesToForerun, tell
+from walltopo_gym.events import RoutesToForerun, publish_event
 from walltopo_gym.gyms.members import role_of
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.gyms.roles import Role
@@ -189,7 +189,7 @@ def _tell_forerunners(session: Session, gym: UUID, plan: ResetPlan) -> None:
     """Tell that the routes of a plan are set."""
     named = people_of(session, [plan.id])
     forerunners = frozenset(row.person_id for row in named if row.part == Part.FORERUNNER)
-    tell(session, RoutesToForerun(gym, plan.wall_id, plan.id, plan.day, forerunners))
+    publish_event(session, RoutesToForerun(gym, plan.wall_id, plan.id, plan.day, forerunners))
 
 
 def plans_of(session: Session, gym: Gym, *, wall: UUID | None = None) -> list[Planned]:

@@ -89,7 +89,7 @@ def _assets() -> dict[str, _Asset]:
     """
     folder = Path(str(_FOLDER))
     if not (folder / "index.html").is_file():
-        raise EnvironmentLacksError("the web app is not built", "Run `make app`.")
+        raise EnvironmentLacksError("the web app is not built", "In a checkout, run `make web`.")
     found = {
         f"/{path.relative_to(folder).as_posix()}": _asset(path)
         for path in sorted(folder.rglob("*"))

@@ -18,7 +18,7 @@ from walltopo_gym.api.fields import Body, Name, Slug, Text
 from walltopo_gym.api.paging import Cursor, Page, Size, page_of
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError
-from walltopo_gym.events import DaysChanged, tell
+from walltopo_gym.events import DaysChanged, publish_event
 from walltopo_gym.gyms.access import Access, GuestMay, OwnerMay, gym_rule
 from walltopo_gym.gyms.grade_labels import own_label, spelled, spelled_range
 from walltopo_gym.gyms.grade_uses import change_labels, replace_system
@@ -137,7 +137,7 @@ def change_gym(body: GymChange, session: Db, access: OwnerMay) -> GymFacts:
     for name, value in changes.items():
         setattr(gym, name, value)
     if gym.time_zone != zone:  # its days begin otherwise
-        tell(session, DaysChanged(gym.id))
+        publish_event(session, DaysChanged(gym.id))
     log_change(session, "gym.change", person=access.actor.known, gym=gym.id, subject=gym.slug,
                **changes)  # fmt: skip
     return gym_facts(gym, access.role)

@@ -1,1 +1,0 @@
-function e(e){let t=BigInt(`0x${e.replaceAll(`-`,``)}`)>>BigInt(78);return Array.from({length:10},(e,n)=>`0123456789ABCDEFGHJKMNPQRSTVWXYZ`[Number(t>>BigInt(5*(9-n))&31n)]).join(``)}function t(t){return`${location.origin}/r/${e(t)}`}function n(e){return e.toUpperCase().replaceAll(`-`,``).replaceAll(`I`,`1`).replaceAll(`L`,`1`).replaceAll(`O`,`0`)}export{t as n,n as r,e as t};

@@ -1,1 +1,0 @@
-function e(e,t){return t&&e?`${e}|${t}`:``}function t(e){let[t,n]=e.split(`|`);return{grade_system_id:t||null,grade:n??``}}function n(e,t){let n=e.filter(({id:e})=>e===t);return n.length?n:e}export{e as n,n as r,t};

@@ -1,1 +1,0 @@
-import{Ht as e,Vt as t}from"./common-BeLVXw6V.js";async function n(n){let r=[];for(let i;i!==null;){let a=i?{size:200,cursor:i}:{size:200},o=await t(e.GET(`/api/v1/gyms/{gym}/members`,{params:{path:{gym:n},query:a}}));r.push(...o.items),i=o.next}return r.sort((e,t)=>e.name.localeCompare(t.name))}export{n as t};

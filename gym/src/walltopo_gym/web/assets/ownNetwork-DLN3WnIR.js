@@ -1,1 +1,0 @@
-function e(e){return{before:Math.round(100*e.before.masks),after:Math.round(100*e.after.masks)}}export{e as t};

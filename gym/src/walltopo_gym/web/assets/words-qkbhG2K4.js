@@ -1,1 +1,0 @@
-import{en as e,w as t}from"./common-BeLVXw6V.js";function n({label:e,name:n,colour:r}){return[e,n||r&&t(r)].filter(Boolean).join(` · `)}function r(t,n){let r=`comp.${t}.${n}`,i=e(r);return i===r?n:i}export{n,r as t};

@@ -1,0 +1,50 @@
+"""Serve a demo gym for work on the platform: the server starts again when Python changes, and the
+app is replaced in the open page when its sources change.
+
+    make dev
+
+The demo gym is kept in `demo-gym`. Ctrl-C stops both.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Final
+
+from watchfiles import PythonFilter, run_process
+
+ROOT: Final = Path(__file__).resolve().parents[1]
+_APP: Final = "http://localhost:5173"
+_DATA: Final = "demo-gym"
+_WATCHED: Final = ("gym/src", "climb/src", "src")
+
+
+def main() -> int:
+    """Make the demo gym, and run server and app until Ctrl-C."""
+    walltopo = [sys.executable, "-m", "walltopo"]
+    made = subprocess.run([*walltopo, "gym", "demo", "--data", _DATA, "--no-serve"], check=False)
+    if made.returncode:
+        return made.returncode
+    npm = shutil.which("npm")
+    if npm is None:
+        sys.stderr.write("error: npm is missing\nInstall Node 20 or newer.\n")
+        return 5
+    app = subprocess.Popen([npm, "run", "dev", "--", "--strictPort"], cwd=ROOT / "gym" / "web")
+    # Links in mails and the check of requests' origins name the address that the browser has.
+    os.environ["WALLTOPO_GYM_ADDRESS"] = _APP
+    serve = " ".join([*walltopo, "gym", "serve", "--data", _DATA])
+    sys.stdout.write(f"{_APP}/g/demo\n")
+    try:
+        run_process(*(ROOT / one for one in _WATCHED), target=serve, watch_filter=PythonFilter())
+    finally:
+        app.terminate()
+        app.wait()
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
