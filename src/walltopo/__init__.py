@@ -10,24 +10,24 @@ Everything heavy is imported where it is first used.
 
 from __future__ import annotations
 
-import importlib
 from typing import TYPE_CHECKING, Any
 
-from walltopo.core import (
-    Camera,
-    EnvironmentLacksError,
-    InputError,
-    Instance,
-    Instances,
-    Mask,
-    Mesh,
-    SettingsError,
-    StageError,
-    View,
-    WalltopoError,
-)
+from walltopo.lazy import lazy_names
 
 if TYPE_CHECKING:
+    from walltopo.core import (
+        Camera,
+        EnvironmentLacksError,
+        InputError,
+        Instance,
+        Instances,
+        Mask,
+        Mesh,
+        SettingsError,
+        StageError,
+        View,
+        WalltopoError,
+    )
     from walltopo.geometry.mesh_files import read_mesh
     from walltopo.pipeline.runner import scan
     from walltopo.pipeline.settings import Settings, load_settings
@@ -37,10 +37,20 @@ if TYPE_CHECKING:
 
     __version__: str
 
-# Name to the module that has it; no room of the package has one of these names.
-_LAZY = {
+_PLACES = {
+    "Camera": "walltopo.core",
+    "EnvironmentLacksError": "walltopo.core",
+    "InputError": "walltopo.core",
+    "Instance": "walltopo.core",
+    "Instances": "walltopo.core",
     "LiftParams": "walltopo.segment.lift",
+    "Mask": "walltopo.core",
+    "Mesh": "walltopo.core",
     "Settings": "walltopo.pipeline.settings",
+    "SettingsError": "walltopo.core",
+    "StageError": "walltopo.core",
+    "View": "walltopo.core",
+    "WalltopoError": "walltopo.core",
     "lift": "walltopo.segment.lift",
     "load_settings": "walltopo.pipeline.settings",
     "read_coco_masks": "walltopo.scans.coco_import",
@@ -73,11 +83,12 @@ __all__ = [
 ]
 
 
+_find = lazy_names(__name__, _PLACES)
+
+
 def __getattr__(name: str) -> Any:
-    if name in _LAZY:
-        return getattr(importlib.import_module(_LAZY[name]), name)
     if name == "__version__":
         from importlib.metadata import version
 
         return version("walltopo")
-    raise AttributeError(f"module 'walltopo' has no attribute {name!r}")
+    return _find(name)

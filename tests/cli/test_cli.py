@@ -52,6 +52,14 @@ def test_importing_is_light(code: str) -> None:
     assert out.stdout.strip() == "[]"
 
 
+def test_help_needs_no_numpy() -> None:
+    code = "from walltopo.cli import main; main(['--help'])"
+    check = f"import sys, contextlib\nwith contextlib.suppress(SystemExit): {code}"
+    words = [sys.executable, "-c", f"{check}\nprint('numpy' in sys.modules)"]
+    out = subprocess.run(words, capture_output=True, text=True, check=True)
+    assert out.stdout.split()[-1] == "False"
+
+
 def test_lift_and_scan_stay_functions_whatever_is_imported() -> None:
     check = (
         "import inspect, walltopo, walltopo.segment.lift.settings, walltopo.pipeline.runner, "

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from walltopo.cli.options import Number
-from walltopo_climb.wall_files import read_wall
 
 if TYPE_CHECKING:
     from walltopo.scans.moves import ClimberRow
@@ -74,6 +73,7 @@ def _moves(args: argparse.Namespace) -> int:
     from walltopo_climb.grades.of_scan import grade_routes, place_routes
     from walltopo_climb.movement.body import BODIES, Body
     from walltopo_climb.movement.rows import climber_rows
+    from walltopo_climb.wall_files import read_wall
 
     if args.reach is not None and args.height is None:
         raise SettingsError("--reach needs --height")
@@ -131,6 +131,7 @@ def _grade(args: argparse.Namespace) -> int:
     from walltopo.scans.routes import route_name
     from walltopo_climb.grades.model import shipped_model
     from walltopo_climb.grades.of_scan import grade_routes, place_routes
+    from walltopo_climb.wall_files import read_wall
 
     holds, routes, unit = read_wall(args.scan)
     model = shipped_model()

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from walltopo.cli.options import Number
 from walltopo_climb.commands.moves import climbers_summary
-from walltopo_climb.wall_files import read_wall
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -151,6 +150,7 @@ def _ease(args: argparse.Namespace) -> int:
 def _read(path: Path) -> SetWall:
     from walltopo.scans.folder import ScanFolder
     from walltopo_climb.problems.wall import SetWall
+    from walltopo_climb.wall_files import read_wall
 
     holds, routes, unit = read_wall(path)
     return SetWall.of(holds, routes, unit, ScanFolder.scale.load(ScanFolder(path)).floor_known)
