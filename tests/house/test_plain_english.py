@@ -35,7 +35,7 @@ NAMES = {
     "told", "said", "asked", "whoever", "shelf", "shelve", "desk", "surety", "surest", "occasions",
 }  # fmt: skip
 APPS = ("viewer/src", "gym/web/src")
-GENERATED = {"gym/web/src/api/schema.d.ts", "viewer/src/wire.ts"}
+GENERATED = {"gym/web/src/api/schema.d.ts", "viewer/src/data/wire.ts"}
 KEYS = {"told", "untold", "asked", "asking"}
 # A comment of TypeScript, CSS or Svelte's markup; `accept="image/*"` begins no comment.
 APP_COMMENT = re.compile(

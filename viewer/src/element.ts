@@ -1,44 +1,44 @@
 /** `<wall-topo src="wall.glb">`: the viewer as one element. Documented in docs/viewer.md. */
 
 import { Vector3 } from "three";
-import { readAhead, taken } from "./ahead";
-import { Arrangement } from "./arrange";
-import { Background } from "./background";
-import { breath } from "./breath";
-import { holdCard, routeCard } from "./card";
-import type { CardActions } from "./card";
-import { h } from "./dom";
+import type { Insets } from "./camera/fit";
+import { CameraViews } from "./camera/views";
+import type { Hold, Route, Tables, Vec3 } from "./data/types";
+import type { ClimberRow } from "./data/wire";
 import { Editor } from "./edit/editor";
 import { Server } from "./edit/server";
-import type { Insets } from "./fit";
-import { Grab, grabMode } from "./grab";
-import { Heat } from "./heat";
-import type { HeatWords } from "./heat";
-import { pressed } from "./keys";
+import { GestureCapture, grabMode } from "./input/gesture_capture";
+import { handleKey } from "./input/keyboard";
+import { listenForTaps } from "./input/taps";
 import { say, speak } from "./languages";
-import { readPlace } from "./link";
-import type { Place } from "./link";
-import { readWall, reasonOf } from "./load";
-import type { Wall } from "./load";
-import { Message } from "./message";
-import { readMoves } from "./moves";
-import type { Moves, Person } from "./moves";
-import { Overlay } from "./overlay";
-import { Panel } from "./panel";
-import { Player } from "./player";
-import { compose } from "./picture";
-import type { Caption } from "./picture";
-import { Address, copyLink, download, linkTo } from "./sharing";
-import { Stage } from "./stage";
-import { Outline } from "./state";
+import { holdName, routeFacts, routeName, swatch, wallFacts } from "./languages/format";
+import { readMoves } from "./moves/moves_file";
+import type { Moves, Person } from "./moves/moves_file";
+import { Player } from "./moves/player";
+import { holdCard, routeCard } from "./panels/cards";
+import type { CardActions } from "./panels/cards";
+import { h } from "./panels/dom";
+import { Layout } from "./panels/layout";
+import { Placeholder } from "./panels/placeholder";
+import { RouteList } from "./panels/route_list";
+import { Toast } from "./panels/toast";
+import { Toolbar } from "./panels/toolbar";
+import { Heatmap } from "./scene/heatmap";
+import type { HeatmapLegend } from "./scene/heatmap";
+import { Outline } from "./scene/hold_state";
+import { Overlay } from "./scene/overlay";
+import { Stage } from "./scene/stage";
+import { composePicture } from "./sharing/picture";
+import type { Caption } from "./sharing/picture";
+import { AddressBar, copyLink, download, linkTo } from "./sharing/share";
+import { parseView } from "./sharing/view_link";
+import type { LinkedView } from "./sharing/view_link";
 import style from "./style.css?inline";
-import { listenForTaps } from "./tap";
-import { Toast } from "./toast";
-import { Tools } from "./tools";
-import type { Hold, Route, Tables, Vec3 } from "./types";
-import { Views } from "./views";
-import type { ClimberRow } from "./wire";
-import { holdName, routeFacts, routeName, swatch, wallFacts } from "./words";
+import { preload, takePreload } from "./tiers/preload";
+import { readWall, reasonOf } from "./tiers/read_wall";
+import type { WallModel } from "./tiers/read_wall";
+import { WorkerClient } from "./tiers/worker_client";
+import { yieldToPage } from "./tiers/yield_to_page";
 
 /** Holds of a climb that is no route of the scan, by id: all of them, and those with a flag. */
 export interface HoldSet {
@@ -54,18 +54,18 @@ export class WallTopo extends HTMLElement {
   static readonly observedAttributes = ["src", "theme", "grab"];
 
   private stage: Stage | null = null;
-  private views: Views | null = null;
+  private views: CameraViews | null = null;
   private tables: Tables = EMPTY;
-  private panel = new Panel();
+  private panel = new RouteList();
   private overlay: Overlay | null = null;
-  private grab: Grab | null = null;
+  private grab: GestureCapture | null = null;
   private readonly shell = h("div", { class: "shell" });
   private readonly view = h("div", { class: "view", part: "view" });
-  private readonly bar = new Tools();
+  private readonly bar = new Toolbar();
   private readonly root: ShadowRoot;
   private canvas = h("canvas");
   private readonly card = h("section", { class: "card", part: "card", hidden: true });
-  private readonly arrangement = new Arrangement({
+  private readonly arrangement = new Layout({
     element: this,
     shell: this.shell,
     view: this.view,
@@ -73,8 +73,8 @@ export class WallTopo extends HTMLElement {
     card: this.card,
   });
   private readonly toast = new Toast();
-  private readonly heat = new Heat();
-  private readonly message = new Message();
+  private readonly heat = new Heatmap();
+  private readonly message = new Placeholder();
   private readonly thread = h("div", { class: "thread", hidden: true }, h("i"));
   private route: number | null = null;
   private hold: number | null = null;
@@ -89,11 +89,11 @@ export class WallTopo extends HTMLElement {
   private moves: Moves | null = null;
   private player: Player | null = null;
   /** Reads the tiers; started before they have come. */
-  private reader: Background | null = null;
+  private reader: WorkerClient | null = null;
   private loading: AbortController | null = null;
   private gone = new AbortController();
   private preferredHeight: "low" | "half" | "full" = "half";
-  private readonly address = new Address();
+  private readonly address = new AddressBar();
   private readonly dark = matchMedia("(prefers-color-scheme: dark)");
 
   constructor() {
@@ -135,11 +135,11 @@ export class WallTopo extends HTMLElement {
   private async begin(): Promise<void> {
     const { signal } = this.gone;
     this.build();
-    await breath();
+    await yieldToPage();
     if (signal.aborted) return;
     const source = this.getAttribute("src");
     const coming = this.come(); // read while the stage is built
-    await breath();
+    await yieldToPage();
     if (signal.aborted) return;
     try {
       this.stage = new Stage(this.canvas);
@@ -177,7 +177,7 @@ export class WallTopo extends HTMLElement {
 
   /** Begin to read a wall that an element will soon show; `src` as that one will have it, with a `heading` of its own. */
   static expect(src: string): void {
-    readAhead(src);
+    preload(src);
   }
 
   /** The routes, as in `routes.json`. */
@@ -231,7 +231,7 @@ export class WallTopo extends HTMLElement {
    * Colour the holds of routes by a value from 0 to 1, by route id; the rest fades. With `words` a legend says what
    * the ends stand for. null: as photographed.
    */
-  showHeat(values: Iterable<[number, number]> | null, words: HeatWords | null = null): void {
+  showHeat(values: Iterable<[number, number]> | null, words: HeatmapLegend | null = null): void {
     this.heat.set(values, words);
     this.repaint();
   }
@@ -304,7 +304,7 @@ export class WallTopo extends HTMLElement {
   async picture(): Promise<Blob | null> {
     const drawn = await this.screenshot();
     if (!drawn || !this.overlay) return null;
-    return compose(drawn, this.canvas.clientWidth, this.overlay.flagged, this.caption());
+    return composePicture(drawn, this.canvas.clientWidth, this.overlay.flagged, this.caption());
   }
 
   private caption(): Caption {
@@ -343,12 +343,12 @@ export class WallTopo extends HTMLElement {
   // Loading ---------------------------------------------------------------------------------
 
   /** Ask for the wall; null where the page names none. */
-  private come(): Promise<Wall> | null {
+  private come(): Promise<WallModel> | null {
     const source = this.getAttribute("src");
     this.loading?.abort();
     this.reader?.end();
-    const ahead = taken(source ?? "");
-    this.reader = ahead?.reader ?? new Background();
+    const ahead = takePreload(source ?? "");
+    this.reader = ahead?.reader ?? new WorkerClient();
     const { signal } = (this.loading = ahead?.stop ?? new AbortController());
     this.removeAttribute("data-ready");
     if (!source) return null;
@@ -366,7 +366,7 @@ export class WallTopo extends HTMLElement {
   private async load(coming = this.come()): Promise<void> {
     if (!coming) return this.fail(say().words.noSource);
     const { signal } = this.loading!;
-    let finer: Promise<Wall> | null = null;
+    let finer: Promise<WallModel> | null = null;
     try {
       const wall = await coming;
       if (signal.aborted || !this.stage) return;
@@ -375,12 +375,12 @@ export class WallTopo extends HTMLElement {
       await this.stage.prepare(wall, this.reader!, signal);
       if (signal.aborted) return;
       finer = this.finer(signal); // read while the first tier is drawn
-      await breath();
+      await yieldToPage();
       this.panel.fill(this.tables);
-      await breath();
+      await yieldToPage();
       if (signal.aborted) return;
       this.stage.show(wall, false);
-      await breath();
+      await yieldToPage();
       if (signal.aborted) return;
       this.lay();
       this.loaded(this.stage);
@@ -391,7 +391,7 @@ export class WallTopo extends HTMLElement {
     if (finer) await this.refine(finer, signal);
   }
 
-  private finer(signal: AbortSignal): Promise<Wall> | null {
+  private finer(signal: AbortSignal): Promise<WallModel> | null {
     const source = this.getAttribute("detail");
     if (!source) return null;
     this.thread.hidden = false;
@@ -490,7 +490,7 @@ export class WallTopo extends HTMLElement {
   }
 
   /** The finer tier, once the first one stands. It is a bonus: if it fails, say so and go on. */
-  private async refine(coming: Promise<Wall>, signal: AbortSignal): Promise<void> {
+  private async refine(coming: Promise<WallModel>, signal: AbortSignal): Promise<void> {
     try {
       const wall = await coming;
       if (signal.aborted || !this.stage) return;
@@ -621,7 +621,7 @@ export class WallTopo extends HTMLElement {
       share: () => void copyLink(this.link()).then((text) => this.say(text)),
       picture: () => void this.savePicture(),
     });
-    this.panel = new Panel();
+    this.panel = new RouteList();
     this.view.replaceChildren(this.canvas, this.bar.root, this.thread, this.heat.root, this.toast.root);
     this.shell.replaceChildren(this.panel.root, this.view, this.card, this.message.root);
     this.root.append(this.shell);
@@ -655,8 +655,8 @@ export class WallTopo extends HTMLElement {
 
   private wire(stage: Stage): void {
     const { signal } = this.gone;
-    this.grab = new Grab(this.canvas, stage.controls, (text) => this.say(text), signal);
-    this.views = new Views(stage, () => this.insets());
+    this.grab = new GestureCapture(this.canvas, stage.controls, (text) => this.say(text), signal);
+    this.views = new CameraViews(stage, () => this.insets());
     stage.onFrame = () => this.overlay?.update();
     stage.onBlank = () => void this.refill(stage);
     stage.onLost = (lost) => this.say(lost ? say().words.interrupted : say().words.restored);
@@ -711,9 +711,9 @@ export class WallTopo extends HTMLElement {
 
   private key(event: KeyboardEvent): void {
     const { controls } = this.stage!;
-    const did = pressed(event, {
+    const did = handleKey(event, {
       controls,
-      moved: () => this.views!.let(),
+      moved: () => this.views!.markMoved(),
       step: (by) => this.step(by),
       escape: () => (this.isMeasuring ? this.toggleMeasure() : this.choose(null, null)),
       home: () => this.home(),
@@ -741,7 +741,7 @@ export class WallTopo extends HTMLElement {
   }
 
   /** The shown place; without the camera if the page chose it, because it depends on the screen. */
-  private get place(): Place {
+  private get place(): LinkedView {
     const subject = this.views?.subject ?? null;
     const itself = subject === "wall" || (subject === "route" && this.hold === null);
     return { route: this.route, hold: this.hold, camera: itself ? null : this.camera };
@@ -749,10 +749,10 @@ export class WallTopo extends HTMLElement {
 
   private applyPlace(animate: boolean): void {
     if (!this.hasAttribute("links") || !this.stage) return;
-    const place = readPlace(location.hash);
+    const place = parseView(location.hash);
     if (place.hold !== null && this.tables.holds.has(place.hold)) this.selectHold(place.hold);
     else if (place.route !== null) this.selectRoute(place.route, { move: place.camera === null });
-    if (place.camera) this.views?.exactly(place.camera, animate);
+    if (place.camera) this.views?.lookFrom(place.camera, animate);
   }
 
   private saveLink(): void {

@@ -164,16 +164,16 @@ test("a problem is proposed, climbed by the figure, and made a route", async ({ 
   await settle(page);
   assert.match(await card(), /about .+ to .+, guessed from a training board/);
   assert.deepEqual(await graveFindings(page), []);
-  const joints = () => ask(page, (el) => el.editor.setting.player.figure.root.children.map(({ position }) => position.toArray()).flat());
-  const [began, count] = [await joints(), await ask(page, (el) => el.editor.setting.player.climber.moves.length)];
+  const joints = () => ask(page, (el) => el.editor.proposing.player.figure.root.children.map(({ position }) => position.toArray()).flat());
+  const [began, count] = [await joints(), await ask(page, (el) => el.editor.proposing.player.climber.moves.length)];
   assert.match(await text(page, ".player .note"), new RegExp(`^1/${count} · Start`));
   await wall.getByRole("button", { name: "Next move" }).click();
   assert.match(await text(page, ".player .note"), new RegExp(`^2/${count} · `));
   assert.notDeepEqual(await joints(), began, "the figure moved");
-  await ask(page, (el) => el.editor.setting.player.seek(1e3));
+  await ask(page, (el) => el.editor.proposing.player.seek(1e3));
   assert.match(await text(page, ".player .note"), new RegExp(`^${count}/${count} · `));
   const ends = await ask(page, (el) => {
-    const { tables, climber } = el.editor.setting.player;
+    const { tables, climber } = el.editor.proposing.player;
     return climber.moves.at(-1).holds.slice(0, 2).map((id) => tables.holds.get(id).id);
   });
   const shown = await ask(page, (el) => el.editor.preview);

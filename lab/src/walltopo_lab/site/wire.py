@@ -3,7 +3,7 @@
     python -m walltopo_lab.site.wire
 
 writes `docs/schemas/viewer.schema.json` from the classes that read and write the messages, and
-`viewer/src/wire.ts` from that schema. `make docs-check` reports an outdated file.
+`viewer/src/data/wire.ts` from that schema. `make docs-check` reports an outdated file.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from walltopo_climb.problems.rows import Proposals, Tweaks
 
 ROOT = Path(__file__).parents[4]
 SCHEMA = ROOT / "docs" / "schemas" / "viewer.schema.json"
-TYPES = ROOT / "viewer" / "src" / "wire.ts"
+TYPES = ROOT / "viewer" / "src" / "data" / "wire.ts"
 # Files beside a page, and messages of the editor.
 MESSAGES: tuple[type[msgspec.Struct], ...] = (
     PageLabels, Moves, LogOut, PreviewIn, PreviewOut, SaveIn, SaveOut, RebuildStatus, CropsOut,
