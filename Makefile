@@ -108,8 +108,8 @@ test-pythons:
 # The caches lie in the environment, so that the next check of a cleaned checkout has them; one for each system,
 # because another system's results would replace those of this one.
 lint: $(VENV)/dev-ready
-	$(BIN)/ruff format --check src climb lab gym tests examples conftest.py run_tests.py
-	$(BIN)/ruff check src climb lab gym tests examples conftest.py run_tests.py
+	$(BIN)/ruff format --check src climb lab gym tests examples viewer/wire_types.py conftest.py run_tests.py
+	$(BIN)/ruff check src climb lab gym tests examples viewer/wire_types.py conftest.py run_tests.py
 	$(BIN)/mypy --cache-dir $(VENV)/mypy
 	for system in win32 darwin; do \
 	  $(BIN)/mypy --cache-dir $(VENV)/mypy-$$system --platform $$system src climb/src || exit 1; done
@@ -124,7 +124,7 @@ count: $(VENV)/dev-ready
 docs: $(VENV)/dev-ready
 	COLUMNS=1000 $(BIN)/walltopo settings --markdown > docs/settings.md
 	$(BIN)/python -m walltopo.scans.schemas docs/schemas
-	$(BIN)/python -m walltopo_lab.site.wire
+	$(BIN)/python viewer/wire_types.py
 	$(BIN)/python -m walltopo_lab.benchmarks.bad_input > docs/bad-input.md
 	$(BIN)/python -m walltopo_lab.benchmarks.tables --page
 	$(BIN)/python -m walltopo_lab.benchmarks.figures
@@ -177,7 +177,9 @@ containers: $(VENV)/dev-ready browser database
 npm-package:
 	cd viewer && npm ci --no-audit --no-fund && mkdir -p ../dist && npm pack --pack-destination ../dist
 
-viewer:
+# Its types of messages are made of the Python classes.
+viewer: $(VENV)/dev-ready
+	$(BIN)/python viewer/wire_types.py
 	cd viewer && npm ci --no-audit --no-fund && npm run build
 
 # Its client of the API is made of the server's own document.

@@ -6,8 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-
-from walltopo_lab.site import wire
+from viewer import wire_types
 
 
 def test_each_kind_of_value_has_its_type() -> None:
@@ -28,7 +27,7 @@ def test_each_kind_of_value_has_its_type() -> None:
             }
         }
     }
-    made = wire.typescript(json.dumps(schema))
+    made = wire_types.typescript(json.dumps(schema))
     assert made.endswith(
         """/** A place. */
 export interface Place {
@@ -47,12 +46,12 @@ def test_a_file_that_somebody_changed_is_found(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "docs").mkdir()
-    monkeypatch.setattr(wire, "ROOT", tmp_path)
-    monkeypatch.setattr(wire, "SCHEMA", tmp_path / "docs" / "viewer.schema.json")
-    monkeypatch.setattr(wire, "TYPES", tmp_path / "wire.ts")
-    assert len(list(wire.complaints())) == 2
-    wire.main()
-    assert list(wire.complaints()) == []
+    monkeypatch.setattr(wire_types, "ROOT", tmp_path)
+    monkeypatch.setattr(wire_types, "SCHEMA", tmp_path / "docs" / "viewer.schema.json")
+    monkeypatch.setattr(wire_types, "TYPES", tmp_path / "wire.ts")
+    assert len(list(wire_types.complaints())) == 2
+    wire_types.write()
+    assert list(wire_types.complaints()) == []
     types = (tmp_path / "wire.ts").read_text()
     (tmp_path / "wire.ts").write_text(types.replace("radius_m: number", "radius_m: string"))
-    assert [line.split(":")[0] for line in wire.complaints()] == ["wire.ts"]
+    assert [line.split(":")[0] for line in wire_types.complaints()] == ["wire.ts"]
