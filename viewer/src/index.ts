@@ -5,12 +5,11 @@
 
 import "./main";
 import type { Hold, Route, Vec3 } from "./data/types";
-import type { WallTopo } from "./element";
+import type { WallTopo } from "./element/wall_topo";
 
-export { WallTopo } from "./element";
-export type { HoldSet } from "./element";
+export { WallTopo } from "./element/wall_topo";
 export type { GrabMode } from "./input/gesture_capture";
-export type { Hold, Route, Vec3 } from "./data/types";
+export type { Hold, HoldSet, Route, Vec3 } from "./data/types";
 
 /** The events of the element. */
 export interface WallTopoEventMap {

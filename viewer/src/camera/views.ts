@@ -2,7 +2,7 @@
 
 import { Box3, Vector3 } from "three";
 import type { Route, Tables, Vec3 } from "../data/types";
-import type { Stage } from "../scene/stage";
+import type { CameraRig } from "./camera_rig";
 import { standFor } from "./climber_stand";
 import { freeBox } from "./fit";
 import type { Insets } from "./fit";
@@ -18,11 +18,11 @@ export class CameraViews {
   private shown: "wall" | "route" | null = null;
 
   constructor(
-    private readonly stage: Stage,
+    private readonly rig: CameraRig,
     private readonly insets: () => Insets,
   ) {
     // Not at "controlstart": a tap moves nothing.
-    stage.controls.addEventListener("control", () => this.markMoved());
+    rig.controls.addEventListener("control", () => this.markMoved());
   }
 
   /** The subject to which the camera moved by itself; null after somebody moved it. */
@@ -43,21 +43,21 @@ export class CameraViews {
 
   /** The whole wall, from the framing. */
   wall(animate: boolean): void {
-    const { framing } = this.stage;
+    const { framing } = this.rig;
     if (!framing) return;
-    this.stage.frame(framing.places, framing.direction, animate, this.insets());
+    this.rig.frame(framing.places, framing.direction, animate, this.insets());
     this.again = (smooth) => this.wall(smooth);
     this.shown = "wall";
   }
 
   /** As far aside as the wall may be turned by hand at -1 and 1; the distance stays. */
   swing(share: number): void {
-    this.stage.swing(share);
+    this.rig.swing(share);
   }
 
   /** A route, and other places besides its holds. */
   route(route: Pick<Route, "holds">, tables: Tables, animate = true, besides: Vector3[] = []): void {
-    const { framing } = this.stage;
+    const { framing } = this.rig;
     const box = boxOf(route.holds, tables);
     if (!framing || box.isEmpty()) return;
     const way = new Vector3();
@@ -70,14 +70,14 @@ export class CameraViews {
       const place = tables.holds.get(id)?.position;
       return place ? [-room, room].map((d) => new Vector3(...place).addScalar(d)) : [];
     });
-    this.stage.frame([...places, ...besides], between(way, framing.direction), animate, this.insets());
+    this.rig.frame([...places, ...besides], between(way, framing.direction), animate, this.insets());
     this.again = (smooth) => this.route(route, tables, smooth, besides);
     this.shown = "route";
   }
 
   /** From where a climber stands before the start, as far back as all of the route is seen. */
   climber(route: Route | undefined, tables: Tables, animate = true): void {
-    const { framing, canvas, camera } = this.stage;
+    const { framing, canvas, camera } = this.rig;
     if (!framing) return;
     const unit = this.unit(tables);
     const starts = route?.start?.length ? route.start : (route?.holds.slice(0, 1) ?? []);
@@ -100,13 +100,13 @@ export class CameraViews {
       .addScaledVector(right, away * Math.sin(heading));
     target.z += Math.tan(pitch) * away;
     this.markMoved();
-    this.stage.moveTo(place, target, animate);
+    this.rig.moveTo(place, target, animate);
     this.again = (smooth) => this.climber(route, tables, smooth);
   }
 
   /** The places that a climber wants to see: the route's holds with room for their size and flags, or the wall. */
   private placesToSee(route: Route | undefined, tables: Tables, at: Vector3): Vector3[] {
-    const { framing } = this.stage;
+    const { framing } = this.rig;
     const holds = (route?.holds ?? []).flatMap((id) => tables.holds.get(id) ?? []);
     if (holds.length === 0) return [at.clone().setZ(framing!.box.max.z), at.clone().setZ(framing!.floor)];
     return holds.flatMap(({ position, size_m }) => {
@@ -120,25 +120,25 @@ export class CameraViews {
 
   /** Closer to a place of the wall. */
   closer(place: Vector3): void {
-    const { framing, camera } = this.stage;
+    const { framing, camera } = this.rig;
     if (!framing) return;
     const near = framing.box.getSize(new Vector3()).length() * 0.14;
     const way = camera.position.clone().sub(place);
     const distance = Math.min(way.length() * 0.5, Math.max(near, way.length() * 0.25));
     this.markMoved();
-    this.stage.moveTo(place.clone().addScaledVector(way.normalize(), distance), place, true);
+    this.rig.moveTo(place.clone().addScaledVector(way.normalize(), distance), place, true);
   }
 
   /** Eye and target, as in a link. */
   lookFrom(camera: number[], animate: boolean): void {
     const [a, b, c, d, e, f] = camera as [number, number, number, number, number, number];
     this.markMoved();
-    this.stage.moveTo(new Vector3(a, b, c), new Vector3(d, e, f), animate);
+    this.rig.moveTo(new Vector3(a, b, c), new Vector3(d, e, f), animate);
   }
 
   /** A metre; of a scan without a scale, what would be one if the wall were 4 m tall. */
   private unit(tables: Tables): number {
-    const { box } = this.stage.framing!;
+    const { box } = this.rig.framing!;
     return tables.metric ? 1 : Math.max(box.max.z - box.min.z, 1e-6) / 4;
   }
 }

@@ -22,4 +22,12 @@ export interface Tables {
   routes: Map<number, Route>;
 }
 
+/** Holds of a climb that is no route of the scan, by id: all of them, and those with a flag. */
+export interface HoldSet {
+  holds: number[];
+  start: number[];
+  top: number[];
+  feet: number[];
+}
+
 export type Vec3 = [number, number, number];

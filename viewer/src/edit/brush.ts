@@ -2,7 +2,7 @@
 
 import type { Vector3 } from "three";
 import type { Hold, Vec3 } from "../data/types";
-import { holdSwatch } from "../languages/format";
+import { holdSwatch } from "../panels/swatch";
 import { NONE, refOf } from "./edit_log";
 import type { Edit } from "./edit_log";
 import type { EditorHost } from "./editor_host";
@@ -24,7 +24,7 @@ export class Brush {
     const { canvas, stage } = host;
     canvas.addEventListener("pointerdown", (event) => {
       if (this.target() === undefined) return;
-      stage.controls.enabled = false;
+      stage.rig.controls.enabled = false;
       this.stroke = [];
       this.last = null;
       this.paint(event);
@@ -56,7 +56,7 @@ export class Brush {
     if (!this.stroke) return;
     const stroke = this.stroke;
     this.stroke = null;
-    this.host.stage.controls.enabled = true;
+    this.host.stage.rig.controls.enabled = true;
     if (stroke.length > 0) this.done(stroke);
   }
 }

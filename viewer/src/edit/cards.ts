@@ -2,8 +2,9 @@
 
 import type { Hold, Route, Tables } from "../data/types";
 import { say } from "../languages";
-import { colourName, holdName, holdSwatch, leftOutWords, routeName, typeName } from "../languages/format";
+import { colourName, holdName, leftOutWords, routeName, typeName } from "../languages/format";
 import { h } from "../panels/dom";
+import { holdSwatch } from "../panels/swatch";
 import { NONE, refOf, routeRef } from "./edit_log";
 import type { Edit, Role, RouteFacts } from "./edit_log";
 import { button, choice, line, oneOf, paragraph } from "./form";

@@ -200,7 +200,7 @@ export class Player {
   }
 
   private get floor(): number {
-    return this.stage.framing?.floor ?? -Infinity;
+    return this.stage.rig.framing?.floor ?? -Infinity;
   }
 
   /** The place of a limb that hangs without a hold; from a low start the feet stand on the floor. */

@@ -7,16 +7,15 @@ import {
   capital,
   colourName,
   holdName,
-  holdSwatch,
   metres,
   routeFacts,
   routeName,
   routeOrigin,
   steepness,
-  swatch,
   typeName,
 } from "../languages/format";
 import { h, icon } from "./dom";
+import { holdSwatch, swatch } from "./swatch";
 
 export interface CardActions {
   previous(): void;

@@ -3,9 +3,10 @@
 import { lean, STEEP_DEG, whole } from "../data/steepness";
 import type { Route, Tables } from "../data/types";
 import { say } from "../languages";
-import { capital, colourName, routeFacts, routeName, swatch, wallFacts } from "../languages/format";
+import { capital, colourName, routeFacts, routeName, wallFacts } from "../languages/format";
 import { BottomSheet } from "./bottom_sheet";
 import { h } from "./dom";
+import { swatch } from "./swatch";
 
 const STEEPNESS: ["slab" | "vertical" | "overhang" | "steep", (degrees: number) => boolean][] = [
   ["slab", (degrees) => lean(degrees) === "slab"],

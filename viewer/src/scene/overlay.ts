@@ -1,11 +1,11 @@
 /** Marks over the picture that move with it: start and top flags, the measuring line, lines of the page. */
 
 import { Vector3 } from "three";
+import type { CameraRig } from "../camera/camera_rig";
 import type { Hold, Route, Tables, Vec3 } from "../data/types";
 import { say } from "../languages";
 import { metres } from "../languages/format";
 import { h } from "../panels/dom";
-import type { Stage } from "./stage";
 
 interface Pin {
   element: HTMLElement;
@@ -43,7 +43,7 @@ export class Overlay {
   private marks: Pin[] = [];
   private lines: Vec3[][] = [];
 
-  constructor(private readonly stage: Stage) {
+  constructor(private readonly rig: CameraRig) {
     const svg = document.createElementNS(SVG, "svg");
     svg.append(...this.strokes, this.line);
     this.root.append(svg, this.label);
@@ -76,7 +76,7 @@ export class Overlay {
   /** The flags as they stand in the picture now. */
   get flagged(): Flag[] {
     return this.pins.flatMap(({ element, place }) => {
-      const { x, y, ahead } = this.stage.project(place);
+      const { x, y, ahead } = this.rig.project(place);
       const kind = element.dataset["kind"] as Kind;
       return ahead ? [{ word: element.textContent ?? "", kind, x, y }] : [];
     });
@@ -125,14 +125,14 @@ export class Overlay {
 
   update(): void {
     for (const { element, place } of [...this.pins, ...this.dots, ...this.marks]) {
-      const at = this.stage.project(place);
+      const at = this.rig.project(place);
       element.style.transform = `translate(${at.x.toFixed(1)}px, ${at.y.toFixed(1)}px)`;
       element.style.visibility = at.ahead ? "visible" : "hidden";
     }
-    const path = pathOf(this.lines, (place) => this.stage.project(place));
+    const path = pathOf(this.lines, (place) => this.rig.project(place));
     for (const stroke of this.strokes) stroke.setAttribute("d", path);
     if (this.ends.length < 2) return;
-    const [a, b] = this.ends.map((end) => this.stage.project(end));
+    const [a, b] = this.ends.map((end) => this.rig.project(end));
     this.line.setAttribute("x1", String(a!.x));
     this.line.setAttribute("y1", String(a!.y));
     this.line.setAttribute("x2", String(b!.x));

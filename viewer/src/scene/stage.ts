@@ -1,34 +1,22 @@
-/** The 3D picture: renderer, camera, picking and outlines. Draws only when something changed. */
+/** The 3D picture: renderer, picking and outlines. Draws only when something changed. */
 
-import CameraControls from "camera-controls";
 import {
-  Box3,
   BufferGeometry,
   Color,
   DirectionalLight,
   HemisphereLight,
-  Matrix4,
   Mesh,
   MeshBasicMaterial,
   Object3D,
-  PerspectiveCamera,
-  Quaternion,
   Raycaster,
   Scene,
-  Sphere,
   SphereGeometry,
-  Spherical,
   Texture,
   Vector2,
   Vector3,
-  Vector4,
   WebGLRenderer,
 } from "three";
-import { fitPlaces } from "../camera/fit";
-import type { Insets } from "../camera/fit";
-import { RISE } from "../camera/framing";
-import type { Framing } from "../camera/framing";
-import type { Vec3 } from "../data/types";
+import { CameraRig } from "../camera/camera_rig";
 import type { Labels } from "../geometry/labels";
 import { Picking } from "../input/picking";
 import type { Hit } from "../input/picking";
@@ -41,28 +29,10 @@ import type { WallLook } from "./materials";
 import { Outlines } from "./outlines";
 import { TierMeshes, highestId } from "./tier_meshes";
 
-CameraControls.install({
-  THREE: {
-    Box3,
-    Matrix4,
-    Quaternion,
-    Raycaster,
-    Sphere,
-    Spherical,
-    Vector2,
-    Vector3,
-    Vector4,
-  },
-});
-
-const LIFT = 0.2; // metres that the camera keeps above the mat
-
 export class Stage {
   readonly renderer: WebGLRenderer;
-  readonly camera = new PerspectiveCamera(50, 1, 0.02, 400);
-  readonly controls: CameraControls;
+  readonly rig: CameraRig;
   state = new HoldState(0);
-  framing: Framing | null = null;
   /** Called after each drawn frame, to move what lies over the picture. */
   onFrame: () => void = () => {};
   onLost: (lost: boolean) => void = () => {};
@@ -107,13 +77,8 @@ export class Stage {
     this.renderer.autoClear = false;
     // Asking how a shader was compiled makes the page wait for it.
     this.renderer.debug.checkShaderErrors = false;
-    this.camera.up.set(0, 0, 1);
-    this.controls = new CameraControls(this.camera, canvas);
-    this.controls.updateCameraUp();
     this.calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    this.controls.smoothTime = this.calm ? 0.001 : 0.22;
-    this.controls.draggingSmoothTime = 0.06;
-    this.controls.dollyToCursor = true;
+    this.rig = new CameraRig(canvas, this.calm, () => this.redraw());
     this.look = {
       uState: { value: this.state.texture },
       uFade: { value: 0 },
@@ -140,7 +105,7 @@ export class Stage {
     this.warm();
     const wake = (): void => this.wake();
     for (const type of ["controlstart", "control", "transitionstart"] as const) {
-      this.controls.addEventListener(type, wake);
+      this.rig.controls.addEventListener(type, wake);
     }
     this.redraw();
   }
@@ -153,7 +118,7 @@ export class Stage {
     const scene = new Scene();
     const look = wallMaterial({ map: new Texture(), coloured: false }, this.look);
     scene.add(new Mesh(new BufferGeometry(), look));
-    this.renderer.compile(scene, this.camera);
+    this.renderer.compile(scene, this.rig.camera);
   }
 
   /** Send a wall's pictures to the GPU, from the worker that read it; before it is shown. */
@@ -195,8 +160,7 @@ export class Stage {
       this.reserve(highestId(wall));
       this.state.reset();
       this.picking = new Picking(wall, this.worker);
-      this.framing = wall.framing;
-      this.limit(wall.box);
+      this.rig.limit(wall.framing, wall.box);
     } else {
       this.redraw();
       const { labels } = this;
@@ -263,8 +227,7 @@ export class Stage {
 
   /** Draw now rather than in the next frame. */
   drawNow(): void {
-    this.keepAboveMat();
-    this.controls.update(0.001); // seconds; no time at all would divide by it
+    this.rig.update(0.001); // seconds; no time at all would divide by it
     this.draw();
   }
 
@@ -282,8 +245,7 @@ export class Stage {
     this.size = size;
     this.renderer.setDrawingBufferSize(width, height, dense); // at once: each new size is a new canvas
     this.outlines.resize(width, height, dense);
-    this.camera.aspect = width / height;
-    this.camera.updateProjectionMatrix();
+    this.rig.setAspect(width / height);
     this.redraw();
   }
 
@@ -316,10 +278,11 @@ export class Stage {
 
   /** The wall has its light in its picture; what is added to it needs some. */
   private light(): void {
-    if (this.lit || !this.framing) return;
+    const { framing } = this.rig;
+    if (this.lit || !framing) return;
     this.lit = true;
     const sun = new DirectionalLight("#ffffff", 1.8);
-    sun.position.copy(this.framing.direction).add(new Vector3(0.4, 0, 1));
+    sun.position.copy(framing.direction).add(new Vector3(0.4, 0, 1));
     this.added.add(new HemisphereLight("#ffffff", "#8a8f98", 1.6), sun);
   }
 
@@ -327,45 +290,8 @@ export class Stage {
   pick(x: number, y: number): Hit | null {
     const { clientWidth, clientHeight } = this.canvas;
     const at = new Vector2((x / clientWidth) * 2 - 1, 1 - (y / clientHeight) * 2);
-    this.ray.setFromCamera(at, this.camera);
+    this.ray.setFromCamera(at, this.rig.camera);
     return this.picking?.first(this.ray) ?? null;
-  }
-
-  /** CSS pixels of a place, and whether it is in front of the camera. */
-  project(place: Vec3 | Vector3): { x: number; y: number; ahead: boolean } {
-    const v = place instanceof Vector3 ? place.clone() : new Vector3(...place);
-    v.project(this.camera);
-    const { clientWidth, clientHeight } = this.canvas;
-    return {
-      x: ((v.x + 1) / 2) * clientWidth,
-      y: ((1 - v.y) / 2) * clientHeight,
-      ahead: v.z < 1,
-    };
-  }
-
-  /**
-   * Look at places from `direction` (horizontal) so that all of them lie in the part of the canvas
-   * that nothing covers, as large as they fit.
-   */
-  frame(places: Vector3[], direction: Vector3, animate: boolean, insets: Insets): void {
-    if (places.length === 0) return;
-    const { clientWidth: width, clientHeight: height } = this.canvas;
-    const tan = Math.tan((this.camera.fov * Math.PI) / 360);
-    const lens = { width, height, tan, least: this.controls.minDistance * 2 };
-    const level = direction.clone().setZ(0).normalize();
-    // An overhang is looked at from below, as far as the mat lets the camera down.
-    for (let rise = this.framing?.rise ?? RISE; ; rise = Math.min(RISE, rise + 0.05)) {
-      const { eye, target } = fitPlaces(places, level.clone().setZ(rise).normalize(), insets, lens);
-      if (rise < RISE && this.framing && eye.z < this.framing.floor + LIFT) continue;
-      this.moveTo(eye, target, animate);
-      return;
-    }
-  }
-
-  moveTo(eye: Vector3, target: Vector3, animate: boolean): void {
-    const smooth = animate && !this.calm;
-    void this.controls.setLookAt(eye.x, eye.y, eye.z, target.x, target.y, target.z, smooth);
-    this.redraw();
   }
 
   /** The picture as PNG. */
@@ -384,7 +310,7 @@ export class Stage {
     this.gone.abort();
     cancelAnimationFrame(this.request);
     this.request = 0;
-    this.controls.dispose();
+    this.rig.controls.dispose();
     this.background?.end();
     this.meshes?.dispose();
     this.outlines.dispose();
@@ -394,45 +320,10 @@ export class Stage {
     this.picking = null;
   }
 
-  /** Keep the camera in front of the wall, above the mat, and near it. */
-  private limit(box: Box3): void {
-    const framing = this.framing!;
-    const size = box.getSize(new Vector3()).length();
-    const middle = Math.atan2(framing.direction.x, -framing.direction.y);
-    this.controls.minAzimuthAngle = middle - framing.swing;
-    this.controls.maxAzimuthAngle = middle + framing.swing;
-    this.controls.minDistance = size * 0.01;
-    this.controls.maxDistance = size * 2.2;
-    this.controls.minPolarAngle = 0.15;
-    this.controls.setBoundary(framing.box.clone().expandByScalar(size * 0.02));
-    this.camera.near = Math.max(0.005, size * 0.001);
-    this.camera.far = size * 6;
-    this.camera.updateProjectionMatrix();
-  }
-
-  /** Look from as far aside as the wall may be turned by hand at -1 and 1, from the front at 0. */
-  swing(share: number): void {
-    if (!this.framing) return;
-    const { minAzimuthAngle, maxAzimuthAngle } = this.controls;
-    const part = (Math.min(Math.max(share, -1), 1) + 1) / 2;
-    void this.controls.rotateAzimuthTo(minAzimuthAngle + part * (maxAzimuthAngle - minAzimuthAngle), false);
-    this.redraw();
-  }
-
-  /** The steepest look up from below that keeps the camera above the mat. */
-  private keepAboveMat(): void {
-    if (!this.framing) return;
-    const target = this.controls.getTarget(new Vector3(), false);
-    const room = target.z - this.framing.floor - LIFT;
-    const cosine = Math.max(-1, Math.min(1, -room / Math.max(this.controls.distance, 1e-6)));
-    this.controls.maxPolarAngle = Math.min(Math.PI - 0.15, Math.max(0.2, Math.acos(cosine)));
-  }
-
   private tick(now: number): void {
     const seconds = this.last === 0 ? 1 / 60 : Math.min(0.1, (now - this.last) / 1000);
     this.last = now;
-    this.keepAboveMat();
-    const moved = this.controls.update(seconds);
+    const moved = this.rig.update(seconds);
     const fade = this.look.uFade;
     if (fade.value !== this.fadeGoal) {
       fade.value = Math.min(1, fade.value + seconds * 5);
@@ -445,13 +336,14 @@ export class Stage {
 
   private draw(): void {
     if (this.renderer.getContext().isContextLost()) return;
+    const { camera } = this.rig;
     this.dirty = false;
     this.renderer.setRenderTarget(null);
     this.renderer.clear();
-    this.renderer.render(this.scene, this.camera);
-    if (this.strokes.children.length) this.renderer.render(this.strokes, this.camera);
-    if (this.outlined && this.meshes) this.outlines.draw(this.renderer, this.scene, this.camera, this.meshes.masks);
-    if (this.added.children.length) this.renderer.render(this.added, this.camera);
+    this.renderer.render(this.scene, camera);
+    if (this.strokes.children.length) this.renderer.render(this.strokes, camera);
+    if (this.outlined && this.meshes) this.outlines.draw(this.renderer, this.scene, camera, this.meshes.masks);
+    if (this.added.children.length) this.renderer.render(this.added, camera);
     this.frames++;
     this.onFrame();
   }
