@@ -11,19 +11,15 @@ import numpy as np
 import pytest
 
 from walltopo.cli import mesh as mesh_cli
-from walltopo.core import EnvironmentLacksError, Mesh, SettingsError, Silent
+from walltopo.core import EnvironmentLacksError, InputError, Mesh, SettingsError, Silent
 from walltopo.geometry.mesh_files import write_ply
 from walltopo.geometry.subdivision import drop_long_triangles, split_long_edges
 from walltopo.geometry.topology import edges_of
-from walltopo.reconstruct.dense import external
-from walltopo.reconstruct.dense.external import (
-    colmap_mesh,
-    cuda_devices,
-    densify_arguments,
-    has_cuda,
-    mesh_arguments,
-    refine_arguments,
-)
+from walltopo.pipeline.stages.dense import DENSE
+from walltopo.reconstruct.dense.backend import open_backend
+from walltopo.reconstruct.dense.colmap import colmap_mesh, cuda_devices, has_cuda
+from walltopo.reconstruct.dense.make_mesh import pick_backend
+from walltopo.reconstruct.dense.openmvs import densify_arguments, mesh_arguments, refine_arguments
 from walltopo.reconstruct.settings import DenseSettings
 
 
@@ -79,16 +75,30 @@ def test_colmap_without_cuda_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(has_cuda(), reason="CUDA and a device are here")
 def test_auto_without_cuda_is_sgm() -> None:
-    assert external.pick_backend(DenseSettings())[0] == "sgm"
+    assert pick_backend(DenseSettings())[0] == "sgm"
 
 
 def test_a_backend_requested_is_not_replaced() -> None:
-    assert external.pick_backend(DenseSettings(backend="sparse")) == ("sparse", "as asked")
+    assert pick_backend(DenseSettings(backend="sparse")) == ("sparse", "as asked")
+
+
+def test_an_unknown_backend_is_refused_before_the_first_stage() -> None:
+    with pytest.raises(InputError, match="'magic' is not a known dense backend") as caught:
+        DENSE.check(DenseSettings(backend="magic"))
+    assert caught.value.hint == "Known dense backends: colmap, openmvs, sgm, sparse; or auto."
+
+
+@pytest.mark.skipif(has_cuda(), reason="CUDA and a device are here")
+def test_backends_say_what_they_lack() -> None:
+    with pytest.raises(EnvironmentLacksError, match="CUDA"):
+        open_backend("colmap", DenseSettings()).check()
+    with pytest.raises(EnvironmentLacksError, match="InterfaceCOLMAP"):
+        open_backend("openmvs", DenseSettings(openmvs_bin="/nowhere")).check()
+    for name in ("sgm", "sparse"):
+        open_backend(name, DenseSettings()).check()
 
 
 def test_settings_are_bounded() -> None:
-    with pytest.raises(SettingsError, match=r"dense\.backend: expected one of"):
-        DenseSettings(backend="magic")  # type: ignore[arg-type]
     with pytest.raises(SettingsError, match=r"dense\.edge_length: expected at least"):
         DenseSettings(edge_length=0.0)
 
