@@ -1,4 +1,4 @@
-"""How a test holds a child process at one place."""
+"""Stop a child process at one place of its code."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ PATIENCE_S = 1800  # a stage may come after a whole scan on a loaded machine
 
 
 @dataclass(frozen=True)
-class Hold:
-    """Holds a child process at one place, so that a test can stop or kill it there."""
+class Breakpoint:
+    """Stops a child process at one place, so that a test can end or kill it there."""
 
     mark: Path
 
@@ -27,8 +27,8 @@ class Hold:
         paths = [str(Path(__file__).parent), *filter(None, [os.environ.get("PYTHONPATH")])]
         return os.environ | {
             "PYTHONPATH": os.pathsep.join(paths),
-            "WALLTOPO_TEST_HOLD": place,
-            "WALLTOPO_TEST_HELD": str(self.mark),
+            "WALLTOPO_TEST_BREAKPOINT": place,
+            "WALLTOPO_TEST_REACHED": str(self.mark),
         }
 
     def wait(self, process: subprocess.Popen[Any] | None = None) -> int:
