@@ -42,7 +42,7 @@ class PluginGroup(Generic[T]):
         """
         point = self._points().get(name)
         if point is None:
-            known = ", ".join(self.names()) or "none, so walltopo's own installation is incomplete"
+            known = ", ".join(self.names()) or "none (install walltopo again)"
             raise InputError(
                 f"{name!r} is {self.unknown}", f"Known {self.kind}s: {known}; {self.others}"
             )
