@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 
 import pytest
 from hypothesis import HealthCheck, settings
-from tests.holding.hold import Hold
+from tests.breakpoints.breakpoint import Breakpoint
 from xdist.scheduler import LoadFileScheduling  # type: ignore[import-untyped]
 
 from walltopo.core.locks import take_lock
@@ -118,9 +118,9 @@ def gym_a(data_root: Path) -> Path:
 
 
 @pytest.fixture
-def hold(tmp_path_factory: pytest.TempPathFactory) -> Hold:
-    """Holds a child process at a place."""
-    return Hold(tmp_path_factory.mktemp("hold") / "held")
+def child_breakpoint(tmp_path_factory: pytest.TempPathFactory) -> Breakpoint:
+    """Stops a child process at a place."""
+    return Breakpoint(tmp_path_factory.mktemp("breakpoint") / "reached")
 
 
 Once = Callable[[str, Callable[[Path], object]], Path]

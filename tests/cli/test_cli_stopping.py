@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from tests.holding.hold import Hold
+from tests.breakpoints.breakpoint import Breakpoint
 
 from walltopo.scans.manifest import Manifest
 
@@ -92,14 +92,20 @@ def _state(out: Path, stage: str) -> str:
     return "not run" if record is None else record.state
 
 
-def _stop(arguments: list[str], number: signal.Signals, hold: Hold, place: str) -> None:
+def _stop(
+    arguments: list[str], number: signal.Signals, child_breakpoint: Breakpoint, place: str
+) -> None:
     """Start a command, send it the signal at a place, and check what it says and returns."""
     command = [sys.executable, "-m", "walltopo", *arguments]
     process = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=hold.at(place)
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=child_breakpoint.at(place),
     )
     try:
-        hold.wait(process)
+        child_breakpoint.wait(process)
         process.send_signal(number)
         output = process.communicate(timeout=900)[1]
     finally:
@@ -110,10 +116,10 @@ def _stop(arguments: list[str], number: signal.Signals, hold: Hold, place: str) 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_stopped_scan_says_so(
-    tiny_photos: Path, tmp_path: Path, number: signal.Signals, hold: Hold
+    tiny_photos: Path, tmp_path: Path, number: signal.Signals, child_breakpoint: Breakpoint
 ) -> None:
     out = tmp_path / "scan"
-    _stop(["scan", str(tiny_photos), "-o", str(out)], number, hold, "stage:sparse")
+    _stop(["scan", str(tiny_photos), "-o", str(out)], number, child_breakpoint, "stage:sparse")
     # On a busy machine it may have been ended before it had noted that.
     assert _state(out, "sparse") in ("interrupted", "running")
 
@@ -136,9 +142,9 @@ def test_a_stopped_command_writes_nothing(
     number: signal.Signals,
     gym_a: Path,
     tmp_path: Path,
-    hold: Hold,
+    child_breakpoint: Breakpoint,
 ) -> None:
-    _stop(make(gym_a, tmp_path), number, hold, "rename")
+    _stop(make(gym_a, tmp_path), number, child_breakpoint, "rename")
     # Native code may keep a file from being removed: it has a partial name, never a result's.
     left = [path for path in tmp_path.rglob("*") if ".partial-" not in str(path)]
     assert not [path for path in left if path.is_file()]

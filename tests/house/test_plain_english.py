@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-UNITS = ("src", "climb", "lab", "gym", "tests", "examples")
+UNITS = ("src", "climb", "lab", "gym", "tests", "examples", "viewer")
 SENTENCES = re.compile(
     r"\btold\b"
     r"|\b[Ww]hoever\b"
@@ -35,7 +35,7 @@ NAMES = {
     "told", "said", "asked", "whoever", "shelf", "shelve", "desk", "surety", "surest", "occasions",
 }  # fmt: skip
 APPS = ("viewer/src", "gym/web/src")
-GENERATED = {"gym/web/src/api/schema.d.ts", "viewer/src/wire.ts"}
+GENERATED = {"gym/web/src/api/schema.d.ts", "viewer/src/data/wire.ts"}
 KEYS = {"told", "untold", "asked", "asking"}
 # A comment of TypeScript, CSS or Svelte's markup; `accept="image/*"` begins no comment.
 APP_COMMENT = re.compile(

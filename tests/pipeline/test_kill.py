@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from tests.holding.hold import Hold
+from tests.breakpoints.breakpoint import Breakpoint
 
 from walltopo.pipeline.stages import stage_names
 from walltopo.scans.manifest import Manifest
@@ -28,13 +28,13 @@ def _state(out: Path, stage: str) -> str:
     return "not run" if record is None else record.state
 
 
-def _run_and_kill_in(photos: Path, out: Path, stage: str, hold: Hold) -> str:
+def _run_and_kill_in(photos: Path, out: Path, stage: str, child_breakpoint: Breakpoint) -> str:
     """Start the scan and kill it in `stage`; return the state that the manifest then has."""
     process = subprocess.Popen(
-        _command(photos, out), start_new_session=True, env=hold.at(f"stage:{stage}")
+        _command(photos, out), start_new_session=True, env=child_breakpoint.at(f"stage:{stage}")
     )
     try:
-        hold.wait(process)
+        child_breakpoint.wait(process)
     finally:
         os.killpg(process.pid, signal.SIGKILL)
         process.wait()
@@ -43,11 +43,11 @@ def _run_and_kill_in(photos: Path, out: Path, stage: str, hold: Hold) -> str:
 
 @pytest.mark.slow
 def test_killed_in_every_stage(
-    tiny_photos: Path, tiny_scan: Path, tmp_path: Path, hold: Hold
+    tiny_photos: Path, tiny_scan: Path, tmp_path: Path, child_breakpoint: Breakpoint
 ) -> None:
     killed = tmp_path / "killed"
     for stage in stage_names():
-        assert _run_and_kill_in(tiny_photos, killed, stage, hold) == "running"
+        assert _run_and_kill_in(tiny_photos, killed, stage, child_breakpoint) == "running"
         # Whatever is in the folder is whole: every JSON parses, no temporary has a final name.
         for path in killed.glob("*.json"):
             json.loads(path.read_text())

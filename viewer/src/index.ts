@@ -4,13 +4,12 @@
  */
 
 import "./main";
-import type { WallTopo } from "./element";
-import type { Hold, Route, Vec3 } from "./types";
+import type { Hold, Route, Vec3 } from "./data/types";
+import type { WallTopo } from "./element/wall_topo";
 
-export { WallTopo } from "./element";
-export type { HoldSet } from "./element";
-export type { GrabMode } from "./grab";
-export type { Hold, Route, Vec3 } from "./types";
+export { WallTopo } from "./element/wall_topo";
+export type { GrabMode } from "./input/gesture_capture";
+export type { Hold, HoldSet, Route, Vec3 } from "./data/types";
 
 /** The events of the element. */
 export interface WallTopoEventMap {

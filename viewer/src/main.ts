@@ -1,4 +1,4 @@
-import { WallTopo } from "./element";
+import { WallTopo } from "./element/wall_topo";
 
 // The same script runs in the worker.
 const inPage = typeof document !== "undefined";

@@ -1,4 +1,4 @@
 /** The classic script of a page: the element, and in a worker the jobs that it asks for. */
 
 import "./main";
-import "./worker";
+import "./tiers/worker";

@@ -10,7 +10,7 @@ test("the drawn border is smooth on the wall too", async ({ browser, places: { d
   await ask(page, (wall) => {
     wall.selectRoute(1);
     const [x, y, z] = wall.holds.find(({ id }) => id === 1).position;
-    void wall.stage.controls.setLookAt(x, y - 1.6, z, x, y, z, false);
+    void wall.stage.rig.controls.setLookAt(x, y - 1.6, z, x, y, z, false);
     wall.stage.redraw();
   });
   await settle(page);

@@ -31,16 +31,16 @@ const under = (page, at) =>
 test("the editor speaks the reader's language, what the server says too", async ({ browser, places: { edit } }) => {
   const { page, log, close } = await editor(browser, edit, { locale: "de-AT" });
   const toast = () => text(page, ".toast");
-  await ask(page, (el) => el.editor.session.change({ do: "remove", hold: { id: 9999, at: [90, 0, 90] } }));
+  await ask(page, (el) => el.parts.editor.session.change({ do: "remove", hold: { id: 9999, at: [90, 0, 90] } }));
   await previewed(page);
   assert.equal(await toast(), "Änderung 1 wurde ausgelassen: Griff 9999 gibt es nicht mehr");
   await ask(page, (el) => {
-    el.editor.session.server.version = "another";
-    return el.editor.session.save();
+    el.parts.editor.session.server.version = "another";
+    return el.parts.editor.session.save();
   });
   assert.match(await toast(), /^Nicht gespeichert: inzwischen wurden andere Änderungen gespeichert/);
   assert.deepEqual(log.errors.filter((line) => !line.includes("412")), []);
-  await ask(page, (el) => el.editor.session.undo());
+  await ask(page, (el) => el.parts.editor.session.undo());
   await previewed(page);
   await close();
 });
@@ -164,19 +164,19 @@ test("a problem is proposed, climbed by the figure, and made a route", async ({ 
   await settle(page);
   assert.match(await card(), /about .+ to .+, guessed from a training board/);
   assert.deepEqual(await graveFindings(page), []);
-  const joints = () => ask(page, (el) => el.editor.setting.player.figure.root.children.map(({ position }) => position.toArray()).flat());
-  const [began, count] = [await joints(), await ask(page, (el) => el.editor.setting.player.climber.moves.length)];
+  const joints = () => ask(page, (el) => el.parts.editor.proposing.player.figure.root.children.map(({ position }) => position.toArray()).flat());
+  const [began, count] = [await joints(), await ask(page, (el) => el.parts.editor.proposing.player.climber.moves.length)];
   assert.match(await text(page, ".player .note"), new RegExp(`^1/${count} · Start`));
   await wall.getByRole("button", { name: "Next move" }).click();
   assert.match(await text(page, ".player .note"), new RegExp(`^2/${count} · `));
   assert.notDeepEqual(await joints(), began, "the figure moved");
-  await ask(page, (el) => el.editor.setting.player.seek(1e3));
+  await ask(page, (el) => el.parts.editor.proposing.player.seek(1e3));
   assert.match(await text(page, ".player .note"), new RegExp(`^${count}/${count} · `));
   const ends = await ask(page, (el) => {
-    const { tables, climber } = el.editor.setting.player;
+    const { tables, climber } = el.parts.editor.proposing.player;
     return climber.moves.at(-1).holds.slice(0, 2).map((id) => tables.holds.get(id).id);
   });
-  const shown = await ask(page, (el) => el.editor.preview);
+  const shown = await ask(page, (el) => el.parts.editor.preview);
   assert.ok(ends.every((id) => shown.top.includes(id)), "both hands are on the top");
   await page.screenshot({ path: `${shots}/edit-propose.png` });
   const before = await ask(page, (el) => el.routes.map(({ id, holds }) => [id, holds]));
@@ -186,7 +186,7 @@ test("a problem is proposed, climbed by the figure, and made a route", async ({ 
   assert.deepEqual([made.start.toSorted(), made.top], [shown.start.toSorted(), shown.top]);
   assert.equal(await ask(page, (el) => el.selectedRoute), made.id);
   for (const [id, holds] of before) assert.deepEqual((await route(page, id)).holds, holds, "the others keep theirs");
-  assert.equal(await ask(page, (el) => el.editor.preview), null);
+  assert.equal(await ask(page, (el) => el.parts.editor.preview), null);
   await wall.getByRole("button", { name: "One grade easier", exact: true }).click();
   await page.waitForFunction(
     () => /Now about|No hold nearby|no sequence to its top/.test(document.querySelector("wall-topo").shadowRoot.querySelector(".card").textContent),

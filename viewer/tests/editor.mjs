@@ -16,7 +16,7 @@ export async function previewed(page) {
 export async function editor(browser, edit, size = {}) {
   const opened = await open(browser, edit, { width: 1200, height: 800, ...size });
   const { page } = opened;
-  await page.waitForFunction(() => document.querySelector("wall-topo").editor, null, { timeout: 180_000 });
+  await page.waitForFunction(() => document.querySelector("wall-topo").parts.editor, null, { timeout: 180_000 });
   await previewed(page);
   const wall = page.locator("wall-topo");
   const press = async (name) => {

@@ -25,7 +25,7 @@ try {
     page,
     (wall, [id, who]) => {
       wall.selectRoute(id, { move: true });
-      const player = wall.climbRoute();
+      const player = wall.selection.climbing.begin();
       const choose = wall.shadowRoot.querySelector(".player select");
       choose.value = who;
       choose.dispatchEvent(new Event("change"));
@@ -37,7 +37,7 @@ try {
   await settle(page);
   const canvas = page.locator("wall-topo").locator("canvas").first();
   for (let k = 0; k <= (length + 1) * PICTURES_A_S; k++) {
-    await ask(page, (wall, time) => wall.player.seek(time), k / PICTURES_A_S);
+    await ask(page, (wall, time) => wall.selection.climbing.player.seek(time), k / PICTURES_A_S);
     await settle(page);
     await canvas.screenshot({ path: join(folder, `${String(k).padStart(4, "0")}.png`) });
   }

@@ -131,7 +131,7 @@ test("a saved picture says start, top and name", async ({ browser, places: { dis
   const name = await text(page, '[data-route="1"] .name');
   for (const word of ["Start", "Top", name]) assert.ok(written.includes(word), `${word} is not among ${written}`);
   // The words are in the file, where the flag stands.
-  const top = await ask(page, (wall) => wall.overlay.flagged.find(({ kind }) => kind === "top"));
+  const top = await ask(page, (wall) => wall.parts.overlay.flagged.find(({ kind }) => kind === "top"));
   const bytes = readFileSync(`${shots}/saved.png`).toString("base64");
   const dark = await page.evaluate(
     async ([data, x, y]) => {

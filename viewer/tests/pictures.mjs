@@ -59,7 +59,7 @@ async function take(browser, source, out, kind, id, most = MAX_BYTES) {
     );
   }
   if (kind === "edit") {
-    await page.waitForFunction(() => document.querySelector("wall-topo").editor?.session.busy === false);
+    await page.waitForFunction(() => document.querySelector("wall-topo").parts.editor?.session.busy === false);
     await ask(page, (wall, hold) => wall.selectHold(hold), Number(id));
     const photos = page.locator("wall-topo").locator(".photos");
     await photos.locator("summary").click();

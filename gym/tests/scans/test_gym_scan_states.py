@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from anyio import to_thread
 from gym.tests.worlds import World
-from tests.holding.hold import Hold
+from tests.breakpoints.breakpoint import Breakpoint
 
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.scans.http import scans
@@ -87,10 +87,10 @@ def test_photos_that_show_no_wall_fail_in_words(world: World, tmp_path: Path) ->
 
 
 def test_a_scan_that_wants_too_much_memory_is_ended(
-    world: World, tmp_path: Path, hold: Hold, monkeypatch: pytest.MonkeyPatch
+    world: World, tmp_path: Path, child_breakpoint: Breakpoint, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # The child does not end before the worker has looked at its memory.
-    for name, value in hold.at("stage:ingest").items():
+    for name, value in child_breakpoint.at("stage:ingest").items():
         monkeypatch.setenv(name, value)
     scan = world.scan(State.RUNNING, usable=3)
     world.server.services.store.put("originals/None", b"no photo")

@@ -134,7 +134,7 @@ def _accelerators() -> Iterator[Finding]:
         yield Finding("GPU", "missing", "no NVIDIA device; optional, everything runs on the CPU")
         return
     if importlib.util.find_spec("pycolmap"):
-        from walltopo.reconstruct.dense.external import has_cuda
+        from walltopo.reconstruct.dense.colmap import has_cuda
 
         yield _for_gpu(
             "COLMAP", has_cuda(), "dense backend `colmap`", "pycolmap", "pycolmap-cuda12"

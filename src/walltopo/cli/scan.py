@@ -82,7 +82,11 @@ def _register_scan(commands: Commands[argparse.ArgumentParser]) -> None:
         "--mesh", type=Path, metavar="FILE", help="ready mesh in the frame of --poses"
     )
     scan.add_argument("--align", metavar="HOW", help="constrained (default) or rigid")
-    scan.add_argument("--dense", metavar="BACKEND", help="auto, sgm, colmap, openmvs, sparse")
+    scan.add_argument(
+        "--dense",
+        metavar="BACKEND",
+        help="auto, sgm, colmap, openmvs, sparse or a plug-in's",
+    )
     scan.add_argument("--model", metavar="NAME|FILE", help="the detector")
     scan.add_argument(
         "--profile", type=Path, metavar="FILE", help="write a trace for ui.perfetto.dev (.json)"

@@ -80,7 +80,7 @@ class DenseSettings:
     """How the mesh is made; `backend` chooses the program, the rest shapes its result."""
 
     # fmt: off
-    backend: Annotated[Literal["auto", "sgm", "colmap", "openmvs", "sparse"], about("Method that computes the mesh")] = "auto"
+    backend: Annotated[str, about("Method that computes the mesh: auto, sgm, colmap, openmvs, sparse or a plug-in's")] = "auto"
     mesh: Annotated[str, about("Ready mesh (OBJ, PLY, GLB) in the frame of sparse.poses; it replaces stereo", content=(".",), expert=True)] = ""
     mesh_texture: Annotated[Literal["auto", "always", "never"], about("Whether the texture of the ready mesh is used instead of painting the photos; auto: unless people are in the photos", expert=True)] = "auto"
     edge_length: Annotated[float, about("Target edge length of the mesh in scans with a scale", unit="m", low=0.001, high=0.5)] = 0.008

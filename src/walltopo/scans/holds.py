@@ -141,7 +141,8 @@ def with_routes(holds: Iterable[Hold], routes: Iterable[Route]) -> tuple[Hold, .
 
 
 # Names of steepness, the same in the terminal, the report and the page. The page's own rules are in
-# `viewer/src/steepness.ts` and `viewer/src/words.ts`; a test of the viewer compares both.
+# `viewer/src/data/steepness.ts` and `viewer/src/languages/format.ts`; a test of the viewer compares
+# both.
 VERTICAL_DEG = 5  # maximum number of whole degrees of a vertical wall
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.holding.hold import Hold
+from tests.breakpoints.breakpoint import Breakpoint
 from tests.pipeline.batch.quick_scans import stage_seconds, write_list
 
 from walltopo.cli import main
@@ -36,16 +36,16 @@ class Batch:
 def done(tiny_photos: Path, tmp_path_factory: pytest.TempPathFactory) -> Batch:
     """A batch of two scans and of one that cannot be, in which one scan's process was killed."""
     folder = tmp_path_factory.mktemp("batch")
-    hold = Hold(tmp_path_factory.mktemp("hold") / "held")
+    child_breakpoint = Breakpoint(tmp_path_factory.mktemp("breakpoint") / "reached")
     listed = write_list(folder, tiny_photos, ["one", "other"])
     listed.write_text(listed.read_text() + "nowhere,missing,\n")
     run = [sys.executable, "-m", "walltopo", "batch", str(listed), "-j", "2", "--json"]
     batch = subprocess.Popen(
         run, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
-        env=hold.at("first:sparse"),
+        env=child_breakpoint.at("first:sparse"),
     )  # fmt: skip
     try:
-        pid = hold.wait(batch)
+        pid = child_breakpoint.wait(batch)
         os.kill(pid, signal.SIGKILL)
         out, output = batch.communicate(timeout=1800)
     finally:

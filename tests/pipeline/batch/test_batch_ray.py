@@ -14,7 +14,7 @@ from typing import NoReturn
 
 import psutil
 import pytest
-from tests.holding.hold import Hold
+from tests.breakpoints.breakpoint import Breakpoint
 from tests.pipeline.batch.quick_scans import SETTINGS, write_list
 
 from walltopo.core import EnvironmentLacksError
@@ -29,32 +29,32 @@ GB = 1 << 30
 @pytest.fixture(scope="module")
 def cluster(
     lacks: Callable[[str], NoReturn], tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[Hold]:
-    """A cluster of this module's own, on this machine; the first scan is held in a stage."""
+) -> Iterator[Breakpoint]:
+    """A cluster of this module's own, on this machine; the first scan stops in a stage."""
     try:
         import ray  # noqa: F401
     except ImportError:
         lacks("Ray is not installed (pip install 'walltopo[ray]')")
-    hold = Hold(tmp_path_factory.mktemp("hold") / "held")
+    child_breakpoint = Breakpoint(tmp_path_factory.mktemp("breakpoint") / "reached")
     with pytest.MonkeyPatch.context() as patch:
-        for name, value in hold.at("first:sparse").items():
+        for name, value in child_breakpoint.at("first:sparse").items():
             patch.setenv(name, value)
         with on_cluster("local"):
-            yield hold
+            yield child_breakpoint
 
 
 # Functions of a test are carried whole: the cluster's processes cannot import it.
 
 
 @pytest.mark.slow
-def test_more_than_any_machine_has(cluster: Hold) -> None:
+def test_more_than_any_machine_has(cluster: Breakpoint) -> None:
     with pytest.raises(EnvironmentLacksError, match="no machine"):
         list(run_on_cluster([], 4096, GB))
 
 
-def _kill_worker(hold: Hold) -> None:
-    """Kill the Ray process above the scan that is held."""
-    os.kill(psutil.Process(hold.wait()).ppid(), signal.SIGKILL)
+def _kill_worker(child_breakpoint: Breakpoint) -> None:
+    """Kill the Ray process above the scan that stopped."""
+    os.kill(psutil.Process(child_breakpoint.wait()).ppid(), signal.SIGKILL)
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +67,7 @@ def alone(tiny_photos: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.slow
 def test_a_batch_with_a_killed_worker(
-    cluster: Hold, alone: Path, tiny_photos: Path, tmp_path: Path
+    cluster: Breakpoint, alone: Path, tiny_photos: Path, tmp_path: Path
 ) -> None:
     jobs = read_list(write_list(tmp_path, tiny_photos, ["wall"]))
     with ThreadPoolExecutor(1) as pool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from contextlib import nullcontext
 from itertools import pairwise
 from pathlib import Path
 
@@ -11,20 +12,20 @@ import numpy as np
 import pytest
 
 from walltopo.cli import mesh as mesh_cli
-from walltopo.core import EnvironmentLacksError, Mesh, SettingsError, Silent
+from walltopo.core import EnvironmentLacksError, InputError, Mesh, SettingsError, Silent, StageError
 from walltopo.geometry.mesh_files import write_ply
 from walltopo.geometry.subdivision import drop_long_triangles, split_long_edges
 from walltopo.geometry.topology import edges_of
-from walltopo.reconstruct.dense import external
-from walltopo.reconstruct.dense.external import (
-    colmap_mesh,
-    cuda_devices,
-    densify_arguments,
-    has_cuda,
-    mesh_arguments,
-    refine_arguments,
-)
+from walltopo.pipeline.stages.dense import DENSE
+from walltopo.reconstruct.dense import colmap
+from walltopo.reconstruct.dense.backend import DenseInput, open_backend
+from walltopo.reconstruct.dense.colmap import colmap_mesh, cuda_devices, has_cuda
+from walltopo.reconstruct.dense.make_mesh import pick_backend
+from walltopo.reconstruct.dense.openmvs import densify_arguments, mesh_arguments, refine_arguments
+from walltopo.reconstruct.dense.scene import Scene
 from walltopo.reconstruct.settings import DenseSettings
+from walltopo.scans.colmap_model import SparseModel
+from walltopo.scans.photos import PhotoSet
 
 
 def test_argument_lists_chain_absolute_files() -> None:
@@ -79,16 +80,59 @@ def test_colmap_without_cuda_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(has_cuda(), reason="CUDA and a device are here")
 def test_auto_without_cuda_is_sgm() -> None:
-    assert external.pick_backend(DenseSettings())[0] == "sgm"
+    assert pick_backend(DenseSettings())[0] == "sgm"
 
 
 def test_a_backend_requested_is_not_replaced() -> None:
-    assert external.pick_backend(DenseSettings(backend="sparse")) == ("sparse", "as asked")
+    assert pick_backend(DenseSettings(backend="sparse")) == ("sparse", "as asked")
+
+
+def test_an_unknown_backend_is_refused_before_the_first_stage() -> None:
+    with pytest.raises(InputError, match="'magic' is not a known dense backend") as caught:
+        DENSE.check(DenseSettings(backend="magic"))
+    assert caught.value.hint == "Known dense backends: colmap, openmvs, sgm, sparse; or auto."
+
+
+@pytest.mark.skipif(has_cuda(), reason="CUDA and a device are here")
+def test_backends_say_what_they_lack() -> None:
+    with pytest.raises(EnvironmentLacksError, match="CUDA"):
+        open_backend("colmap", DenseSettings()).check()
+    with pytest.raises(EnvironmentLacksError, match="InterfaceCOLMAP"):
+        open_backend("openmvs", DenseSettings(openmvs_bin="/nowhere")).check()
+    for name in ("sgm", "sparse"):
+        open_backend(name, DenseSettings()).check()
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_another_program_gets_the_scan_and_its_logs_stay_after_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fails: bool
+) -> None:
+    """COLMAP itself needs CUDA: this looks at what it would be given."""
+    given: list[object] = []
+    made = Mesh(np.eye(3), np.array([[0, 1, 2]], dtype=np.int32))
+
+    def compute(*arguments: object) -> Mesh:
+        given.extend(arguments)
+        if fails:
+            raise StageError("no points")
+        return made
+
+    monkeypatch.setattr(colmap, "colmap_mesh", compute)
+    settings, progress = DenseSettings(backend="colmap"), Silent()
+    photos, sparse = PhotoSet(tmp_path / "photos"), SparseModel(tmp_path / "sparse")
+    scene = Scene((), np.zeros((0, 3)), ())
+    scan = DenseInput(photos, sparse, scene, 0.008, 1.0, tmp_path, progress)
+    with pytest.raises(StageError) if fails else nullcontext():
+        assert open_backend("colmap", settings).mesh(scan) is made
+    work = given.pop(2)
+    assert given == [sparse.folder, photos.folder, settings, 0.008, 1.0, progress]
+    assert isinstance(work, Path)
+    assert work.parent == tmp_path
+    assert work.name.startswith("colmap-")
+    assert work.exists() == fails
 
 
 def test_settings_are_bounded() -> None:
-    with pytest.raises(SettingsError, match=r"dense\.backend: expected one of"):
-        DenseSettings(backend="magic")  # type: ignore[arg-type]
     with pytest.raises(SettingsError, match=r"dense\.edge_length: expected at least"):
         DenseSettings(edge_length=0.0)
 

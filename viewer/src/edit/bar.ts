@@ -1,8 +1,8 @@
 /** The editor's bar: modes, undo and redo, and whether all is saved and written. */
 
-import { h, icon } from "../dom";
-import type { Shape } from "../dom";
 import { say } from "../languages";
+import { h, icon } from "../panels/dom";
+import type { Shape } from "../panels/dom";
 
 export type Mode = "choose" | "several" | "add" | "addVolume" | "paint" | "erase" | "cut" | "leftOut" | "propose";
 
@@ -38,8 +38,8 @@ export class Bar {
   private measured = { width: 0, height: 0 };
 
   constructor(on: BarActs) {
-    const { edit, setting } = say();
-    const named = { ...edit, propose: setting.propose };
+    const { edit, proposing } = say();
+    const named = { ...edit, propose: proposing.propose };
     const add = (key: string, text: string, act: () => void, shape?: Shape): HTMLButtonElement => {
       const button = h("button", { class: "pill", "data-act": key, onClick: act }, shape ? icon(shape) : null, text);
       this.buttons.set(key, button);

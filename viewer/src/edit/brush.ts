@@ -1,11 +1,11 @@
 /** Painting with a ball: what a finger drawn over the wall gives to a hold, or to the wall. */
 
 import type { Vector3 } from "three";
-import type { Hold, Vec3 } from "../types";
-import { holdSwatch } from "../words";
-import type { Host } from "./host";
-import { NONE, refOf } from "./log";
-import type { Edit } from "./log";
+import type { Hold, Vec3 } from "../data/types";
+import { holdSwatch } from "../panels/swatch";
+import { NONE, refOf } from "./edit_log";
+import type { Edit } from "./edit_log";
+import type { EditorHost } from "./editor_host";
 
 export class Brush {
   /** Metres. */
@@ -16,7 +16,7 @@ export class Brush {
 
   /** `target`: whom a stroke is for, null: the wall, undefined: nothing is painted now. */
   constructor(
-    private readonly host: Host,
+    private readonly host: EditorHost,
     private readonly target: () => Hold | null | undefined,
     private readonly done: (stroke: Edit[]) => void,
     signal: AbortSignal,
@@ -24,7 +24,7 @@ export class Brush {
     const { canvas, stage } = host;
     canvas.addEventListener("pointerdown", (event) => {
       if (this.target() === undefined) return;
-      stage.controls.enabled = false;
+      stage.rig.controls.enabled = false;
       this.stroke = [];
       this.last = null;
       this.paint(event);
@@ -56,7 +56,7 @@ export class Brush {
     if (!this.stroke) return;
     const stroke = this.stroke;
     this.stroke = null;
-    this.host.stage.controls.enabled = true;
+    this.host.stage.rig.controls.enabled = true;
     if (stroke.length > 0) this.done(stroke);
   }
 }

@@ -1,12 +1,13 @@
 /** Controls on the cards of holds and routes in edit mode, and the editor's own cards. */
 
-import { h } from "../dom";
+import type { Hold, Route, Tables } from "../data/types";
 import { say } from "../languages";
-import type { Hold, Route, Tables } from "../types";
-import { colourName, holdName, holdSwatch, leftOutWords, routeName, typeName } from "../words";
+import { colourName, holdName, leftOutWords, routeName, typeName } from "../languages/format";
+import { h } from "../panels/dom";
+import { holdSwatch } from "../panels/swatch";
+import { NONE, refOf, routeRef } from "./edit_log";
+import type { Edit, Role, RouteFacts } from "./edit_log";
 import { button, choice, line, oneOf, paragraph } from "./form";
-import { NONE, refOf, routeRef } from "./log";
-import type { Edit, Role, RouteFacts } from "./log";
 import type { Way } from "./server";
 
 const TYPES = ["jug", "crimp", "sloper", "pinch", "pocket", "foothold"];
@@ -114,15 +115,15 @@ export function routeControls(route: Route, on: Acts): HTMLElement[] {
       paragraph(edit.description, route.description ?? "", (description) => set({ description })),
     ),
   ];
-  const { setting } = say();
+  const { proposing } = say();
   parts.push(
     h(
       "div",
       { class: "fields" },
-      button(setting.easier, () => on.adjustGrade(route, "easier")),
-      button(setting.harder, () => on.adjustGrade(route, "harder")),
-      route.proposed && button(setting.climbed, () => set({ proposed: false })),
-      route.proposed && button(setting.takeOff, () => on.change(...gone(route, tables))),
+      button(proposing.easier, () => on.adjustGrade(route, "easier")),
+      button(proposing.harder, () => on.adjustGrade(route, "harder")),
+      route.proposed && button(proposing.climbed, () => set({ proposed: false })),
+      route.proposed && button(proposing.takeOff, () => on.change(...gone(route, tables))),
     ),
   );
   if (on.doubted(route)) {

@@ -4,22 +4,22 @@
  */
 
 import type { Vector3 } from "three";
-import { h, icon } from "../dom";
+import type { Hold, Route, Tables, Vec3 } from "../data/types";
+import type { Hit } from "../input/picking";
 import { say } from "../languages";
-import type { Hit } from "../picking";
-import type { Hold, Route, Tables, Vec3 } from "../types";
+import { h, icon } from "../panels/dom";
 import { Bar } from "./bar";
 import type { Mode } from "./bar";
 import { Brush } from "./brush";
 import { holdControls, leftOutCard, leftOutList, routeControls, severalCard } from "./cards";
 import type { Acts } from "./cards";
-import type { Host } from "./host";
-import { doubts } from "./doubts";
-import { refOf } from "./log";
+import { refOf } from "./edit_log";
+import type { EditorHost } from "./editor_host";
+import { lowConfidence } from "./low_confidence";
 import { Photos } from "./photos";
+import { ProposalPanel } from "./proposing";
 import type { Server } from "./server";
 import { Session } from "./session";
-import { Setting } from "./setting";
 
 const NEAR = 0.05; // metres: a tap this near to an instance that was left out means it
 export class Editor {
@@ -36,11 +36,11 @@ export class Editor {
   private readonly bar: Bar;
   private readonly brush: Brush;
   private readonly photos: Photos;
-  private readonly setting: Setting;
+  private readonly proposing: ProposalPanel;
   private readonly gone = new AbortController();
 
   constructor(
-    private readonly host: Host,
+    private readonly host: EditorHost,
     base: Tables,
     server: Server,
   ) {
@@ -49,7 +49,7 @@ export class Editor {
     this.session = new Session(base, server, on, signal);
     this.photos = new Photos(server);
     const { session } = this;
-    this.setting = new Setting(host, server, {
+    this.proposing = new ProposalPanel(host, server, {
       get tables() {
         return session.result.tables;
       },
@@ -88,12 +88,12 @@ export class Editor {
 
   /** A route that is thought of, to be shown in the stead of the chosen one. */
   get preview(): Route | null {
-    return this.setting.preview;
+    return this.proposing.preview;
   }
 
   dispose(): void {
     this.gone.abort();
-    this.setting.end();
+    this.proposing.end();
     this.bar.root.remove();
   }
 
@@ -129,7 +129,7 @@ export class Editor {
       const holds = [...this.marked].flatMap((id) => this.session.result.tables.holds.get(id) ?? []);
       return severalCard(holds, { ...this.acts(), done: () => this.setMode("choose"), nextRouteId: () => this.session.nextRouteId }, close);
     }
-    if (this.mode === "propose") return this.setting.card(close);
+    if (this.mode === "propose") return this.proposing.card(close);
     const absent = this.session.result.leftOut.get(this.absent ?? -1);
     if (absent) return leftOutCard(absent, this.acts(), close);
     if (this.mode !== "leftOut") return null;
@@ -149,11 +149,11 @@ export class Editor {
       tables,
       colours: [...new Set(names)].filter(Boolean).sort(),
       change: (...step) => this.session.change(...step),
-      doubted: (row) => this.doubts.includes(row),
+      doubted: (row) => this.toCheck.includes(row),
       cut: () => this.setMode("cut"),
       adjustGrade: (route, way) => {
         this.setMode("propose");
-        this.setting.adjustGrade(route, way);
+        this.proposing.adjustGrade(route, way);
       },
       photos: (hold) => this.photos.strip(hold, Boolean(hold.left_out) || this.isNew(hold)),
       choose: (route, hold) => this.host.select(route, hold),
@@ -245,12 +245,12 @@ export class Editor {
 
   // Low confidence ------------------------------------------------------------------------
 
-  private get doubts(): (Hold | Route)[] {
-    return doubts(this.session.result.tables, this.session.entries);
+  private get toCheck(): (Hold | Route)[] {
+    return lowConfidence(this.session.result.tables, this.session.entries);
   }
 
   private checkNext(): void {
-    const all = this.doubts;
+    const all = this.toCheck;
     const { hold, route } = this.host.chosen();
     const next = all[(all.findIndex((row) => row === (hold ?? route)) + 1) % all.length];
     if (!next) return;
@@ -268,7 +268,7 @@ export class Editor {
     this.mode = this.mode === mode ? "choose" : mode;
     this.absent = null;
     this.from = null;
-    this.setting.end();
+    this.proposing.end();
     if (this.mode !== "several") this.marked.clear();
     if (this.mode === "paint" && !this.host.chosen().hold) {
       this.mode = "choose";
@@ -296,7 +296,7 @@ export class Editor {
 
   private showBar(): void {
     const { canUndo, canRedo, canSave, busy, status, result } = this.session;
-    const counts = { doubtful: this.doubts.length, leftOut: result.leftOut.size };
+    const counts = { doubtful: this.toCheck.length, leftOut: result.leftOut.size };
     this.bar.show({ mode: this.mode, canUndo, canRedo, canSave, busy, status, ...counts });
   }
 }

@@ -1,7 +1,7 @@
 /** Fields of the editor's cards. */
 
-import { h } from "../dom";
-import { capital } from "../words";
+import { capital } from "../languages/format";
+import { h } from "../panels/dom";
 
 type Input = HTMLInputElement | HTMLTextAreaElement | HTMLSelectElement;
 

@@ -1,8 +1,8 @@
 /** A strip of crops of the photos at a place, fetched when it is opened. */
 
-import { h } from "../dom";
+import type { Hold, Vec3 } from "../data/types";
 import { say } from "../languages";
-import type { Hold, Vec3 } from "../types";
+import { h } from "../panels/dom";
 import type { Server } from "./server";
 
 export class Photos {

@@ -1,9 +1,9 @@
 /** The scan after a log of edits: the server's message (`walltopo.editing.messages`), for the page. */
 
-import { Labels } from "../labels";
-import { tablesOf } from "../tables";
-import type { Hold, Tables } from "../types";
-import type { EditResult, Note } from "../wire";
+import { tablesOf } from "../data/tables";
+import type { Hold, Tables } from "../data/types";
+import type { EditResult, Note } from "../data/wire";
+import { Labels } from "../geometry/labels";
 
 export interface Result {
   tables: Tables;

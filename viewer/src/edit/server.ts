@@ -1,10 +1,10 @@
 /** The server that shows the scan: it keeps the log, and computes the scan after a log. */
 
-import type { Vec3 } from "../types";
-import type { Crop, CropsOut, EaseIn, EditLog, EditResult, LogOut, PreviewIn, PreviewOut } from "../wire";
-import type { Proposals, ProposeIn, RebuildStatus, SaveIn, SaveOut, Tweaks, ProblemSpec } from "../wire";
-import type { Edit } from "./log";
+import type { Vec3 } from "../data/types";
+import type { Crop, CropsOut, EaseIn, EditLog, EditResult, LogOut, PreviewIn, PreviewOut } from "../data/wire";
+import type { Proposals, ProposeIn, RebuildStatus, SaveIn, SaveOut, Tweaks, ProblemSpec } from "../data/wire";
 import { say } from "../languages";
+import type { Edit } from "./edit_log";
 
 const logOf = (edits: readonly Edit[]): EditLog => ({ version: 2, edits: [...edits] });
 

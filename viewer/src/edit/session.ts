@@ -3,11 +3,11 @@
  * saved, and whether the files that follow from it are written.
  */
 
+import type { Tables } from "../data/types";
+import type { Note } from "../data/wire";
 import { filled, say } from "../languages";
-import type { Tables } from "../types";
-import type { Note } from "../wire";
-import { Log } from "./log";
-import type { Edit } from "./log";
+import { UndoLog } from "./edit_log";
+import type { Edit } from "./edit_log";
 import { resultOf } from "./result";
 import type { Result } from "./result";
 import { problemWords } from "./server";
@@ -30,7 +30,7 @@ export interface Listener {
 
 export class Session {
   result: Result;
-  private readonly log = new Log();
+  private readonly log = new UndoLog();
   private asking = false;
   private wanted = false;
   private written: "" | "saving" | "writing" | "written" = "";

@@ -1,7 +1,7 @@
 /** Česky. */
 
 import type { Language } from "./en";
-import { setting } from "./setting";
+import { proposing } from "./proposing";
 
 export const cs: Language = {
   code: "cs",
@@ -191,7 +191,7 @@ export const cs: Language = {
     notWritten: (why) => `Uloženo, ale stránky nebylo možné zapsat: ${why}`,
     without: (entry, why) => `Úprava ${entry} byla vynechána: ${why}`,
   },
-  setting: setting.cs,
+  proposing: proposing.cs,
   people: { child: "Dítě", short: "Nižší dospělý", adult: "Dospělý", tall: "Vysoký dospělý", you: "Ty" },
   limbs: {
     start: "Start",

@@ -1,7 +1,7 @@
 /** Deutsch. */
 
 import type { Language } from "./en";
-import { setting } from "./setting";
+import { proposing } from "./proposing";
 
 export const de: Language = {
   code: "de",
@@ -191,7 +191,7 @@ export const de: Language = {
     notWritten: (why) => `Gespeichert, aber die Seiten konnten nicht geschrieben werden: ${why}`,
     without: (entry, why) => `Änderung ${entry} wurde ausgelassen: ${why}`,
   },
-  setting: setting.de,
+  proposing: proposing.de,
   people: { child: "Kind", short: "Kleine Erwachsene", adult: "Erwachsene", tall: "Große Erwachsene", you: "Du" },
   limbs: {
     start: "Start",

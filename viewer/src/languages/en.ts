@@ -1,7 +1,7 @@
 /** English: the language that the others are measured by. */
 
-import { setting } from "./setting";
-import type { SettingWords } from "./setting";
+import { proposing } from "./proposing";
+import type { ProposalWords } from "./proposing";
 
 export interface Forms {
   one: string;
@@ -32,7 +32,7 @@ export interface Language {
     notWritten: (why: string) => string;
     without: (entry: number, why: string) => string;
   };
-  setting: SettingWords;
+  proposing: ProposalWords;
   /** Sentences with something in them. */
   people: Record<"child" | "short" | "adult" | "tall" | "you", string>;
   limbs: Record<"start" | "left hand" | "right hand" | "left foot" | "right foot", string>;
@@ -201,7 +201,7 @@ export const en: Language = {
     notWritten: (why) => `Saved, but the pages could not be updated: ${why}`,
     without: (entry, why) => `Edit ${entry} was skipped: ${why}`,
   },
-  setting: setting.en,
+  proposing: proposing.en,
   people: { child: "Child", short: "Short adult", adult: "Adult", tall: "Tall adult", you: "You" },
   limbs: {
     start: "Start",

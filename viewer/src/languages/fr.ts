@@ -1,7 +1,7 @@
 /** Français. */
 
 import type { Language } from "./en";
-import { setting } from "./setting";
+import { proposing } from "./proposing";
 
 export const fr: Language = {
   code: "fr",
@@ -191,7 +191,7 @@ export const fr: Language = {
     notWritten: (why) => `Enregistré, mais les pages n'ont pas pu être écrites : ${why}`,
     without: (entry, why) => `La modification ${entry} a été laissée de côté : ${why}`,
   },
-  setting: setting.fr,
+  proposing: proposing.fr,
   people: { child: "Enfant", short: "Petit adulte", adult: "Adulte", tall: "Grand adulte", you: "Vous" },
   limbs: {
     start: "Départ",

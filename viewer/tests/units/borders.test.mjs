@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "vitest";
-import { bordersOf } from "../../src/borders";
+import { bordersOf } from "../../src/geometry/hold_borders";
 
 const CELLS = 60;
 const RADIUS = 15.3; // cells

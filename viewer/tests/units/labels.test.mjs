@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "vitest";
-import { extended, labelled, Labels } from "../../src/labels";
+import { extended, labelled, Labels } from "../../src/geometry/labels";
 
 const CELLS = 4; // squares of the tier along a side
 const FINE = 40; // squares of the mesh along a side

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "vitest";
-import { pathOf } from "../../src/overlay";
+import { pathOf } from "../../src/scene/overlay";
 
 /** Looks along y, with 100 pixels a metre. */
 const project = ([x, y, z]) => ({ x: 100 * x, y: -100 * z, ahead: y > 0 });

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "vitest";
-import { nearestClimber } from "../../src/moves";
+import { nearestClimber } from "../../src/moves/moves_file";
 
 const CLIMBERS = [1.55, 1.75, 1.9].map((height_m) => ({ height_m, span_m: height_m }));
 const nearest = (height_m, span_m) => nearestClimber(CLIMBERS, { height_m, span_m }).height_m;

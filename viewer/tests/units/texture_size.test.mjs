@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "vitest";
-import { longestSide } from "../../src/texture_size";
+import { longestSide } from "../../src/tiers/texture_size";
 
 test("small devices get textures of at most 2048 pixels", () => {
   assert.equal(longestSide(16384, { memory: undefined, side: 390 }), 2048); // an iPhone

@@ -4,8 +4,9 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "vitest";
 import { speak } from "../../src/languages";
-import { lean } from "../../src/steepness";
-import { steepness, swatch, wallFacts } from "../../src/words";
+import { lean } from "../../src/data/steepness";
+import { steepness, wallFacts } from "../../src/languages/format";
+import { swatch } from "../../src/panels/swatch";
 
 test("page, terminal and report use the same words", () => {
   const words = JSON.parse(readFileSync(process.env.WALLTOPO_WORDS, "utf8"));

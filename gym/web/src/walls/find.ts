@@ -37,7 +37,7 @@ export interface Known {
   colourName(colour: string): string;
 }
 
-// As the viewer has it (`viewer/src/steepness.ts`): whole degrees, positive where it overhangs.
+// As the viewer has it (`viewer/src/data/steepness.ts`): whole degrees, positive where it overhangs.
 const VERTICAL_DEG = 5;
 const STEEP_DEG = 35;
 

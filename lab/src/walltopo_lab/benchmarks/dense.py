@@ -38,7 +38,7 @@ from walltopo.geometry.topology import edges_of
 from walltopo.geometry.zbuffer import render_ids
 from walltopo.images.files import read_grey, read_rgb
 from walltopo.pipeline.settings import Settings
-from walltopo.reconstruct.dense.external import edge_and_unit
+from walltopo.reconstruct.dense.make_mesh import edge_and_unit
 from walltopo.reconstruct.dense.scene import read_scene
 from walltopo.reconstruct.dense.sgm import sgm_mesh
 from walltopo.reconstruct.settings import DenseSettings, SparseSettings, TextureSettings

@@ -8,6 +8,7 @@ prints each fault on its own line and ends with exit code 1 if there is one.
 from __future__ import annotations
 
 import re
+import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -19,10 +20,10 @@ from walltopo_lab.benchmarks.figures import complaints, pages
 from walltopo_lab.benchmarks.results import RESULTS, Part, Record
 from walltopo_lab.benchmarks.tables import PARTS
 from walltopo_lab.benchmarks.tables_page import write_page
-from walltopo_lab.site import wire
 
 ROOT = Path(__file__).parents[4]
 DOCS = ROOT / "docs"
+VIEWER_SCHEMA = "viewer.schema.json"  # written by `viewer/wire_types.py`
 # Page to the folders of its tests and the minimum number of promises.
 PROMISES = {"security.md": (("tests", "viewer/tests"), 15), "gym-security.md": (("gym/tests",), 25)}
 MAX_WORDS = 35_000
@@ -148,7 +149,7 @@ def generated() -> Iterator[str]:
             yield "results.md: not current; run `make docs`"
     page = _read(DOCS / "scan-folder.md")
     kept = {path.name for path in (DOCS / "schemas").iterdir()}
-    if kept != {*map(schema_name, SCHEMAS), wire.SCHEMA.name}:
+    if kept != {*map(schema_name, SCHEMAS), VIEWER_SCHEMA}:
         yield "schemas: other files than the scan folder's and the viewer's; run `make docs`"
     for file in SCHEMAS:
         name = schema_name(file)
@@ -156,13 +157,21 @@ def generated() -> Iterator[str]:
             yield f"schemas/{name}: not current; run `make docs`"
         if f"(schemas/{name})" not in page:
             yield f"scan-folder.md: does not link schemas/{name}"
-    yield from wire.complaints()
+
+
+def wire_types() -> Iterator[str]:
+    """Check that the viewer's types and their schema are current."""
+    command = [sys.executable, str(ROOT / "viewer" / "wire_types.py"), "--check"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        yield from (done.stdout or done.stderr).splitlines()
 
 
 CHECKS: tuple[Callable[[], Iterator[str]], ...] = (
     architecture,
     benchmarks,
     publication,
+    wire_types,
     promises,
     figures,
     length,

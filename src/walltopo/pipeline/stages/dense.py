@@ -44,24 +44,20 @@ def check(settings: DenseSettings) -> None:
 
     Raises
     ------
-    InputError : the ready mesh is missing.
+    InputError : the ready mesh is missing, or no installed package has the backend.
     """
     if settings.mesh:
         if not Path(settings.mesh).is_file():
             raise InputError(f"{settings.mesh}: no such file", "Give the mesh again by --mesh.")
-    elif settings.backend == "colmap":
-        from walltopo.reconstruct.dense.external import require_cuda
+    elif settings.backend != "auto":
+        from walltopo.reconstruct.dense.backend import open_backend
 
-        require_cuda()
-    elif settings.backend == "openmvs":
-        from walltopo.reconstruct.openmvs import find_programs
-
-        find_programs(settings.openmvs_bin)
+        open_backend(settings.backend, settings).check()
 
 
 def run(reads: Reads, settings: DenseSettings, context: Context) -> Writes:
     """Compute one triangle mesh from posed photos."""
-    from walltopo.reconstruct.dense.external import edge_and_unit, make_mesh
+    from walltopo.reconstruct.dense.make_mesh import edge_and_unit, make_mesh
 
     metric = reads.scale.metric
     if not settings.mesh:

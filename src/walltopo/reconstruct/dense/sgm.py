@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, StageError, View
 from walltopo.core.parallel import ahead
+from walltopo.reconstruct.dense.backend import DenseInput
 from walltopo.reconstruct.dense.depth_maps import (
     DepthMap,
     DepthMapStore,
@@ -200,7 +201,7 @@ def sgm_mesh(
     ----------
     scene, load, settings, progress, hidden : as in `depth_maps`.
     edge : target edge length, world units.
-    unit : length of a settings metre, world units (see `external.edge_and_unit`).
+    unit : length of a settings metre, world units (see `make_mesh.edge_and_unit`).
     scratch : folder for depth maps, by default the system's temporary folder; they take up to
         18 bytes per pixel of each photo.
     """
@@ -218,6 +219,24 @@ def sgm_mesh(
         ((item.depth, item.view) for item in maps), low, high, voxel, _TRUNCATION_VOXELS * voxel
     )
     return finish(extract(fuse(space, maps, progress), _MIN_WEIGHT), settings, edge, unit)
+
+
+@dataclass(frozen=True)
+class SgmBackend:
+    """The embedded stereo, a `DenseBackend`."""
+
+    name: str
+    settings: DenseSettings
+
+    def check(self) -> None:
+        """Raise nothing: every machine has what the embedded stereo needs."""
+
+    def mesh(self, scan: DenseInput) -> Mesh:
+        """Return the mesh; see `sgm_mesh`."""
+        load, hidden = scan.photos.read_grey, scan.photos.people_mask
+        return sgm_mesh(
+            scan.scene, load, self.settings, scan.edge, scan.unit, scan.progress, scan.cache, hidden
+        )
 
 
 @contextmanager

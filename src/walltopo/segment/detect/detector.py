@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Protocol
+from typing import Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import InputError
 from walltopo.core.files import shipped_file
+from walltopo.core.plugins import PluginGroup
 from walltopo.segment.detect.photo_detections import PhotoDetections
 from walltopo.segment.settings import DetectSettings
 
@@ -45,17 +44,22 @@ def shipped_model() -> Path:
     return shipped_file("holds.onnx")
 
 
-def _open_shipped(settings: DetectSettings) -> Detector:
+def open_shipped(name: str, settings: DetectSettings) -> Detector:
+    """Return the detector `onnx`: the weights that come with the package."""
     from walltopo.segment.detect.onnx_detector import OnnxDetector
 
     return OnnxDetector(shipped_model(), settings)
 
 
-BUILT_IN: dict[str, Callable[[DetectSettings], Detector]] = {"onnx": _open_shipped}
+DetectorFactory = Callable[[str, DetectSettings], Detector]
 
-# Other distributions register detectors in this entry-point group. An entry point is called with
-# its own name and the settings, and returns a `Detector`.
-ENTRY_POINTS = "walltopo.detectors"
+# An entry point is called with its own name and the settings, and returns a `Detector`.
+DETECTORS: Final[PluginGroup[DetectorFactory]] = PluginGroup(
+    "walltopo.detectors",
+    "detector",
+    "neither a known detector nor an .onnx file",
+    "or the path of an ONNX file. More come with walltopo-lab.",
+)
 
 
 def open_detector(settings: DetectSettings) -> Detector:
@@ -66,19 +70,9 @@ def open_detector(settings: DetectSettings) -> Detector:
     InputError : the name is neither a known detector nor a model file.
     EnvironmentLacksError : an extra or the weights that the detector needs are missing.
     """
-    if settings.model in BUILT_IN:
-        return BUILT_IN[settings.model](settings)
     path = Path(settings.model)
     if path.suffix == ".onnx":
         from walltopo.segment.detect.onnx_detector import OnnxDetector
 
         return OnnxDetector(path, settings)
-    others = {point.name: point for point in entry_points(group=ENTRY_POINTS)}
-    if settings.model in others:
-        detector: Detector = others[settings.model].load()(settings.model, settings)
-        return detector
-    raise InputError(
-        f"{settings.model!r} is neither a known detector nor an .onnx file",
-        f"Known detectors: {', '.join([*BUILT_IN, *sorted(others)])}; or the path of an ONNX "
-        "file. More come with walltopo-lab.",
-    )
+    return DETECTORS.load(settings.model)(settings.model, settings)

@@ -1,0 +1,73 @@
+/** The figure that climbs the selected route, where the page names a `moves.json`. */
+
+import type { RouteMoves } from "../data/wire";
+import { readMoves } from "../moves/moves_file";
+import type { Moves, Person } from "../moves/moves_file";
+import { Player } from "../moves/player";
+import type { Parts } from "./parts";
+
+export class Climbing {
+  /** The figure on the wall, with its controls. */
+  player: Player | null = null;
+  private moves: Moves | null = null;
+
+  /** `changed`: called when the card has to show something else. */
+  constructor(
+    private readonly parts: Parts,
+    private readonly changed: () => void,
+  ) {}
+
+  /** The moves of the selected route; null where none are known. */
+  get ofRoute(): RouteMoves | null {
+    return this.moves?.routes.get(this.parts.selected.route ?? -1) ?? null;
+  }
+
+  /** Whether some climber gets off the ground on the selected route. */
+  get isPossible(): boolean {
+    return this.ofRoute?.climbers.some(({ moves }) => moves.length > 0) ?? false;
+  }
+
+  /** Whether a file of moves was read. */
+  get isRead(): boolean {
+    return this.moves !== null;
+  }
+
+  async read(signal: AbortSignal): Promise<void> {
+    const source = this.parts.element.getAttribute("moves");
+    this.stop();
+    this.moves = source ? await readMoves(source, this.parts.tables, signal) : null;
+    if (!signal.aborted && this.moves) this.changed();
+  }
+
+  /** Put a figure on the selected route; null where no moves are known. */
+  begin(person: Person | null = null): Player | null {
+    const { parts, moves, ofRoute } = this;
+    if (!parts.stage || !moves || !ofRoute || !this.isPossible) {
+      this.stop();
+      return null;
+    }
+    this.player?.dispose();
+    this.player = new Player(parts.stage, parts.tables, ofRoute, moves.unit, {
+      close: () => this.end(),
+      person,
+      shows: (climber) => parts.emit("moves-show", { climber }),
+    });
+    this.changed();
+    return this.player;
+  }
+
+  /** Take the figure away, and show the card of the route again. */
+  end(): void {
+    if (!this.player) return;
+    this.stop();
+    this.changed();
+  }
+
+  /** Take the figure away. */
+  stop(): void {
+    if (!this.player) return;
+    this.player.dispose();
+    this.player = null;
+    this.parts.emit("moves-show", { climber: null });
+  }
+}

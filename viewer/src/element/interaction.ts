@@ -1,0 +1,103 @@
+/** Taps, the mouse and keys on the picture: selecting, measuring, looking closer. */
+
+import type { Vector3 } from "three";
+import { handleKey } from "../input/keyboard";
+import { listenForTaps } from "../input/taps";
+import { say } from "../languages";
+import type { Parts } from "./parts";
+import type { Selection } from "./selection";
+
+/** Views that the toolbar offers too. */
+export interface ViewActions {
+  home(): void;
+  climber(): void;
+}
+
+export class Interaction {
+  private isMeasuring = false;
+  private touched: Vector3 | null = null;
+
+  constructor(
+    private readonly parts: Parts,
+    private readonly selection: Selection,
+    private readonly actions: ViewActions,
+  ) {}
+
+  /** Whether taps measure a distance. */
+  get measuring(): boolean {
+    return this.isMeasuring;
+  }
+
+  set measuring(on: boolean) {
+    const { toolbar, view, overlay, stage } = this.parts;
+    this.isMeasuring = on;
+    toolbar.press(on);
+    view.classList.toggle("measuring", on);
+    overlay?.clearMeasure();
+    stage?.redraw();
+    if (on) this.parts.say(say().words.twoPoints);
+  }
+
+  /** Until `signal` says that the element is gone. */
+  listen(signal: AbortSignal): void {
+    const { canvas } = this.parts;
+    const taps = {
+      tap: (x: number, y: number) => this.tapped(x, y),
+      double: () => this.lookCloser(),
+    };
+    listenForTaps(canvas, taps, signal);
+    canvas.addEventListener("keydown", (event) => this.key(event));
+    canvas.addEventListener("pointermove", (event) => this.hover(event));
+  }
+
+  /** With a mouse, the pointer tells what can be selected. */
+  private hover({ pointerType, buttons, offsetX, offsetY }: PointerEvent): void {
+    const { stage, canvas, tables } = this.parts;
+    if (pointerType !== "mouse" || buttons !== 0 || !stage?.rig.framing) return;
+    const hold = stage.pick(offsetX, offsetY)?.hold ?? 0;
+    canvas.classList.toggle("on-hold", tables.holds.has(hold));
+  }
+
+  private tapped(x: number, y: number): void {
+    const { parts, selection } = this;
+    const hit = parts.stage!.pick(x, y);
+    this.touched = hit?.point ?? null;
+    if (this.isMeasuring) {
+      if (hit) this.measure(hit.point);
+      return;
+    }
+    if (selection.set) return parts.emit("hold-tap", { hold: parts.tables.holds.get(hit?.hold ?? 0) ?? null });
+    if (parts.editor?.tapped(hit)) return;
+    if (hit && hit.hold > 0 && parts.tables.holds.has(hit.hold)) selection.hold(hit.hold);
+    else selection.choose(null, null);
+  }
+
+  private measure(point: Vector3): void {
+    const { parts } = this;
+    const length = parts.overlay!.measure(point, parts.tables.metric);
+    parts.stage!.redraw();
+    if (!length) return parts.say(say().words.secondPoint);
+    parts.toast.announce(length);
+    parts.emit("measure", { text: length, ends: parts.overlay!.measured });
+  }
+
+  /** Closer to where the first of two taps was: what it selected may have moved the picture since. */
+  private lookCloser(): void {
+    if (this.touched && !this.isMeasuring) this.parts.views!.closer(this.touched);
+  }
+
+  private key(event: KeyboardEvent): void {
+    const { parts, selection } = this;
+    const toggle = (): void => void (this.measuring = !this.isMeasuring);
+    const did = handleKey(event, {
+      controls: parts.stage!.rig.controls,
+      moved: () => parts.views!.markMoved(),
+      step: (by) => selection.step(by),
+      escape: () => (this.isMeasuring ? toggle() : selection.choose(null, null)),
+      home: () => this.actions.home(),
+      climber: () => this.actions.climber(),
+      measure: toggle,
+    });
+    if (did) parts.stage!.redraw();
+  }
+}

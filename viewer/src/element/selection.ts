@@ -1,0 +1,132 @@
+/** The selected route and hold: what they change in the picture, the list and the card. */
+
+import type { HoldSet, Vec3 } from "../data/types";
+import { say } from "../languages";
+import { holdName, routeName } from "../languages/format";
+import { holdCard, routeCard } from "../panels/cards";
+import type { CardActions } from "../panels/cards";
+import { h } from "../panels/dom";
+import { Outline } from "../scene/hold_state";
+import { Climbing } from "./climbing";
+import type { Parts } from "./parts";
+
+export class Selection {
+  readonly climbing: Climbing;
+  /** Holds that the page shows in the stead of a route. */
+  set: HoldSet | null = null;
+  /** Dashed lines that the page shows on the wall. */
+  lines: Vec3[][] = [];
+  /** Height of the list before a card took its place. */
+  private preferredHeight: "low" | "half" | "full" = "half";
+
+  /** `changed`: called when another route or hold is selected. */
+  constructor(
+    private readonly parts: Parts,
+    private readonly changed: () => void,
+  ) {
+    this.climbing = new Climbing(parts, () => this.showCard());
+  }
+
+  choose(route: number | null, hold: number | null): void {
+    const { parts } = this;
+    const before = parts.selected;
+    const differs = route !== before.route || hold !== before.hold;
+    if (route !== before.route || hold !== null) this.climbing.stop();
+    parts.selected = { route, hold };
+    this.repaint();
+    this.showCard();
+    parts.list.activate(route);
+    this.follow();
+    if (!differs) return;
+    this.changed();
+    if (hold !== null) parts.emit("hold-select", { hold: parts.tables.holds.get(hold) });
+    parts.emit("route-select", { route: route === null ? null : parts.tables.routes.get(route) });
+    const name = route === null ? "" : routeName(parts.tables.routes.get(route)!);
+    const what = hold === null ? "" : holdName(parts.tables.holds.get(hold)!);
+    parts.toast.announce([what, name].filter(Boolean).join(", ") || say().words.allRoutes);
+  }
+
+  /** Light up a route (null: show all); `move` turns the camera to it. */
+  route(id: number | null, options: { move?: boolean } = {}): void {
+    const { parts } = this;
+    this.choose(id !== null && parts.tables.routes.has(id) ? id : null, null);
+    if (options.move && parts.route) parts.views?.route(parts.route, parts.tables, true, this.climbing.player?.places);
+  }
+
+  /** Select a hold and light up its route. */
+  hold(id: number | null): void {
+    const hold = id === null ? undefined : this.parts.tables.holds.get(id);
+    this.choose(hold ? hold.route : this.parts.selected.route, hold ? hold.id : null);
+  }
+
+  /** The next or previous route of the list. */
+  step(by: number): void {
+    const shown = this.parts.list.shown();
+    if (shown.length === 0) return;
+    const at = shown.findIndex((route) => route.id === this.parts.selected.route);
+    const next = at < 0 ? (by > 0 ? 0 : shown.length - 1) : (at + by + shown.length) % shown.length;
+    this.route(shown[next]!.id, { move: true });
+  }
+
+  /** Draw lit and faded holds, outlines, flags and lines anew. */
+  repaint(): void {
+    const { parts, set } = this;
+    const { stage, overlay, editor, heatmap, tables } = parts;
+    const { hold } = parts.selected;
+    const route = set ?? editor?.preview ?? parts.route;
+    const outlines = new Map<number, number>();
+    for (const id of route?.holds ?? []) outlines.set(id, Outline.route);
+    if (hold !== null) outlines.set(hold, Outline.chosen);
+    for (const id of editor?.marked ?? []) outlines.set(id, Outline.marked);
+    const alone = hold === null ? [] : [hold];
+    const isEmpty = set?.holds.length === 0;
+    const lit = isEmpty ? null : heatmap.shown ? new Set(alone) : route ? new Set([...route.holds, ...alone]) : parts.list.lit;
+    stage?.paint(lit, outlines, heatmap.holds(tables));
+    overlay?.flags(route, tables, set?.feet);
+    overlay?.draw(this.lines);
+  }
+
+  showCard(): void {
+    const { parts } = this;
+    const { card, editor } = parts;
+    const plain = this.plainCard();
+    // The fields say what the plain card says, and a phone has no room for both.
+    const content = editor ? (editor.card() ?? [...plain.slice(0, 1), ...editor.controls(parts.route, parts.hold)]) : plain;
+    const wasHidden = card.hidden;
+    if (content.length > 0) content.push(h("slot", { name: "card" }));
+    card.replaceChildren(...content);
+    card.hidden = content.length === 0;
+    parts.shell.style.setProperty("--card", `${card.offsetHeight}px`);
+    if (wasHidden === card.hidden) return;
+    parts.shell.classList.toggle("chosen", !card.hidden);
+    // On a phone the card takes the list's place, and gives it back.
+    const { sheet } = parts.list;
+    if (wasHidden) this.preferredHeight = sheet.height;
+    sheet.set(wasHidden ? "low" : this.preferredHeight);
+  }
+
+  /** The card that visitors see: the climbing figure's, the hold's or the route's. */
+  private plainCard(): HTMLElement[] {
+    const { parts, climbing } = this;
+    const { route, hold, tables } = parts;
+    if (climbing.player) return [climbing.player.root];
+    const actions: CardActions = {
+      previous: () => this.step(-1),
+      next: () => this.step(1),
+      climber: () => parts.views?.climber(parts.route ?? undefined, parts.tables),
+      moves: climbing.isPossible ? () => climbing.begin()?.play() : null,
+      close: () => this.choose(parts.selected.hold === null ? null : parts.selected.route, null),
+      route: (id) => this.route(id),
+    };
+    if (hold) return holdCard(hold, tables, actions);
+    return route ? routeCard(route, tables, actions, climbing.ofRoute?.grade) : [];
+  }
+
+  /** While nobody has moved the camera it shows what is selected; beside the list there is room for all. */
+  private follow(): void {
+    const { views, route, layout, tables } = this.parts;
+    const subject = views?.subject;
+    if (!route && subject === "route") views!.wall(true);
+    if (route && subject && (layout.tall || subject === "route")) views!.route(route, tables);
+  }
+}

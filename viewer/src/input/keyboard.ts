@@ -1,0 +1,41 @@
+/** The keys of the focused picture. */
+
+import type CameraControls from "camera-controls";
+
+export interface KeyActions {
+  readonly controls: CameraControls;
+  /** The camera is about to be moved by hand. */
+  moved(): void;
+  step(by: number): void;
+  escape(): void;
+  home(): void;
+  climber(): void;
+  measure(): void;
+}
+
+/** Whether the key was one of them. */
+export function handleKey(event: KeyboardEvent, on: KeyActions): boolean {
+  if (event.ctrlKey || event.metaKey || event.altKey) return false;
+  const { controls } = on;
+  const acts: Record<string, () => void> = {
+    ArrowLeft: () => void controls.rotate(-0.15, 0, true),
+    ArrowRight: () => void controls.rotate(0.15, 0, true),
+    ArrowUp: () => void controls.rotate(0, -0.1, true),
+    ArrowDown: () => void controls.rotate(0, 0.1, true),
+    "+": () => void controls.dolly(controls.distance * 0.2, true),
+    "=": () => void controls.dolly(controls.distance * 0.2, true),
+    "-": () => void controls.dolly(-controls.distance * 0.25, true),
+    "[": () => on.step(-1),
+    "]": () => on.step(1),
+    Escape: () => on.escape(),
+    h: () => on.home(),
+    c: () => on.climber(),
+    m: () => on.measure(),
+  };
+  const act = acts[event.key];
+  if (!act) return false;
+  event.preventDefault();
+  if (/^Arrow|[-+=]/.test(event.key)) on.moved();
+  act();
+  return true;
+}

@@ -1,0 +1,46 @@
+/** A value for each route, shown as the colour of its holds: from pale to dark, distinct without hue too. */
+
+import { Color } from "three";
+import type { Tables } from "../data/types";
+import { h } from "../panels/dom";
+
+/** From 0 to 1, lightness falling all the way. */
+const RAMP = ["#fff0a8", "#f5832a", "#7d0f3f"] as const;
+
+/** Texts of the legend: its title, and the ends of the scale. */
+export interface HeatmapLegend {
+  title: string;
+  low: string;
+  high: string;
+}
+
+export class Heatmap {
+  private values: Map<number, number> | null = null;
+  readonly root = h("div", { class: "heat", part: "heat", hidden: true });
+
+  /** By route id, 0 to 1; null: none is shown. Routes that are not named fade. */
+  set(values: Iterable<[number, number]> | null, words: HeatmapLegend | null): void {
+    this.values = values && new Map(values);
+    this.root.hidden = this.values === null || words === null;
+    if (!words) return;
+    const bar = h("i", { style: `background:linear-gradient(90deg, ${RAMP.join(", ")})` });
+    this.root.replaceChildren(h("b", {}, words.title), bar, h("span", {}, words.low), h("span", {}, words.high));
+  }
+
+  get shown(): boolean {
+    return this.values !== null;
+  }
+
+  /** 1 to 255 by hold id; a hold of two routes has the hotter one's. */
+  holds(tables: Tables): Map<number, number> {
+    const found = new Map<number, number>();
+    for (const [id, value] of this.values ?? []) {
+      const heat = 1 + Math.round(254 * Math.min(1, Math.max(0, value)));
+      for (const hold of tables.routes.get(id)?.holds ?? []) found.set(hold, Math.max(heat, found.get(hold) ?? 0));
+    }
+    return found;
+  }
+}
+
+/** @internal The ramp as the shader has it, in linear light. */
+export const rampColours = (): Color[] => RAMP.map((colour) => new Color(colour));
