@@ -120,35 +120,35 @@ test-pythons:
 # The caches lie in the environment, so that the next check of a cleaned checkout has them; one for each system,
 # because another system's results would replace those of this one.
 lint: $(VENV)/dev-ready
-	$(BIN)/ruff format --check src climb lab gym tests tools viewer/wire_types.py examples conftest.py run_tests.py
-	$(BIN)/ruff check src climb lab gym tests tools viewer/wire_types.py examples conftest.py run_tests.py
+	$(BIN)/ruff format --check src climb lab gym tests benchmarks tools viewer/wire_types.py examples conftest.py run_tests.py
+	$(BIN)/ruff check src climb lab gym tests benchmarks tools viewer/wire_types.py examples conftest.py run_tests.py
 	$(BIN)/mypy --cache-dir $(VENV)/mypy
 	for system in win32 darwin; do \
 	  $(BIN)/mypy --cache-dir $(VENV)/mypy-$$system --platform $$system src climb/src || exit 1; done
 	$(BIN)/lint-imports
 
 docs-check: $(VENV)/dev-ready
-	$(BIN)/python -m walltopo_lab.site.docs_check
+	$(BIN)/python -m tools.pages.docs_check
 
 count: $(VENV)/dev-ready
-	$(BIN)/python -m walltopo_lab.code_size src/walltopo
+	$(BIN)/python -m tools.code_size src/walltopo
 
 docs: $(VENV)/dev-ready
 	COLUMNS=1000 $(BIN)/walltopo settings --markdown > docs/settings.md
 	$(BIN)/python -m walltopo.scans.schemas docs/schemas
 	$(BIN)/python viewer/wire_types.py
-	$(BIN)/python -m walltopo_lab.benchmarks.bad_input > docs/bad-input.md
-	$(BIN)/python -m walltopo_lab.benchmarks.tables --page
-	$(BIN)/python -m walltopo_lab.benchmarks.figures
+	$(BIN)/python -m benchmarks.bad_input > docs/bad-input.md
+	$(BIN)/python -m benchmarks.tables --page
+	$(BIN)/python -m benchmarks.figures
 
-# Broken links are errors; lab/tests/site/test_site.py builds it too, and looks at what came out.
+# Broken links are errors; tools/tests/pages/test_site.py builds it too, and looks at what came out.
 site: $(VENV)/dev-ready viewer
-	$(BIN)/python -m walltopo_lab.site.staging build/site
+	$(BIN)/python -m tools.pages.staging build/site
 	$(BIN)/zensical build --strict
 
 wheels: $(VENV)/dev-ready
 	$(BIN)/python -m build --outdir dist .
-	$(BIN)/python -m walltopo_lab.compiled_wheel dist/walltopo-$$(cat VERSION)-py3-none-any.whl
+	$(BIN)/python -m tools.compiled_wheel dist/walltopo-$$(cat VERSION)-py3-none-any.whl
 	$(BIN)/python -m build --outdir dist climb
 	$(BIN)/python -m build --outdir dist lab
 	$(BIN)/python -m build --outdir dist gym
@@ -177,8 +177,8 @@ release-check: $(VENV)/release-ready
 	$(MAKE) --no-print-directory wheels sbom npm-package
 	$(BIN)/python -m twine check --strict dist/*.whl dist/walltopo*.tar.gz
 	$(MAKE) --no-print-directory sums
-	$(BIN)/python -m walltopo_lab.release_check dist $(PYTHONS)
-	$(BIN)/python -m walltopo_lab.upgrade_check $(UPGRADE_FROM)
+	$(BIN)/python -m tools.release_check dist $(PYTHONS)
+	$(BIN)/python -m tools.upgrade_check $(UPGRADE_FROM)
 
 # As root: the image of the platform on Debian's packages alone, and a gym's day in it.
 containers: $(VENV)/dev-ready web browser database
@@ -197,25 +197,25 @@ app: $(VENV)/dev-ready web
 # Asks PyPI and npm what is known of the versions that are installed and pinned; fails where it could not ask.
 audit: $(VENV)/dev-ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check pip-audit
-	$(BIN)/python -m walltopo_lab.audit
+	$(BIN)/python -m tools.audit
 
 pictures:
 	cd viewer && node tests/pictures.mjs --readme $(abspath $(GYM)) $(abspath $(SPRAYWALL))
 	cd viewer && node tests/pictures.mjs --setter $(abspath $(DEMO))
-	$(BIN)/python -m walltopo_lab.site.photo_pictures examples/demo-photos docs/pictures/setter
+	$(BIN)/python -m tools.pages.photo_pictures examples/demo-photos docs/pictures/setter
 
 # The README's film, of a finished scan.
 film: $(VENV)/dev-ready
 	mkdir -p build/film
 	for kind in whole route phone-route; do (cd viewer && node tests/pictures.mjs \
 	  $(abspath $(DEMO))/index.html ../build/film/$$kind.jpg $$kind) || exit 1; done
-	$(BIN)/python -m walltopo_lab.site.film $(DEMO) build/film docs/pictures/film.webp
+	$(BIN)/python -m tools.pages.film $(DEMO) build/film docs/pictures/film.webp
 
 # The film of docs/grades.md, of a finished scan with moves: a child and a tall adult on its route ROUTE.
 moves-film: $(VENV)/dev-ready
 	for who in child tall; do (cd viewer && node tests/moves.mjs \
 	  $(abspath $(DEMO))/index.html ../build/film/$$who $(ROUTE) $$who) || exit 1; done
-	$(BIN)/python -m walltopo_lab.site.moves_film build/film/child build/film/tall docs/pictures/moves.webp
+	$(BIN)/python -m tools.pages.moves_film build/film/child build/film/tall docs/pictures/moves.webp
 
 # The browser tests want Chromium, Firefox, WebKitGTK and node; where they cannot be had, those tests skip and say so.
 browser:

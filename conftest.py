@@ -172,7 +172,8 @@ def reset_day(once: Once) -> Path:
     `before` and `after` are the wall with its truth; `old` is the scan of the wall before, `left`
     about 12 photos of the left half after the reset, and `joined` their partial rescan.
     """
-    from walltopo_lab.benchmarks.partial_rescan import rescan_left_half
+    from benchmarks.partial_rescan import rescan_left_half
+
     from walltopo_lab.synth.small import tiny_recipe
 
     small = tiny_recipe(24, (640, 480), seed=3)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +16,8 @@ def _backend() -> Any:
 
         return build_meta
     sys.path.insert(0, str(_TOOLS))
-    from web_build import BUNDLES, Backend
-
-    return Backend(BUNDLES["app"])
+    web_build = import_module("web_build")
+    return web_build.Backend(web_build.BUNDLES["app"])
 
 
 BACKEND = _backend()

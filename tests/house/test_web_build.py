@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-import web_build
-from web_build import BUNDLES, Bundle, WebBuildError
+from tools import web_build
+from tools.web_build import BUNDLES, Bundle, WebBuildError
 
 ROOT = Path(__file__).parents[2]
 PAGE = Bundle("page", "made/page.js", ("colours.json",), "src/types.d.ts")

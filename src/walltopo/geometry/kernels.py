@@ -5,7 +5,7 @@ A compiled kernel is cached on disk, so only the first scan on a machine waits f
 and `in_ranges` calls it from threads. Division by zero gives inf or nan, as in NumPy.
 
 Kernels are compiled for a common processor type instead of the host's, so that kernels compiled on
-another machine can run here (a wheel carries them, see `walltopo_lab.compiled_wheel`).
+another machine can run here (a wheel carries them, see `tools.compiled_wheel`).
 
 Importing this module imports numba (about half a second).
 """

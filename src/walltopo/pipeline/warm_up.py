@@ -1,7 +1,7 @@
 """Compile the kernels of a scan in a child process while the first stages run.
 
 numba compiles a kernel at its first call, which costs half a minute on a new machine. The file
-`kernels.txt` lists the kernels of a scan and their types; `python -m walltopo_lab.benchmarks.cold
+`kernels.txt` lists the kernels of a scan and their types; `python -m benchmarks.cold
 --record` writes it. The child compiles them in that order at low priority into numba's disk cache.
 The scan uses the cached kernels and compiles the rest itself.
 """

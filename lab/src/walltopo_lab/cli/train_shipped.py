@@ -13,7 +13,7 @@ examples:
   walltopo train hold-types -o hold_types.onnx
   walltopo train hold-types -o hold_types.onnx --scans GYM1 SCAN1 GYM2 SCAN2
 then replace src/walltopo/models/hold_types.onnx, and print the figures again:
-  python -m walltopo_lab.benchmarks.types scans GYM SCAN
+  python -m benchmarks.types scans GYM SCAN
 """
 
 PAINT = """\
@@ -21,7 +21,7 @@ example:
   walltopo train paint photos/
 Its numbers stand in src/walltopo/describe/routes/grouping.py, the resolution among them;
 their figure on other gyms is printed by
-  python -m walltopo_lab.benchmarks.routes dim CHECK
+  python -m benchmarks.routes dim CHECK
 """
 
 

@@ -71,7 +71,7 @@ def write_card(
         "## Figures on the held-out photos",
         "",
         "These photos chose the weights and the threshold: they flatter. The figures to quote "
-        "come from `python -m walltopo_lab.benchmarks.detectors`, on photos that chose nothing.",
+        "come from `python -m benchmarks.detectors`, on photos that chose nothing.",
         "",
         *_table({key: f"{value:.3f}" for key, value in facts.figures.items()}),
         "",

@@ -5,7 +5,7 @@ So that the fit also covers its misses, some holds lose all or most of their mas
 Pieces that match a true instance at an IoU of 0.5 are holds. Pieces with less than 0.1 of their
 area on any instance are not holds. All others are excluded.
 
-The command is `python -m walltopo_lab.benchmarks.evidence`.
+The command is `python -m benchmarks.evidence`.
 """
 
 from __future__ import annotations

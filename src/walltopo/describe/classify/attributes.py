@@ -278,7 +278,7 @@ def with_tints(holds: Sequence[Hold], light: SceneLight, unit: float) -> list[Ho
 
 
 # Routes have footholds, small holds and other types; downclimb holds do not. The values were chosen
-# on generated gyms by `python -m walltopo_lab.benchmarks.routes_downclimb choose`.
+# on generated gyms by `python -m benchmarks.routes_downclimb choose`.
 MIN_HOLDS = 2  # a single jug of a colour is no evidence
 MIN_JUGS = 0.25  # minimum share typed as jug; the rest may be of unknown type
 MAX_OTHERS = 0.34  # maximum share of the typed holds with another type, for wrong types

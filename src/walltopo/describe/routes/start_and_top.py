@@ -5,7 +5,7 @@ the next hold is far up. The top is the highest hand hold. Two logistic regressi
 likely start and top are right. Every cue is evidence against an end, and 0 without such evidence.
 Ends below `MIN_CONFIDENCE` are flagged, with the reason of the cue that weighs most.
 
-Fitted to simulated scans of generated gyms by `python -m walltopo_lab.benchmarks.starts fit`.
+Fitted to simulated scans of generated gyms by `python -m benchmarks.starts fit`.
 """
 
 from __future__ import annotations

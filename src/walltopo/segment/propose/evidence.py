@@ -1,7 +1,7 @@
 """The probability that a piece of surface is a hold, from masks, mesh and colour.
 
 Two logistic regressions on a few named cues, one for pieces with masks and one for the others. They
-are fitted on generated gyms (`walltopo_lab.benchmarks.evidence`) and stored in
+are fitted on generated gyms (`benchmarks.evidence`) and stored in
 `models/evidence.json`.
 """
 

@@ -4,7 +4,7 @@ The true holds of each gym are known. A scan misses some holds, more of those wi
 (white on grey). Some missed holds remain as instances that few photos confirm. Positions have small
 errors. Sizes are measured on the hold's own shape with scan artefacts (`train.hold_types.scanned`),
 from which the shipped network predicts its type. It does better there than on scans, so types are
-confused as on two real scans (`routes_downclimb.CALLED`). Every hold is faded and lit individually,
+confused as on two real scans (`set_gyms.CALLED`). Every hold is faded and lit individually,
 so that its paint and colour name have errors. A few false holds are added, and a downclimb jug may
 count as a hold of a route. Then the product groups the holds.
 
@@ -32,10 +32,9 @@ from walltopo.describe.settings import RoutesSettings
 from walltopo.images.colour import features, linear_from_srgb8, srgb8_from_linear
 from walltopo.scans.holds import UNKNOWN, Hold
 from walltopo.scans.routes import Route
-from walltopo_lab.benchmarks.routes_downclimb import CALLED, PRESETS
-from walltopo_lab.benchmarks.routes_gyms import SetGym, set_gym
 from walltopo_lab.synth.bodies import Body
 from walltopo_lab.synth.palette import PALETTES
+from walltopo_lab.synth.set_gyms import CALLED, PRESETS, SetGym, set_gym
 from walltopo_lab.train.hold_types.scanned import GRID, scanned
 from walltopo_lab.train.paint.holds import straight
 

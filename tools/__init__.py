@@ -1,0 +1,1 @@
+"""Scripts of the repository: documentation, fuzzing, releases, building. Not installed."""
