@@ -45,9 +45,15 @@ def _scene(
     (root / "wall.obj").write_text("".join(corners) + "f 1 2 3 4\n")
     (root / "wall.gltf").write_text(json.dumps(_DRACO))
     return [
-        "--mesh", str(root / mesh), "--cameras", str(root / "transforms.json"),
-        "--masks", str(root / "masks.json"), "-o", str(root / "out"),
-    ]  # fmt: skip
+        "--mesh",
+        str(root / mesh),
+        "--cameras",
+        str(root / "transforms.json"),
+        "--masks",
+        str(root / "masks.json"),
+        "-o",
+        str(root / "out"),
+    ]
 
 
 def _with(**changes: Any) -> Callable[[Path], list[str]]:

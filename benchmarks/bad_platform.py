@@ -67,12 +67,15 @@ PLATFORM_CASES: Final = (
     PlatformCase(
         "a list with letters that nobody can read any more",
         (_CUPS, "test_lists_that_lost_something_are_refused"),
-        "422", ("table-letters", "table-send-file"),
+        "422",
+        ("table-letters", "table-send-file"),
     ),
     PlatformCase(
         "a list with a cell beside the named columns",
         (_CUPS, "test_lists_that_lost_something_are_refused"),
-        "422", ("table-no-column", "table-head"), {"number": 4},
+        "422",
+        ("table-no-column", "table-head"),
+        {"number": 4},
     ),
     PlatformCase(
         "an export opened in German, French or Czech Excel",
@@ -107,12 +110,16 @@ PLATFORM_CASES: Final = (
     PlatformCase(
         "a grade removed while routes have it",
         (_ROUTES, "test_renamed_grades_carry_over_and_used_ones_stay"),
-        "409", ("grades-in-use", "grades-say-new"), {"grade": "blue", "uses": 2},
+        "409",
+        ("grades-in-use", "grades-say-new"),
+        {"grade": "blue", "uses": 2},
     ),
     PlatformCase(
         "a grade system deleted while routes have it",
         (_ROUTES, "test_renamed_grades_carry_over_and_used_ones_stay"),
-        "409", ("grades-system-in-use", "grades-replace"), {"name": "Colours", "uses": 2},
+        "409",
+        ("grades-system-in-use", "grades-replace"),
+        {"name": "Colours", "uses": 2},
     ),
     PlatformCase(
         "`6a`, `6a+ / 6B`, `v4/5`, `6+` of UIAA",
@@ -122,7 +129,8 @@ PLATFORM_CASES: Final = (
     PlatformCase(
         "a grade that the system does not have",
         (_ROUTES, "test_a_written_grade_gets_the_label_of_its_system"),
-        "422", ("grade-unknown", "grade-known"),
+        "422",
+        ("grade-unknown", "grade-known"),
         {"system": "Font", "grade": "6Z", "grades": "6A, 6A+"},
     ),
     PlatformCase(
@@ -140,18 +148,24 @@ PLATFORM_CASES: Final = (
     PlatformCase(
         "an ascent of 1970",
         (_TICKS, "test_an_ascent_of_an_impossible_day_is_refused"),
-        "422", ("ascent-too-early", "ascent-check-day"),
+        "422",
+        ("ascent-too-early", "ascent-check-day"),
         {"day": "1970-01-01", "since": "2026-03-01"},
     ),
     PlatformCase(
         "an ascent of next week",
         (_TICKS, "test_an_ascent_of_an_impossible_day_is_refused"),
-        "422", ("ascent-in-future", "ascent-check-clock"), {"day": "2026-03-08"},
+        "422",
+        ("ascent-in-future", "ascent-check-clock"),
+        {"day": "2026-03-08"},
     ),
     PlatformCase(
         "a refused ascent among others that wait in the phone",
-        ("web/tests/outbox/outbox.test.mjs", "an ascent of an impossible day is kept with the "
-         "reason, blocks no other, and can be withdrawn"),
+        (
+            "web/tests/outbox/outbox.test.mjs",
+            "an ascent of an impossible day is kept with the "
+            "reason, blocks no other, and can be withdrawn",
+        ),
         "kept under *Not synced yet* with the reason; the others are sent",
     ),
     PlatformCase(
@@ -159,7 +173,7 @@ PLATFORM_CASES: Final = (
         ("web/tests/shell/zones.test.mjs", "a competition's time is the gym's, and says its zone"),
         "shown by the gym's clock, with its zone: 18:00 CET",
     ),
-)  # fmt: skip
+)
 
 
 def platform_rows() -> list[str]:

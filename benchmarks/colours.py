@@ -154,8 +154,11 @@ def review(folders: list[Path], settings: ClassifySettings) -> None:
 
 _LIGHTS = (1.0, 0.35, 1.6, 0.7, 1.2, 0.5, 1.0, 0.8)
 _FINISHES: tuple[Literal["painted", "textured", "plywood"], ...] = (
-    "painted", "textured", "painted", "plywood",
-)  # fmt: skip
+    "painted",
+    "textured",
+    "painted",
+    "plywood",
+)
 _FIRST_SEED = 5300
 
 
@@ -166,9 +169,13 @@ def names(out: Path, settings: ClassifySettings) -> None:
     for k, light in enumerate(_LIGHTS):
         seed = _FIRST_SEED + k
         gym = GymSettings(
-            width=7.0, routes=9, colours="neutral", light=light, finish=_FINISHES[k % 4],
+            width=7.0,
+            routes=9,
+            colours="neutral",
+            light=light,
+            finish=_FINISHES[k % 4],
             chalk=(0.3, 0.8)[k % 2],
-        )  # fmt: skip
+        )
         generate(out / str(seed), Recipe(gym, photos, seed=seed))
         seen = painted(out / str(seed), None, settings)
         holds, truth = seen.holds(settings), seen.truth

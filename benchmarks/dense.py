@@ -99,8 +99,9 @@ def to_truth(views: Sequence[View], poses: Floats) -> tuple[Floats, Floats]:
     return rotation, there.mean(0) - rotation @ here.mean(0)
 
 
-def holds_present(truth: Mesh, instance: NDArray[np.int32], views: NDArray[np.int32], mesh: Mesh,
-                  scene: Path) -> tuple[int, int, list[int]]:  # fmt: skip
+def holds_present(
+    truth: Mesh, instance: NDArray[np.int32], views: NDArray[np.int32], mesh: Mesh, scene: Path
+) -> tuple[int, int, list[int]]:
     """Return the number of holds present, the total, and the ids of the missing holds.
 
     Holds over 5 cm that 3 photos see count. A hold is present if over half its seen area lies
@@ -270,8 +271,10 @@ def shade(mesh: Mesh, texture: Texture, view: View) -> tuple[Image, NDArray[np.b
     y, x = np.nonzero(covered)
     face = face_id[covered]
     camera = view.camera
-    rays = np.stack([(x + 0.5 - camera.cx) / camera.fx, (y + 0.5 - camera.cy) / camera.fy,
-                     np.ones(len(x))], axis=1)  # fmt: skip
+    rays = np.stack(
+        [(x + 0.5 - camera.cx) / camera.fx, (y + 0.5 - camera.cy) / camera.fy, np.ones(len(x))],
+        axis=1,
+    )
     points = (rays * depth[covered, None] - view.cam_from_world[:, 3]) @ view.cam_from_world[:, :3]
     a, b, c = (mesh.vertices[mesh.faces[face, k]] for k in range(3))
     u, v, w = b - a, c - a, points - a

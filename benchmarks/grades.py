@@ -191,16 +191,21 @@ def both(found: dict[str, TrainingBoard]) -> list[str]:
         measured = board.reached & (board.part == 2)
         for which, words in (("plain", "places alone"), ("known", "quality of holds")):
             for names, model in fitted:
-                sources = [(found[name], found[name].reached & (found[name].part == 1))
-                           for name in names]  # fmt: skip
+                sources = [
+                    (found[name], found[name].reached & (found[name].part == 1)) for name in names
+                ]
                 place = np.concatenate(
                     [model.predict(getattr(source, which)[held]) for source, held in sources]
                 )
                 grade = np.concatenate([source.grade[held] for source, held in sources])
-                lines.append(_row(
-                    tested, f"{' and '.join(names)}, {words}", (place, grade),
-                    (model.predict(getattr(board, which)[measured]), board.grade[measured]),
-                ))  # fmt: skip
+                lines.append(
+                    _row(
+                        tested,
+                        f"{' and '.join(names)}, {words}",
+                        (place, grade),
+                        (model.predict(getattr(board, which)[measured]), board.grade[measured]),
+                    )
+                )
     return lines
 
 

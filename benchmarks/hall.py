@@ -123,9 +123,16 @@ def overlaps(hall: Path, views: Sequence[View]) -> NDArray[np.float64]:
         camera = view.camera.scaled(LOOK[0] / view.camera.width)
         rotation = np.ascontiguousarray(view.cam_from_world[:, :3])
         way = distorted_rays(
-            0, camera.height, camera.width, 1, camera.fx, camera.cx, camera.cy,
-            camera.distortion[0], rotation,
-        )  # fmt: skip
+            0,
+            camera.height,
+            camera.width,
+            1,
+            camera.fx,
+            camera.cx,
+            camera.cy,
+            camera.distortion[0],
+            rotation,
+        )
         start = np.tile(view.centre.astype(np.float32), (len(way), 1))
         far = tracer.distances(start, way)
         points = start[far < 50] + way[far < 50] * far[far < 50, None]

@@ -51,29 +51,41 @@ ABLATION: dict[str, dict[str, Any]] = {
     "no reassignment": {"rounds": 0},
     "pinholes stay": {"fill_pinholes": False},
     "all of these taken back": {
-        "on_top": "surest", "by_class": True, "overlap": "all", "voters": "all",
-        "objective": "modularity", "border_band": 0.0, "max_splits": 1, "min_support": 0.0,
-        "drop_duplicates": False, "rounds": 0, "fill_pinholes": False,
+        "on_top": "surest",
+        "by_class": True,
+        "overlap": "all",
+        "voters": "all",
+        "objective": "modularity",
+        "border_band": 0.0,
+        "max_splits": 1,
+        "min_support": 0.0,
+        "drop_duplicates": False,
+        "rounds": 0,
+        "fill_pinholes": False,
     },
     "literal": {"method": "literal"},
     "literal, the surest mask on top": {"method": "literal", "on_top": "surest"},
     "literal, resolution 10": {"method": "literal", "resolution": 10.0},
     "literal, resolution 10, surest on top": {
-        "method": "literal", "resolution": 10.0, "on_top": "surest",
+        "method": "literal",
+        "resolution": 10.0,
+        "on_top": "surest",
     },
-}  # fmt: skip
+}
 GIVEN: dict[str, dict[str, Any]] = {
     "robust": {},
     "robust, surest on top": {"on_top": "surest"},
     **{
         f"literal, resolution {resolution:g}{words}": {
-            "method": "literal", "resolution": resolution, "on_top": on_top,
+            "method": "literal",
+            "resolution": resolution,
+            "on_top": on_top,
         }
         for on_top, words in (("small", ""), ("surest", ", surest on top"))
         for resolution in (1.0, 3.0, 10.0)
     },
     "literal, resolution 1, ranked by share": {"method": "literal", "confidence": "share"},
-}  # fmt: skip
+}
 
 
 def load_gym(data: Path, masks: str) -> tuple[Mesh, list[View], Mapping[str, NDArray[Any]]]:

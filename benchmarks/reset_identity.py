@@ -100,13 +100,17 @@ def main(arguments: Sequence[str] | None = None) -> None:
             f"precision {precision:.3f}, recall {len(right) / max(1, len(kept)):.3f}, "
             f"of what was found in both {len(right & found) / max(1, len(found)):.3f}"
         )
-    lines = compare(old.routes, tuple(old.holds.values()), new.routes, tuple(new.holds.values()),
-                    new.unit)  # fmt: skip
+    lines = compare(
+        old.routes, tuple(old.holds.values()), new.routes, tuple(new.holds.values()), new.unit
+    )
     wrong = 0
     for line in lines:
         if line.route is not None and line.number is not None:
-            both = {(old.true.get(a), new.true.get(b)) for a, b in painted.items()
-                    if a in old.routes[line.route] and b in new.routes[line.number]}  # fmt: skip
+            both = {
+                (old.true.get(a), new.true.get(b))
+                for a, b in painted.items()
+                if a in old.routes[line.route] and b in new.routes[line.number]
+            }
             wrong += not both & kept
     fates = {fate.value: sum(line.status == fate for line in lines) for fate in RouteStatus}
     print(

@@ -109,8 +109,10 @@ def main(arguments: list[str]) -> int:
     found = list(training_boards(*folders, 1, ("2016",)).values())
     with tempfile.TemporaryDirectory() as name:
         searches, judges = (Scale(model_of(found, k, Path(name)), ()) for k in (0, 1))
-    print("| spec | proposed | as requested | top reached | requested in the other's range | "
-          "other's place off, grades, median | alike, mean | CPU-s an answer |")  # fmt: skip
+    print(
+        "| spec | proposed | as requested | top reached | requested in the other's range | "
+        "other's place off, grades, median | alike, mean | CPU-s an answer |"
+    )
     print("|---|---|---|---|---|---|---|---|")
     everything: list[Row] = []
     seconds: list[float] = []

@@ -45,9 +45,14 @@ STICKERS = 16  # two per metre of wall
 _RIGHT_M = 0.05
 GYM = GymSettings(wear=0.0, chalk=0.1, routes=4, volumes=2, facets=0.2)
 PHOTOS = PhotoSettings(
-    photos=18, width=1024, height=768, noise=1.5, measure_share=0.0, distance_low=2.0,
+    photos=18,
+    width=1024,
+    height=768,
+    noise=1.5,
+    measure_share=0.0,
+    distance_low=2.0,
     distance_high=3.2,
-)  # fmt: skip
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,11 +190,15 @@ def rows(walls: Sequence[SmoothWall], stuck: Sequence[SmoothWall], step: int) ->
         total = sum(len(wall.files[::step]) for wall in chosen)
         scales = [one.scale_error for one in judged if np.isfinite(one.scale_error)]
         cells = [
-            f"{len(chosen[0].files[::step]) / GYM.width:.1f}", f"{100 * _overlap(chosen, step):.0f} %",
-            label, f"{100 * len(right) / total:.0f} %", str(len(away) - len(right)),
+            f"{len(chosen[0].files[::step]) / GYM.width:.1f}",
+            f"{100 * _overlap(chosen, step):.0f} %",
+            label,
+            f"{100 * len(right) / total:.0f} %",
+            str(len(away) - len(right)),
             f"{1000 * np.median(right):.1f} mm" if len(right) else "",
-            f"{100 * np.median(scales):.2f} %" if scales else "", f"{spent / once:.1f}",
-        ]  # fmt: skip
+            f"{100 * np.median(scales):.2f} %" if scales else "",
+            f"{spent / once:.1f}",
+        ]
         print(f"| {' | '.join(cells)} |", flush=True)
 
 

@@ -53,8 +53,11 @@ def write_page(path: Path, parts: Mapping[str, Part]) -> None:
         lines += body(part.figures, part.setup)
         when = f"{part.measured.date}, {part.measured.version} ({part.measured.revision})"
         done = "Copied from the page as it stood on" if part.transcribed else "Measured"
-        lines += [f"Took {part.took['seconds']:.0f} s ({part.took['cpu_seconds']:.0f} CPU-s). "
-                  f"{done} {when}.{' ' * bool(part.note)}{part.note}", ""]  # fmt: skip
+        lines += [
+            f"Took {part.took['seconds']:.0f} s ({part.took['cpu_seconds']:.0f} CPU-s). "
+            f"{done} {when}.{' ' * bool(part.note)}{part.note}",
+            "",
+        ]
     with atomic_path(path) as temporary:
         temporary.write_text("\n".join(lines), encoding="utf-8")
 

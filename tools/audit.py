@@ -71,8 +71,10 @@ def of_npm(folder: str, json_text: str, failed: str) -> Checked:
     if found is None or "vulnerabilities" not in found:
         why = (found or {}).get("message") or _last_line(failed)
         return Checked(where, silent=(f"everything: {why}",))
-    weak = [f"{name} {row['range']}: {row['severity']}"
-            for name, row in found["vulnerabilities"].items()]  # fmt: skip
+    weak = [
+        f"{name} {row['range']}: {row['severity']}"
+        for name, row in found["vulnerabilities"].items()
+    ]
     return Checked(where, found["metadata"]["dependencies"]["prod"], tuple(weak))
 
 

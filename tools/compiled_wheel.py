@@ -89,9 +89,13 @@ def _compile(inside: Path) -> None:
     kept = {name: text for name, text in os.environ.items() if not name.startswith("NUMBA_")}
     environment = {**kept, "PYTHONPATH": str(inside), "PYTHONDONTWRITEBYTECODE": "1"}
     done = subprocess.run(
-        [sys.executable, "-c", _COMPILE], cwd=inside, env=environment,
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        [sys.executable, "-c", _COMPILE],
+        cwd=inside,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     if done.returncode or not Path(done.stdout.strip()).is_relative_to(inside):
         raise EnvironmentLacksError(
             f"the kernels were not compiled: {done.stderr.strip() or done.stdout.strip()}"

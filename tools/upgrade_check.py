@@ -52,8 +52,11 @@ class Walltopo:
         """
         done = subprocess.run(
             [sys.executable, "-m", "walltopo", *arguments],
-            env=self._environment, capture_output=True, text=True, check=False,
-        )  # fmt: skip
+            env=self._environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
         if done.returncode not in accepted:
             words = " ".join(map(str, arguments))
             raise SystemExit(
@@ -71,8 +74,11 @@ class Walltopo:
         """
         server = subprocess.Popen(
             [sys.executable, "-m", "walltopo", *arguments],
-            env=self._environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-        )  # fmt: skip
+            env=self._environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
         assert server.stdout is not None
         shown = ""
         try:
@@ -147,8 +153,10 @@ def check_gym(new: Walltopo, data: Path) -> None:
         for path in ("/ready", "/api/v1/gyms/demo"):
             with urllib.request.urlopen(address + path) as answer:
                 assert answer.status == 200
-    console.print(f"gym: {sum(before.values()):,} rows of {len(before)} tables and "
-                  f"{len(stored):,} files kept, served")  # fmt: skip
+    console.print(
+        f"gym: {sum(before.values()):,} rows of {len(before)} tables and "
+        f"{len(stored):,} files kept, served"
+    )
 
 
 def main() -> int:

@@ -148,12 +148,19 @@ class Cup:
 
     def __post_init__(self) -> None:
         target = self.target
-        cup = target.made("/competitions", {
-            "name": "Cup", "format": "festival", "categories": [{"name": "Open"}],
-            "self_entry": True, "self_scoring": True,
-            "rounds": [{"name": "Session", "scoring": {"rules": "points"},
-                        "problems": [{"name": "A"}]}],
-        })  # fmt: skip
+        cup = target.made(
+            "/competitions",
+            {
+                "name": "Cup",
+                "format": "festival",
+                "categories": [{"name": "Open"}],
+                "self_entry": True,
+                "self_scoring": True,
+                "rounds": [
+                    {"name": "Session", "scoring": {"rules": "points"}, "problems": [{"name": "A"}]}
+                ],
+            },
+        )
         self.place = f"{target.path}/competitions/{cup['id']}"
         running = target.owner("PUT", f"{self.place}/state", json={"state": "running"}).json()
         self.problem = running["rounds"][0]["problems"][0]["id"]
@@ -165,8 +172,14 @@ class Cup:
     def say(self, client: Send, kind: str, number: int, **words: Any) -> tuple[str, httpx.Response]:
         """Send a score event; return its id and the answer."""
         event, moment = str(uuid4()), datetime.now(UTC).isoformat()
-        body = {"entry_id": self.entry, "kind": kind, "device": "attack", "number": number,
-                "made_at": moment, "sent_at": moment} | words  # fmt: skip
+        body = {
+            "entry_id": self.entry,
+            "kind": kind,
+            "device": "attack",
+            "number": number,
+            "made_at": moment,
+            "sent_at": moment,
+        } | words
         return event, client("PUT", f"{self.place}/events/{event}", json=body)
 
     def counts(self, event: str) -> bool:
@@ -219,8 +232,12 @@ def long_chains(target: Target) -> Iterator[Finding]:
 
 def edges(target: Target) -> Iterator[Finding]:
     """Moments at the calendar's edges, and numbers that no database holds."""
-    body = {"name": "Never", "format": "festival", "categories": [{"name": "Open"}],
-            "rounds": [{"name": "One", "scoring": {"rules": "points"}, "problems": [{"name": "A"}]}]}  # fmt: skip
+    body = {
+        "name": "Never",
+        "format": "festival",
+        "categories": [{"name": "Open"}],
+        "rounds": [{"name": "One", "scoring": {"rules": "points"}, "problems": [{"name": "A"}]}],
+    }
     for moment in ("9999-12-31T23:59:59Z", "0001-01-01T00:00:00Z", "not a time"):
         answer = target.owner(
             "POST", f"{target.path}/competitions", json=body | {"starts_at": moment}
@@ -239,9 +256,17 @@ def edges(target: Target) -> Iterator[Finding]:
 def webhook_addresses(target: Target) -> Iterator[Finding]:
     """Addresses of this machine or its network; names are resolved and refused at delivery."""
     for host in (
-        "127.0.0.1", "10.0.0.1", "169.254.169.254", "[::1]", "[::ffff:127.0.0.1]",
-        "[64:ff9b::7f00:1]", "[2002:7f00:1::]", "[::127.0.0.1]", "[fd00::1]", f"{'a' * 64}.example",
-    ):  # fmt: skip
+        "127.0.0.1",
+        "10.0.0.1",
+        "169.254.169.254",
+        "[::1]",
+        "[::ffff:127.0.0.1]",
+        "[64:ff9b::7f00:1]",
+        "[2002:7f00:1::]",
+        "[::127.0.0.1]",
+        "[fd00::1]",
+        f"{'a' * 64}.example",
+    ):
         answer = target.owner(
             "POST", f"{target.path}/webhooks", json={"url": f"https://{host}/hook"}
         )
@@ -264,20 +289,28 @@ def floor_plans(target: Target) -> Iterator[Finding]:
     """Pictures that are small to send and large to decode."""
     for width, height in ((60_000, 60_000), (2**31 - 1, 1), (0, 0)):
         answer = target.owner(
-            "PUT", f"{target.path}/floor-plan/picture", content=_png(width, height),
+            "PUT",
+            f"{target.path}/floor-plan/picture",
+            content=_png(width, height),
             headers={"content-type": "image/png"},
-        )  # fmt: skip
+        )
         yield _finding(f"floor plan of {width} by {height} pixels", answer)
 
 
 def rights(target: Target) -> Iterator[Finding]:
     """Requests of the owner, sent by a climber and by nobody."""
     requests: list[tuple[str, str, object]] = [
-        ("GET", "/members", None), ("GET", "/audit", None), ("GET", "/webhooks", None),
-        ("POST", "/walls", {"name": "Mine"}), ("PATCH", "", {"name": "Mine"}), ("DELETE", "", None),
+        ("GET", "/members", None),
+        ("GET", "/audit", None),
+        ("GET", "/webhooks", None),
+        ("POST", "/walls", {"name": "Mine"}),
+        ("PATCH", "", {"name": "Mine"}),
+        ("DELETE", "", None),
         ("POST", "/invitations", {"email": "a@example.com", "role": "owner"}),
-        ("POST", "/competitions", {}), ("GET", "/insights", None), ("POST", "/hall/key", None),
-    ]  # fmt: skip
+        ("POST", "/competitions", {}),
+        ("GET", "/insights", None),
+        ("POST", "/hall/key", None),
+    ]
     for method, path, body in requests:
         for name, client in (("a climber", target.climber), ("nobody", target.nobody)):
             answer = client(method, target.path + path, json=body)
@@ -296,18 +329,26 @@ def sign_ins(target: Target) -> Iterator[Finding]:
 
 
 ATTACKS: tuple[Callable[[Target], Iterator[Finding]], ...] = (
-    photo_names, spelled_numbers, long_bodies, judged_events, long_chains, edges,
-    webhook_addresses, floor_plans, rights,
+    photo_names,
+    spelled_numbers,
+    long_bodies,
+    judged_events,
+    long_chains,
+    edges,
+    webhook_addresses,
+    floor_plans,
+    rights,
     sign_ins,
-)  # fmt: skip
+)
 
 
 def attack(target: Target) -> list[Finding]:
     """Run all attacks on a gym that is made for them, and close it."""
     made = target.owner(
-        "POST", f"{API}/gyms",
+        "POST",
+        f"{API}/gyms",
         json={"name": "Attack", "slug": target.gym, "visibility": "public", "joining": "open"},
-    )  # fmt: skip
+    )
     if made.status_code != 201:
         raise RuntimeError(f"the owner cannot make a gym: {made.status_code} {made.text[:200]}")
     try:

@@ -36,10 +36,14 @@ _VISIT, _FRIENDS, _SIGNED_IN, _BATCH = 5, 20, 200, 50_000
 CIRCUITS = [
     {"label": label, "low": low, "high": high}
     for label, low, high in (
-        ("Yellow", "3", "4"), ("Green", "4", "5"), ("Blue", "5", "6A"), ("Red", "6A", "6C"),
-        ("Black", "6C", "7B"), ("White", "7B", "8A"),
+        ("Yellow", "3", "4"),
+        ("Green", "4", "5"),
+        ("Blue", "5", "6A"),
+        ("Red", "6A", "6C"),
+        ("Black", "6C", "7B"),
+        ("White", "7B", "8A"),
     )
-]  # fmt: skip
+]
 KINDS = {
     "board of the month": "board",
     "board of the year": "board?period=YEAR",
@@ -64,24 +68,59 @@ def fill(server: Server) -> tuple[str, list[str], list[UUID], float]:
         system = GradeSystem(gym_id=world.gym.id, name="Ours", kind="circuits", grades=CIRCUITS)
         session.add(system)
         session.flush()
-        session.execute(insert(Route), [
-            {"id": route, "wall_id": world.wall.id, "name": f"R{n}", "colour": "red",
-             "grade_system_id": system.id, "grade": grades[n], "setter": "", "tags": [],
-             "set_on": at.date(), "stripped_at": None if n >= ROUTES - 300 else at}
-            for n, route in enumerate(routes)])  # fmt: skip
-        session.execute(insert(Person), [
-            {"id": person, "email": f"c{n}@example.com", "name": f"Climber {n}",
-             "password_hash": "!"} for n, person in enumerate(people)])  # fmt: skip
-        session.execute(insert(Membership), [
-            {"gym_id": world.gym.id, "person_id": person, "role": "member"}
-            for person in people])  # fmt: skip
-        session.execute(insert(Profile), [
-            {"person_id": person, "on_boards": n % 2 == 0, "show_ascents": "followers"}
-            for n, person in enumerate(people)])  # fmt: skip
-        session.execute(insert(Follow), [
-            {"follower_id": people[n], "followed_id": people[(7 * n + 11 * k + 1) % CLIMBERS],
-             "accepted": True}
-            for n in range(_SIGNED_IN) for k in range(_FRIENDS)])  # fmt: skip
+        session.execute(
+            insert(Route),
+            [
+                {
+                    "id": route,
+                    "wall_id": world.wall.id,
+                    "name": f"R{n}",
+                    "colour": "red",
+                    "grade_system_id": system.id,
+                    "grade": grades[n],
+                    "setter": "",
+                    "tags": [],
+                    "set_on": at.date(),
+                    "stripped_at": None if n >= ROUTES - 300 else at,
+                }
+                for n, route in enumerate(routes)
+            ],
+        )
+        session.execute(
+            insert(Person),
+            [
+                {
+                    "id": person,
+                    "email": f"c{n}@example.com",
+                    "name": f"Climber {n}",
+                    "password_hash": "!",
+                }
+                for n, person in enumerate(people)
+            ],
+        )
+        session.execute(
+            insert(Membership),
+            [{"gym_id": world.gym.id, "person_id": person, "role": "member"} for person in people],
+        )
+        session.execute(
+            insert(Profile),
+            [
+                {"person_id": person, "on_boards": n % 2 == 0, "show_ascents": "followers"}
+                for n, person in enumerate(people)
+            ],
+        )
+        session.execute(
+            insert(Follow),
+            [
+                {
+                    "follower_id": people[n],
+                    "followed_id": people[(7 * n + 11 * k + 1) % CLIMBERS],
+                    "accepted": True,
+                }
+                for n in range(_SIGNED_IN)
+                for k in range(_FRIENDS)
+            ],
+        )
         cookies = [sign_in(session, person, "phone", 1) for person in people[:_SIGNED_IN]]
     rows = _ascents(rng, world.gym.id, people, routes, grades)
     for _ in range(ASCENTS // _BATCH):
@@ -109,11 +148,17 @@ def _ascents(
         for n in range(_VISIT):
             which = int(rng.integers(ROUTES))
             yield {
-                "id": _key(rng), "person_id": people[who], "gym_id": gym, "gym_name": "Hall",
-                "route_id": routes[which], "route_name": "R", "grade": grades[which],
-                "kind": ("flash", "top", "top", "try")[which % 4], "tries": 1,
+                "id": _key(rng),
+                "person_id": people[who],
+                "gym_id": gym,
+                "gym_name": "Hall",
+                "route_id": routes[which],
+                "route_name": "R",
+                "grade": grades[which],
+                "kind": ("flash", "top", "top", "try")[which % 4],
+                "tries": 1,
                 "climbed_at": begins + timedelta(minutes=12 * n),
-            }  # fmt: skip
+            }
 
 
 def asking(path: str, cookies: list[str], routes: list[UUID]) -> Prepare:

@@ -34,22 +34,48 @@ from walltopo_gym.competitions.models import (
 def fill(server: Server, events: int) -> tuple[UUID, list[UUID]]:
     """Store a competition with a chain of events; return both ids in order."""
     world = make_world(server)
-    cup = Competition(id=uuid4(), gym_id=world.gym.id, name="Cup", format="festival",
-                      state="running", last_seq=events)  # fmt: skip
+    cup = Competition(
+        id=uuid4(),
+        gym_id=world.gym.id,
+        name="Cup",
+        format="festival",
+        state="running",
+        last_seq=events,
+    )
     category = Category(id=uuid4(), competition_id=cup.id, place=0, name="Open")
-    session_round = Round(id=uuid4(), competition_id=cup.id, place=0, name="Session", kind="open",
-                          scoring={"rules": "points"}, state="running", begun_at=now())  # fmt: skip
+    session_round = Round(
+        id=uuid4(),
+        competition_id=cup.id,
+        place=0,
+        name="Session",
+        kind="open",
+        scoring={"rules": "points"},
+        state="running",
+        begun_at=now(),
+    )
     problem = Problem(id=uuid4(), round_id=session_round.id, place=0, name="A", category_ids=[])
     entry = Entry(id=uuid4(), competition_id=cup.id, category_id=category.id, bib=1, name="Jana")
     ids = [uuid4() for _ in range(events)]
     at = now()
     rows = [
-        {"id": event, "competition_id": cup.id, "seq": number + 1, "entry_id": entry.id,
-         "problem_id": problem.id, "kind": "void" if number else "top", "n": None if number else 1,
-         "target_id": ids[number - 1] if number else None, "text": "", "device": "phone",
-         "number": number, "made_at": at, "climbed_at": at, "at": at}
+        {
+            "id": event,
+            "competition_id": cup.id,
+            "seq": number + 1,
+            "entry_id": entry.id,
+            "problem_id": problem.id,
+            "kind": "void" if number else "top",
+            "n": None if number else 1,
+            "target_id": ids[number - 1] if number else None,
+            "text": "",
+            "device": "phone",
+            "number": number,
+            "made_at": at,
+            "climbed_at": at,
+            "at": at,
+        }
         for number, event in enumerate(ids)
-    ]  # fmt: skip
+    ]
     with server.database.writing() as session:
         for new in ([cup], [category, session_round], [problem, entry]):
             session.add_all(new)

@@ -91,28 +91,56 @@ class Seen:
 def fill(server: Server) -> Cup:
     """The competition, running, and judges who are signed in."""
     world = make_world(server, visibility="public")
-    row = Competition(id=uuid4(), gym_id=world.gym.id, name="Cup", format="festival",
-                      state="running")  # fmt: skip
-    one = Round(id=uuid4(), competition_id=row.id, place=0, name="Session", kind="open",
-                scoring={"rules": "shared", "zone": 200, "best": 10}, state="running",
-                begun_at=now())  # fmt: skip
-    categories = [Category(id=uuid4(), competition_id=row.id, place=n, name=f"Category {n}")
-                  for n in range(CATEGORIES)]  # fmt: skip
-    problems = [Problem(id=uuid4(), round_id=one.id, place=n, name=f"Problem {n}", category_ids=[])
-                for n in range(PROBLEMS)]  # fmt: skip
-    entries = [Entry(id=uuid4(), competition_id=row.id, category_id=categories[n % CATEGORIES].id,
-                     bib=n + 1, name=f"Climber {n}") for n in range(COMPETITORS)]  # fmt: skip
-    judges = [Person(id=uuid4(), email=f"judge{n}@example.com", name=f"Judge {n}",
-                     password_hash="!") for n in range(JUDGES)]  # fmt: skip
+    row = Competition(
+        id=uuid4(), gym_id=world.gym.id, name="Cup", format="festival", state="running"
+    )
+    one = Round(
+        id=uuid4(),
+        competition_id=row.id,
+        place=0,
+        name="Session",
+        kind="open",
+        scoring={"rules": "shared", "zone": 200, "best": 10},
+        state="running",
+        begun_at=now(),
+    )
+    categories = [
+        Category(id=uuid4(), competition_id=row.id, place=n, name=f"Category {n}")
+        for n in range(CATEGORIES)
+    ]
+    problems = [
+        Problem(id=uuid4(), round_id=one.id, place=n, name=f"Problem {n}", category_ids=[])
+        for n in range(PROBLEMS)
+    ]
+    entries = [
+        Entry(
+            id=uuid4(),
+            competition_id=row.id,
+            category_id=categories[n % CATEGORIES].id,
+            bib=n + 1,
+            name=f"Climber {n}",
+        )
+        for n in range(COMPETITORS)
+    ]
+    judges = [
+        Person(id=uuid4(), email=f"judge{n}@example.com", name=f"Judge {n}", password_hash="!")
+        for n in range(JUDGES)
+    ]
     with server.database.writing() as session:
         for rows in ([row, *judges], [one, *categories], [*problems, *entries]):
             session.add_all(rows)
             session.flush()
-        session.add_all(Membership(gym_id=world.gym.id, person_id=judge.id, role="judge")
-                        for judge in judges)  # fmt: skip
+        session.add_all(
+            Membership(gym_id=world.gym.id, person_id=judge.id, role="judge") for judge in judges
+        )
         cookies = [sign_in(session, judge.id, "phone", 1) for judge in judges]
-    return Cup(row.id, f"{world.path}/competitions/{row.id}", [e.id for e in entries],
-               [p.id for p in problems], cookies)  # fmt: skip
+    return Cup(
+        row.id,
+        f"{world.path}/competitions/{row.id}",
+        [e.id for e in entries],
+        [p.id for p in problems],
+        cookies,
+    )
 
 
 async def listen(address: str, cup: Cup, screen: Screen) -> None:
@@ -144,8 +172,9 @@ async def judge(address: str, cup: Cup, rate: float, seconds: float, seen: Seen)
             headers = {"cookie": f"{COOKIE}={cup.cookies[number % JUDGES]}"}
             for _ in range(2 if number % 50 == 0 else 1):
                 try:
-                    answer = await client.put(f"{cup.path}/events/{event}", json=body,
-                                              headers=headers)  # fmt: skip
+                    answer = await client.put(
+                        f"{cup.path}/events/{event}", json=body, headers=headers
+                    )
                 except httpx.HTTPError:
                     seen.statuses[0] += 1
                     continue
@@ -159,8 +188,12 @@ async def judge(address: str, cup: Cup, rate: float, seconds: float, seen: Seen)
 
         def drawn(number: int) -> tuple[str, dict[str, Any]]:
             moment = now().isoformat()
-            body: dict[str, Any] = {"device": f"judge-{number % JUDGES}", "number": number,
-                                    "made_at": moment, "sent_at": moment}  # fmt: skip
+            body: dict[str, Any] = {
+                "device": f"judge-{number % JUDGES}",
+                "number": number,
+                "made_at": moment,
+                "sent_at": moment,
+            }
             if events and number % 20 == 0:
                 event, taken = events[int(rng.integers(len(events)))]
                 back = {name: taken[name] for name in ("entry_id", "problem_id")}
@@ -170,7 +203,7 @@ async def judge(address: str, cup: Cup, rate: float, seconds: float, seen: Seen)
                 "problem_id": str(cup.problems[int(rng.integers(PROBLEMS))]),
                 "kind": str(rng.choice(["attempt", "zone", "top"], p=[0.4, 0.25, 0.35])),
                 "n": int(rng.integers(1, 8)),
-            }  # fmt: skip
+            }
             return str(uuid4()), body
 
         await paced(rate, seconds, one)
@@ -265,15 +298,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def report(seen: Seen, lost: int, wrong: int, args: Any) -> None:
     """Print the results."""
     kind = "PostgreSQL" if args.database else "SQLite"
-    print(f"{kind}, {args.rate:.0f} events a second for {args.seconds:.0f} s, {COMPETITORS} "
-          f"competitors, {JUDGES} judges, {args.listeners} listeners, {cores()} cores, "
-          f"load {os.getloadavg()[0]:.1f}")  # fmt: skip
+    print(
+        f"{kind}, {args.rate:.0f} events a second for {args.seconds:.0f} s, {COMPETITORS} "
+        f"competitors, {JUDGES} judges, {args.listeners} listeners, {cores()} cores, "
+        f"load {os.getloadavg()[0]:.1f}"
+    )
     for name, values in (("answered after", seen.waited), ("board behind", behind(seen))):
         p50, p95, most = np.percentile(values, [50, 95, 100])
         print(f"{name:<15} p50 {p50:5.2f}  p95 {p95:5.2f}  most {most:5.2f} s")
     bad = sum(number for status, number in seen.statuses.items() if status not in (200, 201))
-    print(f"events accepted: {len(seen.accepted)}, refused: {bad}, lost: {lost}, "
-          f"sent twice and kept once: {seen.statuses[200]}")  # fmt: skip
+    print(
+        f"events accepted: {len(seen.accepted)}, refused: {bad}, lost: {lost}, "
+        f"sent twice and kept once: {seen.statuses[200]}"
+    )
     print(f"ranks other than the reference's: {wrong}")
 
 

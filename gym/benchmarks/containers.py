@@ -97,8 +97,18 @@ class Images:
         container = self.call("from", _IMAGE)
         settings = [f"--env={name}={value}" for name, value in environment.items()]
         mounts = [f"--volume={data}:/data", f"--volume={backups(data)}:/backups"]
-        return [*self._words, "run", "--network=host", *mounts, *settings, container, "--",
-                "walltopo", "gym", *words]  # fmt: skip
+        return [
+            *self._words,
+            "run",
+            "--network=host",
+            *mounts,
+            *settings,
+            container,
+            "--",
+            "walltopo",
+            "gym",
+            *words,
+        ]
 
 
 def backups(data: Path) -> Path:
@@ -122,11 +132,16 @@ class Day:
         httpx.put(f"{s3}/{name}").raise_for_status()
         self._images = images
         self._environment = {
-            "WALLTOPO_GYM_DATABASE": self.database, "WALLTOPO_GYM_OBJECTS": f"s3://{name}",
-            "WALLTOPO_GYM_WORKERS": "0", "WALLTOPO_GYM_NEW_GYMS": "anyone",
-            "AWS_ENDPOINT": s3, "AWS_ALLOW_HTTP": "true", "AWS_REGION": "us-east-1",
-            "AWS_ACCESS_KEY_ID": "gym", "AWS_SECRET_ACCESS_KEY": "gym",
-        }  # fmt: skip
+            "WALLTOPO_GYM_DATABASE": self.database,
+            "WALLTOPO_GYM_OBJECTS": f"s3://{name}",
+            "WALLTOPO_GYM_WORKERS": "0",
+            "WALLTOPO_GYM_NEW_GYMS": "anyone",
+            "AWS_ENDPOINT": s3,
+            "AWS_ALLOW_HTTP": "true",
+            "AWS_REGION": "us-east-1",
+            "AWS_ACCESS_KEY_ID": "gym",
+            "AWS_SECRET_ACCESS_KEY": "gym",
+        }
 
     @contextmanager
     def running(self, log: Path, *words: str) -> Iterator[None]:
@@ -134,9 +149,11 @@ class Day:
         command = self._images.command(self.data, self._environment, *words)
         with log.open("ab") as stream:
             child = subprocess.Popen(
-                command, stdout=stream, stderr=stream,
+                command,
+                stdout=stream,
+                stderr=stream,
                 env=os.environ | {"BUILDAH_ISOLATION": "chroot"},
-            )  # fmt: skip
+            )
             try:
                 yield
                 if child.poll() is not None:
@@ -152,9 +169,12 @@ class Day:
         """Run a command in a container to its end; return its output."""
         command = self._images.command(self.data, self._environment, *words)
         done = subprocess.run(
-            command, env=os.environ | {"BUILDAH_ISOLATION": "chroot"}, capture_output=True,
-            text=True, check=False,
-        )  # fmt: skip
+            command,
+            env=os.environ | {"BUILDAH_ISOLATION": "chroot"},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
         if done.returncode != 0:
             raise SystemExit(f"walltopo gym {' '.join(words)}\n{done.stdout}{done.stderr}")
         return done.stdout
@@ -186,14 +206,21 @@ def play(day: Day, folder: Path, photos: Path) -> None:
     ):
         found = wait_for(lambda: re.search(r"http://[\d.]+:(\d+)", log.read_text()))
         places = {
-            "address": f"http://localhost:{found[1]}", "log": str(log), "password": PASSWORD,
-            "photos": str(photos.absolute()), "shots": str(folder),
-        }  # fmt: skip
+            "address": f"http://localhost:{found[1]}",
+            "log": str(log),
+            "password": PASSWORD,
+            "photos": str(photos.absolute()),
+            "shots": str(folder),
+        }
         (folder / "places.json").write_text(json.dumps(places))
         ended = subprocess.run(
-            ["node", "tests/whole_way.mjs", str(folder / "places.json")], cwd=_ROOT / "gym/web",
-            capture_output=True, text=True, timeout=_PATIENCE_S, check=False,
-        )  # fmt: skip
+            ["node", "tests/whole_way.mjs", str(folder / "places.json")],
+            cwd=_ROOT / "gym/web",
+            capture_output=True,
+            text=True,
+            timeout=_PATIENCE_S,
+            check=False,
+        )
         print(ended.stdout, end="")
         if ended.returncode:
             raise SystemExit(f"the browser came to no end: {ended.stderr[-3000:]}")

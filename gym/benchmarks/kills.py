@@ -165,8 +165,10 @@ class Setter(threading.Thread):
             for digest in self.photos.values()
             if (files / digest).is_file()
         )
-        listed = [row["name"] for row in
-                  self._client.get(f"{self._path}/scans/{self._scan}/photos").json()]  # fmt: skip
+        listed = [
+            row["name"]
+            for row in self._client.get(f"{self._path}/scans/{self._scan}/photos").json()
+        ]
         once = sum(listed.count(name) == 1 for name in self.photos)
         return (
             f"acknowledged meanwhile: {len(self.walls)} walls, {len(self.photos)} photos; "
@@ -180,8 +182,9 @@ def scanned(photos: Path, kill: bool, elsewhere: bool, database: bool) -> dict[s
     with works(elsewhere, database) as (running, world, data):
         cookie = world.people["setter"].headers["cookie"].partition("=")[2]
         client = browser(running.server.first_line, cookie)
-        scan, other = (client.post(f"{world.path}/walls/{world.wall.id}/scans").json()["id"]
-                       for _ in range(2))  # fmt: skip
+        scan, other = (
+            client.post(f"{world.path}/walls/{world.wall.id}/scans").json()["id"] for _ in range(2)
+        )
         path = f"{world.path}/scans/{scan}"
         for file in sorted(photos.iterdir()):
             content = file.read_bytes()
@@ -208,9 +211,15 @@ def scanned(photos: Path, kill: bool, elsewhere: bool, database: bool) -> dict[s
         holds = data / "files" / "scans" / scan / "holds.json"
         digest = hashlib.sha256(holds.read_bytes()).hexdigest() if holds.is_file() else ""
         manifest = json.loads((holds.parent / "scan.json").read_text())
-        return {"state": facts["state"], "error": facts["error"], "killed": killed, "holds": digest,
-                "stages": len(manifest["stages"]), "seconds": time.monotonic() - begun,
-                "kept": kept}  # fmt: skip
+        return {
+            "state": facts["state"],
+            "error": facts["error"],
+            "killed": killed,
+            "holds": digest,
+            "stages": len(manifest["stages"]),
+            "seconds": time.monotonic() - begun,
+            "kept": kept,
+        }
 
 
 def _facts(running: Works, cookie: str, path: str) -> dict[str, Any]:
@@ -238,8 +247,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         calm = scanned(photos, False, args.elsewhere, args.database)
         rough = scanned(photos, True, args.elsewhere, args.database)
     print(f"undisturbed: {calm['state']}, {calm['stages']} stages {calm['error']}")
-    print(f"killed in {len(rough['killed'])} of {len(stage_names())} stages "
-          f"({', '.join(rough['killed'])}): {rough['state']} {rough['error']}")  # fmt: skip
+    print(
+        f"killed in {len(rough['killed'])} of {len(stage_names())} stages "
+        f"({', '.join(rough['killed'])}): {rough['state']} {rough['error']}"
+    )
     print(f"the same holds.json: {'yes' if calm['holds'] == rough['holds'] else 'no'}")
     if args.database:
         print(rough["kept"])

@@ -127,8 +127,10 @@ def _report(
 ) -> None:
     """A line each kind, and all together."""
     kind = "PostgreSQL" if args.database else "SQLite"
-    print(f"{kind}, {args.rate:.0f} requests a second for {args.seconds:.0f} s, "
-          f"{cores()} cores, load {os.getloadavg()[0]:.1f}")  # fmt: skip
+    print(
+        f"{kind}, {args.rate:.0f} requests a second for {args.seconds:.0f} s, "
+        f"{cores()} cores, load {os.getloadavg()[0]:.1f}"
+    )
     print(f"{'':<20} {'p50':>7} {'p95':>7} {'p99':>7} ms")
     whole = [value for values in times.values() for value in values]
     for name, values in [*sorted(times.items()), ("all", whole)]:

@@ -65,8 +65,11 @@ def lighthouse() -> Path:
 def demo(data: Path) -> dict[str, str]:
     """Make the demo gym where it is missing; what the browser has to know of it."""
     words = ["--data", str(data), "--photos", str(_PHOTOS), "--no-serve"]
-    subprocess.run([sys.executable, "-m", "walltopo", "gym", "demo", *words],
-                   check=True, stdout=subprocess.DEVNULL)  # fmt: skip
+    subprocess.run(
+        [sys.executable, "-m", "walltopo", "gym", "demo", *words],
+        check=True,
+        stdout=subprocess.DEVNULL,
+    )
     with database_of(load_settings({"data": data})) as database, database.reading() as session:
         wall = session.scalars(select(Wall).join(Gym).where(Gym.slug == SLUG)).one()
         route = session.scalars(select(Route.id).where(Route.wall_id == wall.id)).first()
@@ -107,10 +110,18 @@ def driven(data: Path, turns: int) -> Iterator[tuple[str, Any]]:
         "public": ["/", "/sign-in", gym, wall, f"{wall}/r/{known['route']}"],
         "own": [gym, f"{wall}/r/{known['route']}", f"{gym}/progress", f"{gym}/board", "/me"],
     }
-    facts = known | pages | {
-        "address": address, "port": front, "target": back, "debugging": debugging,
-        "turns": turns, "lighthouse": str(lighthouse()),
-    }  # fmt: skip
+    facts = (
+        known
+        | pages
+        | {
+            "address": address,
+            "port": front,
+            "target": back,
+            "debugging": debugging,
+            "turns": turns,
+            "lighthouse": str(lighthouse()),
+        }
+    )
     places = data / "places.json"
     places.write_text(json.dumps(facts))
     places.chmod(0o600)
@@ -119,8 +130,12 @@ def driven(data: Path, turns: int) -> Iterator[tuple[str, Any]]:
     try:
         ended = subprocess.run(
             ["node", "tests/phone.mjs", str(places)],
-            cwd=_WEB, capture_output=True, text=True, timeout=_PATIENCE_S, check=False,
-        )  # fmt: skip
+            cwd=_WEB,
+            capture_output=True,
+            text=True,
+            timeout=_PATIENCE_S,
+            check=False,
+        )
     finally:
         process.stop()
         places.unlink()

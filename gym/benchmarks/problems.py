@@ -53,12 +53,22 @@ def fill(server: Server) -> Prepare:
         scans.append((scan, first))
     people = [_key(rng) for _ in range(CLIMBERS)]
     with server.database.writing() as session:
-        session.execute(insert(Person), [
-            {"id": person, "email": f"c{n}@example.com", "name": f"Climber {n}",
-             "password_hash": "!"} for n, person in enumerate(people)])  # fmt: skip
-        session.execute(insert(Membership), [
-            {"gym_id": world.gym.id, "person_id": person, "role": "member"}
-            for person in people])  # fmt: skip
+        session.execute(
+            insert(Person),
+            [
+                {
+                    "id": person,
+                    "email": f"c{n}@example.com",
+                    "name": f"Climber {n}",
+                    "password_hash": "!",
+                }
+                for n, person in enumerate(people)
+            ],
+        )
+        session.execute(
+            insert(Membership),
+            [{"gym_id": world.gym.id, "person_id": person, "role": "member"} for person in people],
+        )
         cookies = [sign_in(session, person, "phone", 1) for person in people[:_SIGNED_IN]]
     keys = [_key(rng) for _ in range(PROBLEMS)]
     for begin in range(0, PROBLEMS, _BATCH):
@@ -70,9 +80,18 @@ def fill(server: Server) -> Prepare:
             session.execute(insert(Problem), rows)
     pairs = {(int(rng.integers(PROBLEMS)), int(rng.integers(CLIMBERS))) for _ in range(ASCENTS)}
     with server.database.writing() as session:
-        session.execute(insert(ProblemAscent), [
-            {"problem_id": keys[problem], "person_id": people[person], "climbed_at": now(),
-             "edits": {}} for problem, person in sorted(pairs)])  # fmt: skip
+        session.execute(
+            insert(ProblemAscent),
+            [
+                {
+                    "problem_id": keys[problem],
+                    "person_id": people[person],
+                    "climbed_at": now(),
+                    "edits": {},
+                }
+                for problem, person in sorted(pairs)
+            ],
+        )
     public = [key for n, key in enumerate(keys) if n % 10]
     return _asking(world.path, str(world.wall.id), cookies, public)
 
@@ -83,11 +102,16 @@ def _problem(
     used = rng.choice(HOLDS, _USED, replace=False) + first
     uses = ["start", *["hand"] * (_USED - 2), "top"]
     return {
-        "wall_id": wall, "scan_id": scan, "person_id": people[int(rng.integers(CLIMBERS))],
-        "name": f"Problem {n}", "share": "gym" if n % 10 else "private", "matching": True,
+        "wall_id": wall,
+        "scan_id": scan,
+        "person_id": people[int(rng.integers(CLIMBERS))],
+        "name": f"Problem {n}",
+        "share": "gym" if n % 10 else "private",
+        "matching": True,
         "holds": [{"hold": one, "use": use} for one, use in zip(used.tolist(), uses, strict=True)],
-        "edits": {}, "created_at": now() - timedelta(minutes=PROBLEMS - n),
-    }  # fmt: skip
+        "edits": {},
+        "created_at": now() - timedelta(minutes=PROBLEMS - n),
+    }
 
 
 def _asking(path: str, wall: str, cookies: list[str], public: list[UUID]) -> Prepare:
@@ -109,9 +133,11 @@ def _asking(path: str, wall: str, cookies: list[str], public: list[UUID]) -> Pre
                 words = {"climbed_at": now().isoformat()}
                 return Request(kind, f"{one}/climbed", cookie, "PUT", body=words)
             where = {
-                "first page": listed, "a late page": f"{listed}?cursor={cursor}",
-                "one's own": f"{listed}?mine=true", "one problem": one,
-            }[kind]  # fmt: skip
+                "first page": listed,
+                "a late page": f"{listed}?cursor={cursor}",
+                "one's own": f"{listed}?mine=true",
+                "one problem": one,
+            }[kind]
             return Request(kind, where, cookie)
 
         return draw

@@ -60,26 +60,50 @@ def crowd(server: Server, world: World) -> list[str]:
 
     people = [key() for _ in range(CLIMBERS)]
     with server.database.writing() as session:
-        session.execute(insert(Person), [
-            {"id": person, "email": f"c{n}@example.com", "name": f"Climber {n}",
-             "password_hash": "!"} for n, person in enumerate(people)])  # fmt: skip
-        session.execute(insert(Membership), [
-            {"gym_id": world.gym.id, "person_id": person, "role": "member"}
-            for person in people])  # fmt: skip
+        session.execute(
+            insert(Person),
+            [
+                {
+                    "id": person,
+                    "email": f"c{n}@example.com",
+                    "name": f"Climber {n}",
+                    "password_hash": "!",
+                }
+                for n, person in enumerate(people)
+            ],
+        )
+        session.execute(
+            insert(Membership),
+            [{"gym_id": world.gym.id, "person_id": person, "role": "member"} for person in people],
+        )
         routes = list(session.scalars(select(Route.id)))
         at = now()
         rows = [
-            {"id": key(), "person_id": people[int(rng.integers(CLIMBERS))], "gym_id": world.gym.id,
-             "route_id": routes[int(rng.integers(len(routes)))], "gym_name": "Hall",
-             "route_name": "R", "grade": "6A", "kind": str(rng.choice(["flash", "top", "try"])),
-             "tries": 1, "climbed_at": at - timedelta(minutes=n)} for n in range(ASCENTS)
-        ]  # fmt: skip
+            {
+                "id": key(),
+                "person_id": people[int(rng.integers(CLIMBERS))],
+                "gym_id": world.gym.id,
+                "route_id": routes[int(rng.integers(len(routes)))],
+                "gym_name": "Hall",
+                "route_name": "R",
+                "grade": "6A",
+                "kind": str(rng.choice(["flash", "top", "try"])),
+                "tries": 1,
+                "climbed_at": at - timedelta(minutes=n),
+            }
+            for n in range(ASCENTS)
+        ]
         session.execute(insert(Ascent), rows)
-        pairs = {(int(rng.integers(CLIMBERS)), int(rng.integers(len(routes))))
-                 for _ in range(OPINIONS)}  # fmt: skip
-        session.execute(insert(Opinion), [
-            {"person_id": people[who], "route_id": routes[which], "stars": 3, "wish": "keep"}
-            for who, which in pairs])  # fmt: skip
+        pairs = {
+            (int(rng.integers(CLIMBERS)), int(rng.integers(len(routes)))) for _ in range(OPINIONS)
+        }
+        session.execute(
+            insert(Opinion),
+            [
+                {"person_id": people[who], "route_id": routes[which], "stars": 3, "wish": "keep"}
+                for who, which in pairs
+            ],
+        )
         return [sign_in(session, person, "phone", 1) for person in people[:_SIGNED_IN]]
 
 

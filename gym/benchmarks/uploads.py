@@ -44,8 +44,15 @@ class Hall:
         self._process = self._start()
 
     def _start(self) -> Process:
-        return Process(self._data, "serve", "--port", str(self.port), workers="0",
-                       max_photos="5000", requests_per_minute="0")  # fmt: skip
+        return Process(
+            self._data,
+            "serve",
+            "--port",
+            str(self.port),
+            workers="0",
+            max_photos="5000",
+            requests_per_minute="0",
+        )
 
     def arrived(self) -> None:
         """Another photo is there; perhaps it is time."""
@@ -61,9 +68,13 @@ class Hall:
 
 
 def send_badly(
-    rng: random.Random, address: str, headers: httpx.Headers, place: str, content: bytes,
+    rng: random.Random,
+    address: str,
+    headers: httpx.Headers,
+    place: str,
+    content: bytes,
     counted: Counter[str],
-) -> None:  # fmt: skip
+) -> None:
     """One photo, however often it takes."""
     client = httpx.Client(base_url=address + "/api/v1", headers=headers, timeout=20)
     with client:
@@ -85,9 +96,13 @@ def send_badly(
 
 
 def cut_short(
-    address: str, headers: httpx.Headers, place: str, content: bytes, offset: int,
+    address: str,
+    headers: httpx.Headers,
+    place: str,
+    content: bytes,
+    offset: int,
     rng: random.Random,
-) -> None:  # fmt: skip
+) -> None:
     """Begin to send the rest, and go after some bytes, or in the middle of the headers."""
     parts = urlsplit(address)
     head = (
@@ -158,8 +173,10 @@ def print_figures(
     print(f"sends cut: {counted['cut']}, while the server was away: {counted['refused']}")
     print(f"server killed: {hall.kills}")
     print(f"stored: {len(list(store.iterdir()))}, bytes equal: {equal}")
-    print(f"rows: {sum(rows.values())}, twice: {sum(n > 1 for n in rows.values())}, "
-          f"unfinished: {waiting[0]}")  # fmt: skip
+    print(
+        f"rows: {sum(rows.values())}, twice: {sum(n > 1 for n in rows.values())}, "
+        f"unfinished: {waiting[0]}"
+    )
     print(f"left in incoming: {len(list((data / 'incoming').iterdir()))}")
 
 

@@ -55,8 +55,12 @@ def walked(data: Path, photos: Path, quick: bool) -> list[dict[str, Any]]:
     try:
         ended = subprocess.run(
             ["node", "tests/whole_way.mjs", str(data / "places.json")],
-            cwd=_ROOT / "gym/web", capture_output=True, text=True, timeout=_PATIENCE_S, check=False,
-        )  # fmt: skip
+            cwd=_ROOT / "gym/web",
+            capture_output=True,
+            text=True,
+            timeout=_PATIENCE_S,
+            check=False,
+        )
     finally:
         process.stop()
     parts = [json.loads(line) for line in ended.stdout.splitlines()]

@@ -61,8 +61,11 @@ def _nothing_slow_under_a_lock(monkeypatch: pytest.MonkeyPatch) -> Iterator[None
 
     def report(work: str) -> None:
         stack = traceback.extract_stack()
-        ours = [f"{Path(frame.filename).name}:{frame.lineno} {frame.name}" for frame in stack
-                if "walltopo_gym" in frame.filename]  # fmt: skip
+        ours = [
+            f"{Path(frame.filename).name}:{frame.lineno} {frame.name}"
+            for frame in stack
+            if "walltopo_gym" in frame.filename
+        ]
         found.append(f"{work}: {' > '.join(ours)}")
 
     monkeypatch.setattr(lock, "report", report)

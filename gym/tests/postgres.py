@@ -46,8 +46,19 @@ class Postgres:
         self.address = f"tester@127.0.0.1:{port}"
         self._options = f"-k {self._place} -p {port} -c listen_addresses=127.0.0.1"
         self._options += f" -c fsync={'on' if fsync else 'off'}"
-        self._call("initdb", "-D", self._data, "-A", "trust", "-U", "tester",
-                   "--no-sync", "--no-locale", "-E", "UTF8")  # fmt: skip
+        self._call(
+            "initdb",
+            "-D",
+            self._data,
+            "-A",
+            "trust",
+            "-U",
+            "tester",
+            "--no-sync",
+            "--no-locale",
+            "-E",
+            "UTF8",
+        )
 
     @property
     def _data(self) -> str:
@@ -55,8 +66,19 @@ class Postgres:
 
     def start(self) -> None:
         """Start it, after a kill too: it then recovers what it had acknowledged."""
-        self._call("pg_ctl", "-D", self._data, "-w", "-t", "600", "-o", self._options, "-l",
-                   f"{self._place}/server.log", "start")  # fmt: skip
+        self._call(
+            "pg_ctl",
+            "-D",
+            self._data,
+            "-w",
+            "-t",
+            "600",
+            "-o",
+            self._options,
+            "-l",
+            f"{self._place}/server.log",
+            "start",
+        )
 
     def kill(self) -> None:
         """SIGKILL to the server and to all of its processes."""
@@ -76,8 +98,9 @@ class Postgres:
     def _call(self, program: str, *words: str) -> None:
         command = [str(self._programs / program), *words]
         with (self._place / "log").open("ab") as log:
-            subprocess.run(command, check=True, user=self._user, cwd=self._place, stdout=log,
-                           stderr=log)  # fmt: skip
+            subprocess.run(
+                command, check=True, user=self._user, cwd=self._place, stdout=log, stderr=log
+            )
 
 
 def free_port() -> int:

@@ -55,9 +55,12 @@ class Process:
         self._log = (data / f"{command}.log").open("ab")
         self._child = subprocess.Popen(
             [sys.executable, "-m", "walltopo", "gym", command, "--data", str(data), *words],
-            stdout=subprocess.PIPE, stderr=self._log, text=True, env=os.environ | environment,
+            stdout=subprocess.PIPE,
+            stderr=self._log,
+            text=True,
+            env=os.environ | environment,
             start_new_session=True,
-        )  # fmt: skip
+        )
         assert self._child.stdout is not None
         begun = select.select([self._child.stdout], [], [], PATIENCE_S)[0]
         self.first_line = self._child.stdout.readline().strip() if begun else ""
@@ -114,8 +117,9 @@ def announce(client: httpx.Client, path: str, name: str, content: bytes) -> http
 def send(client: httpx.Client, place: str, content: bytes, offset: int = 0) -> httpx.Response:
     """Send what is left of a photo from an offset on."""
     headers = TUS | {
-        "upload-offset": str(offset), "content-type": "application/offset+octet-stream",
-    }  # fmt: skip
+        "upload-offset": str(offset),
+        "content-type": "application/offset+octet-stream",
+    }
     path = place.partition(PREFIX)[2]
     return client.patch(path, headers=headers, content=content[offset:])
 

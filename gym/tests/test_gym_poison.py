@@ -253,9 +253,8 @@ def test_a_webhook_that_fails_is_set_aside(
     with listener() as (url, received):
         with server.database.writing() as session:
             rows = [
-                Webhook(gym_id=world.gym.id, url=url, secret="whsec_AAAA")
-                for world in (bad, good)
-            ]  # fmt: skip
+                Webhook(gym_id=world.gym.id, url=url, secret="whsec_AAAA") for world in (bad, good)
+            ]
             session.add_all(rows)
             session.flush()
             for name, value in poison.items():
@@ -276,8 +275,16 @@ def test_a_webhook_that_fails_is_set_aside(
 def queue_message(world: World, kind: str, target: str, **body: object) -> None:
     person = world.people["member"].id
     assert person is not None
-    row = Message(id=uuid4(), person_id=person, gym_id=world.gym.id, kind=kind,
-                  subject=str(uuid4()), target=target, body=body, error="")  # fmt: skip
+    row = Message(
+        id=uuid4(),
+        person_id=person,
+        gym_id=world.gym.id,
+        kind=kind,
+        subject=str(uuid4()),
+        target=target,
+        body=body,
+        error="",
+    )
     with world.server.database.writing() as session:
         session.add(row)
         job = MAILS if kind == DIGEST else PUSHES
@@ -364,8 +371,7 @@ def test_a_gym_whose_news_cannot_be_found_delays_no_other(
 def _tell_all(server: Server) -> None:
     settings = server.settings.model_copy(update={"webhooks_to_private": True})
     worker = MessageSender(settings, server.database, server.outbox)
-    do_all(server, Task(MAILS, worker.mail, note_failure),
-           Task(PUSHES, worker.push, note_failure))  # fmt: skip
+    do_all(server, Task(MAILS, worker.mail, note_failure), Task(PUSHES, worker.push, note_failure))
 
 
 def _is_given_up(world: World, why: str) -> None:

@@ -37,9 +37,13 @@ def test_a_table_of_one_column_stays_one(language: str) -> None:
 
 @pytest.mark.parametrize(
     ("language", "line"),
-    [("en", "Jana,24.9,0.5,-3"), ("de", "Jana;24,9;0,5;-3"), ("fr", "Jana;24,9;0,5;-3"),
-     ("de-CH", "Jana;24.9;0.5;-3")],
-)  # fmt: skip
+    [
+        ("en", "Jana,24.9,0.5,-3"),
+        ("de", "Jana;24,9;0,5;-3"),
+        ("fr", "Jana;24,9;0,5;-3"),
+        ("de-CH", "Jana;24.9;0.5;-3"),
+    ],
+)
 def test_numbers_stay_numbers_in_the_spreadsheets_of_a_language(language: str, line: str) -> None:
     row = {"name": "Jana", "points": Decimal("24.9"), "share": 0.5, "note": -3}
     assert csv_table(COLUMNS, [row], dialect_of(language)).splitlines()[1] == line
@@ -47,11 +51,18 @@ def test_numbers_stay_numbers_in_the_spreadsheets_of_a_language(language: str, l
 
 @pytest.mark.parametrize(
     ("languages", "separator", "decimal"),
-    [("", ",", "."), ("*", ",", "."), ("en-GB,en;q=0.9,de;q=0.8", ",", "."),
-     ("de-AT,de;q=0.9,en;q=0.8", ";", ","), ("es,fr;q=0.5,en;q=0.1", ";", ","),
-     ("en;q=0.3, cs;q=0.7", ";", ","), ("de;q=0, en", ",", "."), ("DE-ch", ";", "."),
-     ("ja;q=x;;,", ",", ".")],
-)  # fmt: skip
+    [
+        ("", ",", "."),
+        ("*", ",", "."),
+        ("en-GB,en;q=0.9,de;q=0.8", ",", "."),
+        ("de-AT,de;q=0.9,en;q=0.8", ";", ","),
+        ("es,fr;q=0.5,en;q=0.1", ";", ","),
+        ("en;q=0.3, cs;q=0.7", ";", ","),
+        ("de;q=0, en", ",", "."),
+        ("DE-ch", ";", "."),
+        ("ja;q=x;;,", ",", "."),
+    ],
+)
 def test_the_preferred_known_language_decides(languages: str, separator: str, decimal: str) -> None:
     dialect = dialect_of(languages)
     assert (dialect.separator, dialect.decimal) == (separator, decimal)

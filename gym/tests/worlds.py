@@ -96,8 +96,13 @@ class Server:
     """
 
     def __init__(self, folder: Path, url: str = "", **settings: object) -> None:
-        given = {"data": folder, "address": ORIGIN, "new_gyms": "anyone", "database": url,
-                 "requests_per_minute": 0}  # fmt: skip
+        given = {
+            "data": folder,
+            "address": ORIGIN,
+            "new_gyms": "anyone",
+            "database": url,
+            "requests_per_minute": 0,
+        }
         self.settings = load_settings(given | settings, {})
         self.database = open_database(self.settings)
         if self.database.is_sqlite:  # as fast as it gets; none of these tests cuts the power
@@ -135,9 +140,14 @@ class Server:
             self.app.state.services = self.services
 
     def ask(
-        self, method: str, path: str, who: Somebody = NOBODY, json: object = None,
-        headers: dict[str, str] | None = None, content: bytes | None = None,
-    ) -> httpx.Response:  # fmt: skip
+        self,
+        method: str,
+        path: str,
+        who: Somebody = NOBODY,
+        json: object = None,
+        headers: dict[str, str] | None = None,
+        content: bytes | None = None,
+    ) -> httpx.Response:
         """One request of somebody."""
         with_who = {**who.headers, **(headers or {})}
         return self.client().request(
@@ -165,8 +175,13 @@ class Server:
         secret, kept = new_secret(TOKEN_PREFIX)
         assert who.id is not None
         with self.database.writing() as session:
-            row = ApiToken(person_id=who.id, name="t", token_hash=kept, scopes=list(scopes),
-                           expires_at=now() + timedelta(days=365))  # fmt: skip
+            row = ApiToken(
+                person_id=who.id,
+                name="t",
+                token_hash=kept,
+                scopes=list(scopes),
+                expires_at=now() + timedelta(days=365),
+            )
             session.add(row)
         return Somebody(who.id, who.email, {"authorization": f"Bearer {secret}"})
 

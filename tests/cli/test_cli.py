@@ -13,8 +13,19 @@ import pytest
 import walltopo
 from walltopo.cli import build_parser, main
 
-HEAVY = ("cv2", "pycolmap", "numba", "scipy", "trimesh", "onnxruntime", "torch", "networkit",
-         "starlette", "uvicorn", "asyncio")  # fmt: skip
+HEAVY = (
+    "cv2",
+    "pycolmap",
+    "numba",
+    "scipy",
+    "trimesh",
+    "onnxruntime",
+    "torch",
+    "networkit",
+    "starlette",
+    "uvicorn",
+    "asyncio",
+)
 
 
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:

@@ -20,10 +20,23 @@ def test_names_within_a_folder_are_joined(tmp_path: Path, name: str) -> None:
 @pytest.mark.parametrize(
     "name",
     [
-        "", ".", "..", "../a.jpg", "a/../../b.jpg", "/etc/passwd", "\\\\host\\a.jpg", "C:\\a.jpg",
-        "C:a.jpg", "..\\a.jpg", "a\x00.jpg", "a\n.jpg", "\x1b[31m.jpg", "\ud800.jpg", "a" * 256,
+        "",
+        ".",
+        "..",
+        "../a.jpg",
+        "a/../../b.jpg",
+        "/etc/passwd",
+        "\\\\host\\a.jpg",
+        "C:\\a.jpg",
+        "C:a.jpg",
+        "..\\a.jpg",
+        "a\x00.jpg",
+        "a\n.jpg",
+        "\x1b[31m.jpg",
+        "\ud800.jpg",
+        "a" * 256,
     ],
-)  # fmt: skip
+)
 def test_names_that_lead_out_are_refused(tmp_path: Path, name: str) -> None:
     with pytest.raises(InputError, match="name"):
         join_inside(tmp_path, name)

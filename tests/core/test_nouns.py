@@ -32,9 +32,14 @@ def test_mask_crop_and_back(bitmap: np.ndarray) -> None:
 )
 def test_bad_masks_are_refused(kwargs: dict[str, object], message: str) -> None:
     values: dict[str, object] = {
-        "bitmap": np.ones((4, 4), dtype=np.bool_), "x": 0, "y": 0, "width": 10, "height": 10,
-        "label": 1, "score": 1.0,
-    }  # fmt: skip
+        "bitmap": np.ones((4, 4), dtype=np.bool_),
+        "x": 0,
+        "y": 0,
+        "width": 10,
+        "height": 10,
+        "label": 1,
+        "score": 1.0,
+    }
     with pytest.raises(InputError, match=message):
         Mask(**(values | kwargs))  # type: ignore[arg-type]
 

@@ -61,10 +61,16 @@ def made_holds() -> list[Hold]:
         for number in range(first, first + 6):
             holds.append(
                 Hold(
-                    number, "hold", type="jug", colour=colour, colour_rgb=rgb,
-                    position=PLACE[number], size=0.2, review=number == 2,
+                    number,
+                    "hold",
+                    type="jug",
+                    colour=colour,
+                    colour_rgb=rgb,
+                    position=PLACE[number],
+                    size=0.2,
+                    review=number == 2,
                 )
-            )  # fmt: skip
+            )
     volume = Hold(VOLUME, "volume", type="volume", role="volume", position=PLACE[VOLUME], size=0.2)
     return [*holds, volume]
 

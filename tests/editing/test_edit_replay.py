@@ -93,8 +93,10 @@ def test_split_makes_a_new_route_with_the_id_that_was_requested() -> None:
 
 def test_all_entries_together_skip_few_ids() -> None:
     """Tables have a row for each id, so ids that skip further and further take all memory."""
-    far = [Split(route=route(1, 1), holds=(ref(5),), new=900),
-           Split(route=route(1, 1), holds=(ref(6),), new=1_800)]  # fmt: skip
+    far = [
+        Split(route=route(1, 1), holds=(ref(5),), new=900),
+        Split(route=route(1, 1), holds=(ref(6),), new=1_800),
+    ]
     found = members(after(far))
     assert (found[900], found[901]) == ([5], [6])
 
@@ -314,9 +316,13 @@ def test_an_entry_that_finds_nothing_is_reported_and_changes_nothing(edit: Edit)
 
 
 PROBLEM = SetProblem(
-    hands=(ref(2), ref(12), ref(23)), start=(ref(2),), top=(ref(23),), feet=(ref(21),), new=4,
+    hands=(ref(2), ref(12), ref(23)),
+    start=(ref(2),),
+    top=(ref(23),),
+    feet=(ref(21),),
+    new=4,
     proposed=True,
-)  # fmt: skip
+)
 
 
 def test_a_problem_shares_holds_and_takes_none_away() -> None:
@@ -361,12 +367,20 @@ SOME = st.lists(HOLDS, min_size=1, max_size=3).map(tuple)
 AT = st.sampled_from(list(PLACE.values()))
 NEW = st.integers(0, 70)
 ENTRIES: Any = st.one_of(
-    st.builds(SetHold, hold=HOLDS, colour=st.sampled_from([None, "red", "blue", "pink"]),
-              kind=st.sampled_from([None, "hold", "volume"])),
+    st.builds(
+        SetHold,
+        hold=HOLDS,
+        colour=st.sampled_from([None, "red", "blue", "pink"]),
+        kind=st.sampled_from([None, "hold", "volume"]),
+    ),
     st.builds(Remove, hold=HOLDS),
     st.builds(Keep, hold=HOLDS),
-    st.builds(SetRole, hold=HOLDS, route=ROUTES,
-              role=st.sampled_from(["start", "top", "zone", "foot", "hand"])),
+    st.builds(
+        SetRole,
+        hold=HOLDS,
+        route=ROUTES,
+        role=st.sampled_from(["start", "top", "zone", "foot", "hand"]),
+    ),
     st.builds(Paint, hold=st.one_of(HOLDS, st.just(Ref(0))), at=AT, radius_m=st.floats(0.01, 0.7)),
     st.builds(Cut, hold=HOLDS, points=st.tuples(AT, AT), new=NEW),
     st.builds(Join, holds=SOME),
@@ -377,7 +391,7 @@ ENTRIES: Any = st.one_of(
     st.builds(Share, hold=HOLDS, route=ROUTES),
     st.builds(Leave, hold=HOLDS, route=ROUTES),
     st.builds(SetRoute, route=ROUTES, name=st.sampled_from([None, "", "Owl"])),
-)  # fmt: skip
+)
 
 
 @settings(max_examples=60)

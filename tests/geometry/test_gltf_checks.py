@@ -35,19 +35,26 @@ def glb(nodes: list[Json], meshes: list[Json], triangles: int = 1) -> bytes:
         {"buffer": 0, "byteOffset": corners.nbytes, "byteLength": order.nbytes},
     ]
     table = {
-        "asset": {"version": "2.0"}, "accessors": accessors, "bufferViews": views,
+        "asset": {"version": "2.0"},
+        "accessors": accessors,
+        "bufferViews": views,
         "buffers": [{"byteLength": corners.nbytes + order.nbytes}],
-        "meshes": meshes, "nodes": nodes, "scene": 0,
+        "meshes": meshes,
+        "nodes": nodes,
+        "scene": 0,
         "scenes": [{"nodes": [n for n in range(len(nodes)) if n not in below]}],
-    }  # fmt: skip
+    }
     text = json.dumps(table).encode()
     text += b" " * (-len(text) % 4)
     data = corners.tobytes() + order.tobytes()
     size = 12 + 8 + len(text) + 8 + len(data)
     return (
-        struct.pack("<4sII", b"glTF", 2, size) + struct.pack("<I4s", len(text), b"JSON") + text
-        + struct.pack("<I4s", len(data), b"BIN\0") + data
-    )  # fmt: skip
+        struct.pack("<4sII", b"glTF", 2, size)
+        + struct.pack("<I4s", len(text), b"JSON")
+        + text
+        + struct.pack("<I4s", len(data), b"BIN\0")
+        + data
+    )
 
 
 def chain(length: int) -> list[Json]:
@@ -90,13 +97,27 @@ def test_nodes_inside_each_other_are_read(tmp_path: Path) -> None:
         ([{"children": [1, 1]}, {"mesh": 0}], [_MESH], "two nodes"),
         ([{"children": [7], "mesh": 0}], [_MESH], "no node 7"),
     ],
-    ids=["deep", "very deep", "nodes", "primitives", "meshes", "drawn", "circle", "itself",
-         "two parents", "twice", "missing"],
-)  # fmt: skip
+    ids=[
+        "deep",
+        "very deep",
+        "nodes",
+        "primitives",
+        "meshes",
+        "drawn",
+        "circle",
+        "itself",
+        "two parents",
+        "twice",
+        "missing",
+    ],
+)
 def test_a_scene_that_costs_too_much_never_reaches_trimesh(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, nodes: list[Json], meshes: list[Json],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    nodes: list[Json],
+    meshes: list[Json],
     word: str,
-) -> None:  # fmt: skip
+) -> None:
     path = tmp_path / "m.glb"
     path.write_bytes(glb(nodes, meshes))
     with unread(monkeypatch), pytest.raises(InputError, match=word):

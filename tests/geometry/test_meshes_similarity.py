@@ -102,8 +102,11 @@ def test_fit_refuses_what_tells_no_rotation(points: NDArray[np.float64]) -> None
 
 def test_mean_rotation_of_a_symmetric_bunch_is_its_middle() -> None:
     middle = Rotation.from_rotvec([0.5, 0.2, -1.1])
-    bunch = [(Rotation.from_rotvec(d * axis) * middle).as_matrix()
-             for axis in np.eye(3) for d in (-0.3, 0.3)]  # fmt: skip
+    bunch = [
+        (Rotation.from_rotvec(d * axis) * middle).as_matrix()
+        for axis in np.eye(3)
+        for d in (-0.3, 0.3)
+    ]
     assert np.allclose(mean_rotation(bunch), middle.as_matrix(), atol=1e-9)
 
 

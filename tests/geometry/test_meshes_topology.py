@@ -68,8 +68,10 @@ def test_neighbours_share_the_edge(faces: Faces) -> None:
 @settings(deadline=None)
 @given(soups(), st.data())
 def test_patches_are_regions_of_one_label(faces: Faces, data: st.DataObject) -> None:
-    label = np.array(data.draw(st.lists(st.integers(-1, 1), min_size=len(faces),
-                                        max_size=len(faces))), dtype=np.int32)  # fmt: skip
+    label = np.array(
+        data.draw(st.lists(st.integers(-1, 1), min_size=len(faces), max_size=len(faces))),
+        dtype=np.int32,
+    )
     neighbours = face_neighbours(faces)
     face, corner = np.nonzero(neighbours >= 0)
     other = neighbours[face, corner]

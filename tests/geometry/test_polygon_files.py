@@ -15,8 +15,14 @@ from walltopo.geometry.mesh_files import read_mesh, read_mesh_file, write_ply
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0], [2, 1, 0]], "<f4")
 POLYGONS = [[0, 1, 2, 3], [1, 4, 2], [4, 5, 2], [0, 1, 4, 5, 2]]
 TRIANGLES = [
-    [0, 1, 2], [0, 2, 3], [1, 4, 2], [4, 5, 2], [0, 1, 4], [0, 4, 5], [0, 5, 2],
-]  # fmt: skip
+    [0, 1, 2],
+    [0, 2, 3],
+    [1, 4, 2],
+    [4, 5, 2],
+    [0, 1, 4],
+    [0, 4, 5],
+    [0, 5, 2],
+]
 FILE_FACE = [0, 0, 1, 2, 3, 3, 3]
 V = "".join(f"v {x} {y} {z}\n" for x, y, z in CORNERS)
 
@@ -76,8 +82,10 @@ def test_negative_indices_count_from_the_face(tmp_path: Path) -> None:
     lines = V.splitlines()
     text = "\n".join([*lines[:3], "f -3 -2 -1", *lines[3:], "f -3 -2 -1", "f 1 -1 2"])
     assert read_mesh(obj(tmp_path / "a.obj", text)).faces.tolist() == [
-        [0, 1, 2], [3, 4, 5], [0, 5, 1],
-    ]  # fmt: skip
+        [0, 1, 2],
+        [3, 4, 5],
+        [0, 5, 1],
+    ]
 
 
 def test_colours_of_vertices_come_along(tmp_path: Path) -> None:

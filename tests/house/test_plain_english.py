@@ -32,8 +32,17 @@ BEGINNING = re.compile(
     r"\A(?:What|Where|Whose|Which|Of) [^A-Z]|[.:;]\s+(?:What|Whose|Which|Of) [^A-Z]"
 )
 NAMES = {
-    "told", "said", "asked", "whoever", "shelf", "shelve", "desk", "surety", "surest", "occasions",
-}  # fmt: skip
+    "told",
+    "said",
+    "asked",
+    "whoever",
+    "shelf",
+    "shelve",
+    "desk",
+    "surety",
+    "surest",
+    "occasions",
+}
 APPS = ("viewer/src", "gym/web/src")
 GENERATED = {"gym/web/src/api/schema.d.ts", "viewer/src/data/wire.ts"}
 KEYS = {"told", "untold", "asked", "asking"}
@@ -125,8 +134,11 @@ def test_comments_of_the_apps_are_found() -> None:
     )
     found = list(_app_texts(source))
     assert found == [
-        (1, "Return the wall."), (2, "One.\nTwo\nthree."), (5, "Four."), (6, "Five\nsix."),
-    ]  # fmt: skip
+        (1, "Return the wall."),
+        (2, "One.\nTwo\nthree."),
+        (5, "Four."),
+        (6, "Five\nsix."),
+    ]
 
 
 @pytest.mark.parametrize("app", APPS)

@@ -63,8 +63,11 @@ def test_a_scan_and_its_page(tiny_photos: Path, tmp_path: Path) -> None:
     assert python("-m", "walltopo", "status", out).returncode == 0
     view = subprocess.Popen(
         [sys.executable, "-m", "walltopo", "view", out, "--port", "0"],
-        env=environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-    )  # fmt: skip
+        env=environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
     assert view.stdout is not None
     shown = ""
     for line in view.stdout:

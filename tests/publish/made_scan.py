@@ -144,19 +144,35 @@ def made_hold(number: int, place: Any, radius: float, colour: str) -> Hold:
     x, z = map(float, place)
     red, green, blue = COLOURS[colour]
     return Hold(
-        number, "hold", type="jug", type_confidence=0.7, colour=colour,
-        colour_rgb=(red, green, blue), colour_confidence=0.9, position=(x, -0.5 * float(radius), z),
-        size=2 * float(radius), area=0.05, steepness_deg=10.0, photos=("IMG_1.jpg",),
-        review=number == 2, score=0.4 + 0.05 * (number % 12),
-    )  # fmt: skip
+        number,
+        "hold",
+        type="jug",
+        type_confidence=0.7,
+        colour=colour,
+        colour_rgb=(red, green, blue),
+        colour_confidence=0.9,
+        position=(x, -0.5 * float(radius), z),
+        size=2 * float(radius),
+        area=0.05,
+        steepness_deg=10.0,
+        photos=("IMG_1.jpg",),
+        review=number == 2,
+        score=0.4 + 0.05 * (number % 12),
+    )
 
 
 def made_route(number: int, holds: list[int], colour: str) -> Route:
     """A route over all its holds; the second has a hostile name."""
     return Route(
-        number, MARKUP if number == 2 else "", colour, tuple(holds), length=3.2,
-        steepness_deg=10.0, start=tuple(holds[:1]), top=tuple(holds[-1:]),
-    )  # fmt: skip
+        number,
+        MARKUP if number == 2 else "",
+        colour,
+        tuple(holds),
+        length=3.2,
+        steepness_deg=10.0,
+        start=tuple(holds[:1]),
+        top=tuple(holds[-1:]),
+    )
 
 
 def made_light(photos: int) -> SceneLight:
@@ -168,13 +184,24 @@ def made_light(photos: int) -> SceneLight:
 def made_scale(metric: bool) -> Scale:
     """Return the scale of one plate."""
     plate = Plate(
-        (0, 1, 2, 3), "a plate", used=metric, way="corners", scale=1.0, residual_mm=0.8,
-        error_px=0.2, photos=("IMG_1.jpg",), problem="",
-    )  # fmt: skip
+        (0, 1, 2, 3),
+        "a plate",
+        used=metric,
+        way="corners",
+        scale=1.0,
+        residual_mm=0.8,
+        error_px=0.2,
+        photos=("IMG_1.jpg",),
+        problem="",
+    )
     return Scale(
-        method="measure", scale=1.0, metric=metric, up_known=metric, floor_known=metric,
+        method="measure",
+        scale=1.0,
+        metric=metric,
+        up_known=metric,
+        floor_known=metric,
         plates=(plate,),
-    )  # fmt: skip
+    )
 
 
 def write_photos(scan: ScanFolder) -> None:

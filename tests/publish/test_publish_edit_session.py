@@ -29,9 +29,12 @@ from walltopo.scans.manifest import Manifest
 from walltopo.scans.routes import Routes
 
 SMALL = {
-    "first_triangles": 1000, "detail_triangles": 2000, "first_texture": 64, "detail_texture": 64,
+    "first_triangles": 1000,
+    "detail_triangles": 2000,
+    "first_texture": 64,
+    "detail_texture": 64,
     "archive_texture": 64,
-}  # fmt: skip
+}
 
 
 def built(root: Path, holds: int = 12) -> ScanFolder:
@@ -304,8 +307,10 @@ def test_roles_reach_every_table(tmp_path: Path) -> None:
     convert(read_wall(scan), "csv", tmp_path / "wall.csv")
     routes = list(csv.DictReader((tmp_path / "wall.routes.csv").open(encoding="utf-8")))
     assert (routes[0]["grade"], routes[0]["setter"], routes[0]["date"]) == (
-        "6b", "'=Ada", "2026-03-01",
-    )  # fmt: skip
+        "6b",
+        "'=Ada",
+        "2026-03-01",
+    )
     assert routes[0]["zone"] == str(second.id)
     holds = {line["id"]: line for line in csv.DictReader((tmp_path / "wall.csv").open())}
     assert holds[str(second.id)]["part"] == "zone"

@@ -19,8 +19,13 @@ from walltopo.scans.holds import Holds
 from walltopo.scans.instances import Relabelled
 from walltopo.scans.page_labels import PageLabels
 
-SETTINGS = ExportSettings(first_triangles=1000, detail_triangles=2500, first_texture=128,
-                          detail_texture=128, archive_texture=128)  # fmt: skip
+SETTINGS = ExportSettings(
+    first_triangles=1000,
+    detail_triangles=2500,
+    first_texture=128,
+    detail_texture=128,
+    archive_texture=128,
+)
 
 
 @pytest.fixture(scope="module")
@@ -31,8 +36,11 @@ def wall(tmp_path_factory: pytest.TempPathFactory) -> WallModel:
 def test_an_edit_writes_labels_and_no_geometry(tmp_path: Path) -> None:
     scan = build_scan(tmp_path / "scan", cells=60)
     export_scan(scan, SETTINGS)
-    tiers = [scan.page_assets / f"{name}.{kind}" for name in ("first", "detail")
-             for kind in ("glb", "js")]  # fmt: skip
+    tiers = [
+        scan.page_assets / f"{name}.{kind}"
+        for name in ("first", "detail")
+        for kind in ("glb", "js")
+    ]
     before = [(path.stat().st_ino, path.stat().st_mtime_ns) for path in tiers]
     face = np.flatnonzero(read_wall(scan).face_instance == 0)[:100].astype(np.int32)
     Relabelled(face, np.full(100, 3, np.int32)).save(scan.relabelled)

@@ -339,14 +339,36 @@ def test_without_edit_nothing_is_read_or_saved(scan: ScanFolder) -> None:
 
 
 SECRETS = [
-    "/scan.json", "/photos/IMG_1.jpg", "/page/../scan.json", "/page/%2e%2e/scan.json",
-    "/page/..%2fscan.json", "/page%2ffirst.js", "/page%5cfirst.js", "/../../etc/passwd",
-    "//etc/passwd", "/etc/passwd", "/page", "/page/", "/page/.hidden", "/.lock", "/page/%00",
-    "/page/first.js%00.png", "/page/first.js/", "/page//first.js", "/page/./first.js",
-    "/page/%0a", "/holds.edits.json", "/edits.json", "/%69ndex.html", "/page/link.js",
+    "/scan.json",
+    "/photos/IMG_1.jpg",
+    "/page/../scan.json",
+    "/page/%2e%2e/scan.json",
+    "/page/..%2fscan.json",
+    "/page%2ffirst.js",
+    "/page%5cfirst.js",
+    "/../../etc/passwd",
+    "//etc/passwd",
+    "/etc/passwd",
+    "/page",
+    "/page/",
+    "/page/.hidden",
+    "/.lock",
+    "/page/%00",
+    "/page/first.js%00.png",
+    "/page/first.js/",
+    "/page//first.js",
+    "/page/./first.js",
+    "/page/%0a",
+    "/holds.edits.json",
+    "/edits.json",
+    "/%69ndex.html",
+    "/page/link.js",
     "/page/inside.js",
-    "/cutouts/folder", "/page/%c3%28", "/page/" + "a" * 300, "http://evil.example/index.html",
-]  # fmt: skip
+    "/cutouts/folder",
+    "/page/%c3%28",
+    "/page/" + "a" * 300,
+    "http://evil.example/index.html",
+]
 
 
 @pytest.mark.parametrize("path", SECRETS)

@@ -142,10 +142,22 @@ def mutated(requests: list[bytes], chance: random.Random) -> bytes:
 
 
 BITS = [
-    b"\r\n", b"\x00", b" ", b":", b"%00", b"%2e%2e", b"\xff", b"9" * 12, b"-1", b"\t", b"HTTP/1.0",
-    b"Transfer-Encoding: chunked\r\n", b"Content-Length: 3\r\n", b"Expect: 100-continue\r\n",
+    b"\r\n",
+    b"\x00",
+    b" ",
+    b":",
+    b"%00",
+    b"%2e%2e",
+    b"\xff",
+    b"9" * 12,
+    b"-1",
+    b"\t",
+    b"HTTP/1.0",
+    b"Transfer-Encoding: chunked\r\n",
+    b"Content-Length: 3\r\n",
+    b"Expect: 100-continue\r\n",
     b"Upgrade: websocket\r\nConnection: upgrade\r\n",
-]  # fmt: skip
+]
 
 
 def test_nor_do_hundreds_of_broken_requests(root: Path) -> None:

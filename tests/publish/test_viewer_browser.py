@@ -260,9 +260,13 @@ def run_npx(*command: str, **environment: str) -> subprocess.CompletedProcess[st
     """Run a program of the viewer's packages."""
     return subprocess.run(
         [str(VIEWER / "node_modules" / ".bin" / command[0]), *command[1:]],
-        cwd=VIEWER, capture_output=True, text=True, timeout=9000, check=False,
+        cwd=VIEWER,
+        capture_output=True,
+        text=True,
+        timeout=9000,
+        check=False,
         env={**os.environ, **environment},
-    )  # fmt: skip
+    )
 
 
 def run_playwright(
@@ -414,6 +418,10 @@ def test_budgets() -> None:
 def test_the_viewers_types_are_right() -> None:
     done = subprocess.run(
         ["node_modules/.bin/tsc", "--noEmit"],
-        cwd=VIEWER, capture_output=True, text=True, timeout=900, check=False,
-    )  # fmt: skip
+        cwd=VIEWER,
+        capture_output=True,
+        text=True,
+        timeout=900,
+        check=False,
+    )
     assert done.returncode == 0, done.stdout[-3000:]

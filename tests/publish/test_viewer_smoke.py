@@ -23,10 +23,19 @@ def test_a_wall_opens_and_a_tap_lights_its_route(
     listing = tmp_path / "places.json"
     listing.write_text(json.dumps({"disk": scan.page.as_uri(), "shots": str(tmp_path)}))
     done = subprocess.run(
-        ["node_modules/.bin/playwright", "test", "--grep", "opens from disk|a tap on a hold",
-         f"--output={tmp_path / 'out'}"],
-        cwd=VIEWER, capture_output=True, text=True, timeout=900, check=False,
+        [
+            "node_modules/.bin/playwright",
+            "test",
+            "--grep",
+            "opens from disk|a tap on a hold",
+            f"--output={tmp_path / 'out'}",
+        ],
+        cwd=VIEWER,
+        capture_output=True,
+        text=True,
+        timeout=900,
+        check=False,
         env={**os.environ, "WALLTOPO_PLACES": str(listing)},
-    )  # fmt: skip
+    )
     assert done.returncode == 0, done.stdout[-8000:] + done.stderr[-2000:]
     assert "2 passed" in done.stdout

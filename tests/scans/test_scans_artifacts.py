@@ -56,9 +56,12 @@ def test_an_optional_artifact_is_taken_away_by_none(tmp_path: Path) -> None:
 
     folder = ScanFolder(tmp_path)
     value = Aligned(
-        reference="../old", align="rigid", reference_moved=0.0, shared_points=9,
+        reference="../old",
+        align="rigid",
+        reference_moved=0.0,
+        shared_points=9,
         frame=Frame(True, True, False),
-    )  # fmt: skip
+    )
     ScanFolder.aligned.store(folder, value)
     assert ScanFolder.aligned.load(folder) == value
     for _ in range(2):

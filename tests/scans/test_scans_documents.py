@@ -88,15 +88,16 @@ GOOD: dict[Any, dict[str, Any]] = {
         ],
     },
     Manifest: {
-        "version": 1, "walltopo": "", "settings": {}, "sources": [],
+        "version": 1,
+        "walltopo": "",
+        "settings": {},
+        "sources": [],
         "stages": {"lift": {"state": "done"}},
     },
     PhotoList: {"photos": []},
     Routes: {"routes": [{"id": 1}]},
-    Scale: {
-        "method": "none", "scale": 1, "metric": True, "up_known": True, "floor_known": True
-    },
-}  # fmt: skip
+    Scale: {"method": "none", "scale": 1, "metric": True, "up_known": True, "floor_known": True},
+}
 BROKEN: list[tuple[Any, tuple[Any, ...], Any, str]] = [
     (Holds, ("holds", 0, "position"), [0, 0], r"holds\[0\]\.position"),
     (Holds, ("holds", 0, "role"), "boss", r"holds\[0\]\.role"),

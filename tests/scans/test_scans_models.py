@@ -98,7 +98,7 @@ def _text(*swaps: tuple[str, str, str]) -> Callable[[Path], None]:
         (_text(("cameras.txt", "1024 768 1280", "1024 768 -1280")), "focal"),
         (_text(("rigs.txt", "CAMERA 1", "CAMERA 7")), "7"),
     ],
-)  # fmt: skip
+)
 def test_text_models_are_held_against_the_same(
     model: Path, change: Callable[[Path], None], named: str
 ) -> None:

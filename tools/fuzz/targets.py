@@ -291,7 +291,9 @@ def _documents() -> dict[str, Any]:
     return {
         "routes.json": Routes(routes=(route,), unrouted=(2,), volumes=(3,)),
         "holds.json": Holds(
-            metric=True, palette=(PaletteColour("red", (200, 0, 0)),), holds=(hold,),
+            metric=True,
+            palette=(PaletteColour("red", (200, 0, 0)),),
+            holds=(hold,),
             left_out=(Hold(2, "hold", position=at, photos=("a.jpg",), left_out="small"),),
         ),
         "instances.json": InstanceRecords(
@@ -303,12 +305,16 @@ def _documents() -> dict[str, Any]:
             skipped=(SkippedFile("b.jpg", "blurred"),),
         ),
         "scale.json": Scale(
-            method="measure", scale=1.0, metric=True, up_known=True, floor_known=True,
+            method="measure",
+            scale=1.0,
+            metric=True,
+            up_known=True,
+            floor_known=True,
             plates=(plate,),
         ),
         "cutouts/index.json": CutoutIndex(cutouts=(Cutout(1, "1_0.png", "a.jpg", 30, 2.0, False),)),
         "edits.json": _log_of_all(),
-    }  # fmt: skip
+    }
 
 
 def _make_documents(root: Path) -> None:

@@ -69,9 +69,15 @@ def write_film(frames: Sequence[Picture], out: Path, rate: int = RATE) -> int:
     for quality in QUALITIES:
         # Store only the changes of each frame, because most of it is static.
         frames[0].save(
-            out, save_all=True, append_images=list(frames[1:]), duration=1000 // rate, loop=0,
-            quality=quality, method=4, minimize_size=True,
-        )  # fmt: skip
+            out,
+            save_all=True,
+            append_images=list(frames[1:]),
+            duration=1000 // rate,
+            loop=0,
+            quality=quality,
+            method=4,
+            minimize_size=True,
+        )
         size = out.stat().st_size
         if size <= MAX_BYTES:
             return size

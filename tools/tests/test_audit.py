@@ -7,8 +7,11 @@ import json
 from tools.audit import code_of, of_npm, of_python, report
 
 WELL = {"name": "numpy", "version": "2.4.0", "vulns": []}
-WEAK = {"name": "pillow", "version": "9.0.0",
-        "vulns": [{"id": "PYSEC-1", "fix_versions": ["9.0.1"], "aliases": []}]}  # fmt: skip
+WEAK = {
+    "name": "pillow",
+    "version": "9.0.0",
+    "vulns": [{"id": "PYSEC-1", "fix_versions": ["9.0.1"], "aliases": []}],
+}
 OWN = {"name": "walltopo-gym", "skip_reason": "distribution marked as editable"}
 NOT_FOUND = {"name": "rich", "skip_reason": "rich (15.0.0) is not on PyPI"}
 

@@ -100,9 +100,13 @@ def test_grades_a_gyms_line_is_plain_least_squares(known: list[Known], place: fl
 
 
 @given(
-    known=COUNTS, place=PLACES, grade=st.integers(0, 23), votes=st.integers(1, 40),
-    more=st.integers(1, 40), width=st.integers(1, 6),
-)  # fmt: skip
+    known=COUNTS,
+    place=PLACES,
+    grade=st.integers(0, 23),
+    votes=st.integers(1, 40),
+    more=st.integers(1, 40),
+    width=st.integers(1, 6),
+)
 def test_grades_more_and_surer_votes_pull_towards_them(
     known: list[Known], place: float, grade: int, votes: int, more: int, width: int
 ) -> None:

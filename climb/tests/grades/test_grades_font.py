@@ -38,8 +38,17 @@ def test_grades_have_one_v_grade_each_and_never_fall() -> None:
 
 @pytest.mark.parametrize(
     ("label", "ends"),
-    [("6A", (5, 5)), ("V3", (5, 6)), ("VB", (0, 2)), ("V17", (23, 23)), ("6a", None), ("V18", None),
-     ("Blue", None), ("V", None), ("", None)],
-)  # fmt: skip
+    [
+        ("6A", (5, 5)),
+        ("V3", (5, 6)),
+        ("VB", (0, 2)),
+        ("V17", (23, 23)),
+        ("6a", None),
+        ("V18", None),
+        ("Blue", None),
+        ("V", None),
+        ("", None),
+    ],
+)
 def test_grades_say_which_places_they_mean(label: str, ends: tuple[int, int] | None) -> None:
     assert grade_ends(label) == ends

@@ -13,20 +13,44 @@ from walltopo_climb.grades.scales import SCALES, french_place
 @pytest.mark.parametrize(
     ("scale", "text", "label"),
     [
-        ("font", "6a", "6A"), ("font", "fb 6A+", "6A+"), ("font", "6a+ / 6b", "6A+/6B"),
-        ("font", "6A+-6B", "6A+/6B"), ("font", "5a", "5A"), ("font", "5C", "5C"),
-        ("font", "5", "5"), ("font", "6", None), ("font", "6A-", None), ("font", "6B/6A", None),
-        ("font", "6A/6A", None), ("font", "V4", None), ("font", "", None),
-        ("font", "6A/6B/6C", None), ("font", "9B", None),
-        ("v", "v4", "V4"), ("v", "vb", "VB"), ("v", "V4-5", "V4-5"), ("v", "V4/V5", "V4-5"),
-        ("v", "VB-0", "VB-0"), ("v", "V18", None), ("v", "4", None), ("v", "V5-4", None),
-        ("french", "6A+", "6a+"), ("french", "6a+/6b", "6a+/6b"), ("french", "5", "5"),
-        ("french", "F7c", "7c"), ("french", "6", None), ("french", "VI", None),
-        ("uiaa", "vi+", "VI+"), ("uiaa", "6+", "6+"), ("uiaa", "VII\u2212", "VII-"),
-        ("uiaa", "VI+/VII-", "VI+/VII-"), ("uiaa", "IIII", None), ("uiaa", "6a", None),
+        ("font", "6a", "6A"),
+        ("font", "fb 6A+", "6A+"),
+        ("font", "6a+ / 6b", "6A+/6B"),
+        ("font", "6A+-6B", "6A+/6B"),
+        ("font", "5a", "5A"),
+        ("font", "5C", "5C"),
+        ("font", "5", "5"),
+        ("font", "6", None),
+        ("font", "6A-", None),
+        ("font", "6B/6A", None),
+        ("font", "6A/6A", None),
+        ("font", "V4", None),
+        ("font", "", None),
+        ("font", "6A/6B/6C", None),
+        ("font", "9B", None),
+        ("v", "v4", "V4"),
+        ("v", "vb", "VB"),
+        ("v", "V4-5", "V4-5"),
+        ("v", "V4/V5", "V4-5"),
+        ("v", "VB-0", "VB-0"),
+        ("v", "V18", None),
+        ("v", "4", None),
+        ("v", "V5-4", None),
+        ("french", "6A+", "6a+"),
+        ("french", "6a+/6b", "6a+/6b"),
+        ("french", "5", "5"),
+        ("french", "F7c", "7c"),
+        ("french", "6", None),
+        ("french", "VI", None),
+        ("uiaa", "vi+", "VI+"),
+        ("uiaa", "6+", "6+"),
+        ("uiaa", "VII\u2212", "VII-"),
+        ("uiaa", "VI+/VII-", "VI+/VII-"),
+        ("uiaa", "IIII", None),
+        ("uiaa", "6a", None),
         ("uiaa", "13", None),
     ],
-)  # fmt: skip
+)
 def test_a_grade_is_spelled_as_its_scale_does(scale: str, text: str, label: str | None) -> None:
     found = SCALES[scale].read(text)
     assert (None if found is None else found.label) == label
@@ -60,8 +84,16 @@ def test_uiaa_grades_lie_beside_french_ones(uiaa: str, french: str) -> None:
 
 @pytest.mark.parametrize(
     ("label", "ends"),
-    [("6A+/6B", (6, 7)), ("5A", (3, 3)), ("5B", (3, 4)), ("5C", (4, 4)), ("V4-5", (7, 10)),
-     ("VB-0", (0, 2)), ("6A/", None), ("6A/Blue", None)],
-)  # fmt: skip
+    [
+        ("6A+/6B", (6, 7)),
+        ("5A", (3, 3)),
+        ("5B", (3, 4)),
+        ("5C", (4, 4)),
+        ("V4-5", (7, 10)),
+        ("VB-0", (0, 2)),
+        ("6A/", None),
+        ("6A/Blue", None),
+    ],
+)
 def test_slash_grades_mean_the_places_of_both(label: str, ends: tuple[int, int] | None) -> None:
     assert grade_ends(label) == ends

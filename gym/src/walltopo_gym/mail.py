@@ -55,8 +55,11 @@ class ConsoleMailer:
     def send(self, mail: Mail) -> None:
         _LOG.warning(
             "mail (set `smtp_host` to have it sent)\n  to: %s\n  %s\n\n%s",
-            mail.to, mail.subject, mail.text, extra=OWN_LINES,
-        )  # fmt: skip
+            mail.to,
+            mail.subject,
+            mail.text,
+            extra=OWN_LINES,
+        )
 
     hand_over = send
 

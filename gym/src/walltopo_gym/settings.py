@@ -97,9 +97,10 @@ class GymSettings(BaseSettings):
     scan_settings: Path | None = Field(None, description="walltopo.toml for all scans")
 
     own_networks: bool = Field(
-        False, description="gyms may have a network of their own, trained at night; needs "
+        False,
+        description="gyms may have a network of their own, trained at night; needs "
         "walltopo-lab[train] where the worker runs",
-    )  # fmt: skip
+    )
     own_network_minutes: int = Field(60, ge=1, le=600, description="how long it is trained")
 
     @field_validator("proxies", "features", mode="before")

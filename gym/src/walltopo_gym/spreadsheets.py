@@ -52,8 +52,10 @@ def dialect_of(languages: str) -> CsvDialect:
     ----------
     languages : as in the header Accept-Language ("de-CH, fr;q=0.5"), or one language.
     """
-    tags = [(tag.strip().lower(), _weight(rest)) for tag, _, rest in
-            (each.partition(";") for each in languages.split(","))]  # fmt: skip
+    tags = [
+        (tag.strip().lower(), _weight(rest))
+        for tag, _, rest in (each.partition(";") for each in languages.split(","))
+    ]
     for tag, weight in sorted(tags, key=lambda pair: -pair[1]):
         found = _DIALECTS.get(tag) or _DIALECTS.get(tag.partition("-")[0])
         if found is not None and weight > 0:

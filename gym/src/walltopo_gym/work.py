@@ -52,15 +52,18 @@ def tasks_of(steps: ScanSteps) -> list[Task]:
     settings, database, store = steps.settings, steps.database, steps.store
     checks = PhotoChecks(database, store)
     tasks = [
-        Task(replace(SCANS, at_once=max(1, settings.workers)), ScanJobs(steps).see_through,
-             scans.note_failure),
+        Task(
+            replace(SCANS, at_once=max(1, settings.workers)),
+            ScanJobs(steps).see_through,
+            scans.note_failure,
+        ),
         Task(BATCHES, checks.check_batch),
         Task(PHOTOS, checks.check, photo_checks.note_failure),
         Task(OVERLAPS, Overlaps(database, store).answer, overlap.note_failure),
         Task(MOVES, SuggestedMoves(database, store).suggest, moves.note_failure),
         Task(PUBLICATIONS, lambda gym: plans.publish_due(database, UUID(gym)), plans.note_failure),
         Task(RECOUNTS, lambda gym: recount(database, UUID(gym))),
-    ]  # fmt: skip
+    ]
     if settings.own_networks:
         tasks.append(
             Task(own_network.TRAININGS, _own_networks(steps).train, own_network.note_failure)

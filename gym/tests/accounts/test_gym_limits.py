@@ -47,8 +47,9 @@ def accepted(server: Server, attempt: Callable[[Session, int], object]) -> int:
         return sum(pool.map(try_it, range(_AT_ONCE)))
 
 
-@pytest.mark.parametrize(("most", "count"), [one[1:] for one in _COUNTED],
-                         ids=[one[0] for one in _COUNTED])  # fmt: skip
+@pytest.mark.parametrize(
+    ("most", "count"), [one[1:] for one in _COUNTED], ids=[one[0] for one in _COUNTED]
+)
 def test_of_attempts_at_once_no_more_are_let_through(
     server: Server, most: int, count: Callable[[UUID, Session, int], None]
 ) -> None:

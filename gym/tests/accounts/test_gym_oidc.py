@@ -45,8 +45,11 @@ class Provider:
         return app
 
     def describe(self) -> Response:
-        places = {"authorization_endpoint": "authorize", "token_endpoint": "token",
-                  "jwks_uri": "keys"}  # fmt: skip
+        places = {
+            "authorization_endpoint": "authorize",
+            "token_endpoint": "token",
+            "jwks_uri": "keys",
+        }
         endpoints = {name: f"{self.address}/{path}" for name, path in places.items()}
         return jsonify(endpoints | {"issuer": self.address})
 
@@ -61,10 +64,14 @@ class Provider:
         shown = create_s256_code_challenge(request.form["code_verifier"])
         assert shown == sign_ins["code_challenge"]
         claims = {
-            "iss": self.address, "aud": sign_ins["client_id"], "exp": int(time.time()) + 60,
-            "iat": int(time.time()), "sub": "17", "nonce": sign_ins["nonce"],
+            "iss": self.address,
+            "aud": sign_ins["client_id"],
+            "exp": int(time.time()) + 60,
+            "iat": int(time.time()),
+            "sub": "17",
+            "nonce": sign_ins["nonce"],
             "email_verified": True,
-        }  # fmt: skip
+        }
         id_token = jwt.encode({"alg": "RS256", "kid": "1"}, claims | self.claims, self.key)
         return jsonify({"access_token": "a", "token_type": "Bearer", "id_token": id_token})
 
@@ -89,8 +96,13 @@ def provider(running: Provider) -> Provider:
 
 def browser(server: Server, provider: Provider, **settings: Any) -> TestClient:
     """At a server that has this provider."""
-    ways = {"oidc_issuer": provider.address, "oidc_client_id": "walls", "oidc_client_secret": "s",
-            "oidc_name": "Gym pass", **settings}  # fmt: skip
+    ways = {
+        "oidc_issuer": provider.address,
+        "oidc_client_id": "walls",
+        "oidc_client_secret": "s",
+        "oidc_name": "Gym pass",
+        **settings,
+    }
     fields = {name: getattr(server.services, name) for name in Services.__dataclass_fields__}
     fields["settings"] = server.settings.model_copy(update=ways)
     return TestClient(build_app(Services(**fields)), base_url=ORIGIN, follow_redirects=False)
@@ -249,9 +261,13 @@ def test_only_a_fresh_sign_in_at_the_provider_confirms_who_one_is(
 
 @pytest.mark.parametrize(
     ("audience", "party", "status"),
-    [(["walls"], None, 303), (["walls", "other"], "walls", 303),
-     (["walls", "other"], "other", 401), (["walls", "other"], None, 401)],
-)  # fmt: skip
+    [
+        (["walls"], None, 303),
+        (["walls", "other"], "walls", 303),
+        (["walls", "other"], "other", 401),
+        (["walls", "other"], None, 401),
+    ],
+)
 def test_a_token_for_several_clients_names_us_as_the_one(
     server: Server, provider: Provider, audience: list[str], party: str | None, status: int
 ) -> None:

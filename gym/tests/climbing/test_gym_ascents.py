@@ -104,9 +104,14 @@ def test_a_clock_of_another_time_zone_counts_as_now(world: World, route: str) ->
 
 
 @pytest.mark.parametrize(
-    ("days", "code"), [(300, "ascent-in-future"), (2, "ascent-in-future"),
-                       (-3, "ascent-too-early"), (-20_000, "ascent-too-early")],
-)  # fmt: skip
+    ("days", "code"),
+    [
+        (300, "ascent-in-future"),
+        (2, "ascent-in-future"),
+        (-3, "ascent-too-early"),
+        (-20_000, "ascent-too-early"),
+    ],
+)
 def test_an_ascent_of_an_impossible_day_is_refused(
     world: World, route: str, days: int, code: str
 ) -> None:
@@ -182,10 +187,16 @@ def test_opinions_are_counted_and_nobody_is_named(world: World, route: str) -> N
     tallies = f"{world.path}/walls/{world.wall.id}/tallies"
     assert world.server.ask("GET", tallies, world.people["member"]).json() == [
         {
-            "route_id": route, "ascents": {"flash": 1, "try": 1}, "climbers": 1, "stars": 4.5,
-            "crowd": "", "votes": 0, "grades": {}, "wishes": {"keep": 2},
+            "route_id": route,
+            "ascents": {"flash": 1, "try": 1},
+            "climbers": 1,
+            "stars": 4.5,
+            "crowd": "",
+            "votes": 0,
+            "grades": {},
+            "wishes": {"keep": 2},
         }
-    ]  # fmt: skip
+    ]
     assert world.server.ask("GET", path, world.people["member"]).json()["stars"] == 5
     comments = world.server.ask("GET", path.replace("opinion", "comments"), world.people["judge"])
     assert [facts["comment"] for facts in comments.json()["items"]] == ["Best of the hall"]

@@ -44,16 +44,32 @@ def test_ten_thousand_comments_come_in_pages_each_once(world: World, route: str)
     """Two thousand here: pages are all the same."""
     count, start = 2000, now() - timedelta(days=1)
     people = [
-        {"id": uuid4(), "email": f"{uuid4().hex}@example.com", "name": "x", "password_hash": "!",
-         "operator": False, "created_at": start} for _ in range(count)
-    ]  # fmt: skip
+        {
+            "id": uuid4(),
+            "email": f"{uuid4().hex}@example.com",
+            "name": "x",
+            "password_hash": "!",
+            "operator": False,
+            "created_at": start,
+        }
+        for _ in range(count)
+    ]
     with world.server.database.writing() as session:
         session.execute(insert(Person), people)
-        session.execute(insert(Opinion), [
-            {"route_id": UUID(route), "person_id": row["id"], "comment": "c",
-             "grade": "", "wish": "", "changed_at": start + timedelta(seconds=number // 3)}
-            for number, row in enumerate(people)
-        ])  # fmt: skip
+        session.execute(
+            insert(Opinion),
+            [
+                {
+                    "route_id": UUID(route),
+                    "person_id": row["id"],
+                    "comment": "c",
+                    "grade": "",
+                    "wish": "",
+                    "changed_at": start + timedelta(seconds=number // 3),
+                }
+                for number, row in enumerate(people)
+            ],
+        )
     seen, query = [], "?size=200"
     while query:
         page = read(world, route, "member", query)
@@ -93,8 +109,12 @@ def test_a_hidden_comment_is_its_authors_and_the_gyms(world: World, route: str) 
 def test_a_report_can_be_dismissed_by_its_own_gym_alone(world: World, route: str) -> None:
     server, other = world.server, make_world(world.server)
     assert say(world, route, "member") == 204
-    assert server.ask("PUT", of(world, route, "member", "report"), world.people["judge"],
-                      {}).status_code == 204  # fmt: skip
+    assert (
+        server.ask(
+            "PUT", of(world, route, "member", "report"), world.people["judge"], {}
+        ).status_code
+        == 204
+    )
     path = f"{world.path}/reports"
     report = server.ask("GET", path, world.owner).json()["items"][0]["id"]
     theirs = f"{other.path}/reports/{report}"

@@ -26,8 +26,13 @@ def ascent(world: World) -> str:
     """The member's."""
     scan = world.reviewed({1: [1]}, [hold(1, 0.0, 1.0)])
     assert world.publish(scan, {"number": 1, "name": "Moon"}).is_success
-    body = {"route_id": world.published()["routes"][0]["id"], "kind": "top", "tries": 1,
-            "climbed_at": now().isoformat(), "note": "psst"}  # fmt: skip
+    body = {
+        "route_id": world.published()["routes"][0]["id"],
+        "kind": "top",
+        "tries": 1,
+        "climbed_at": now().isoformat(),
+        "note": "psst",
+    }
     made = str(uuid4())
     path = f"{world.path}/ascents/{made}"
     assert world.server.ask("PUT", path, world.people["member"], body).is_success
@@ -67,8 +72,10 @@ def test_gyms_that_are_not_shared_stay_hidden(world: World, ascent: str) -> None
     assert world.server.ask("POST", join, world.people["member"]).is_success
     facts = seen(world, "member", other.people["judge"])
     assert ([gym["name"] for gym in facts["gyms"]], facts["ascents"], facts["pins"]) == (
-        [other.gym.name], [], []
-    )  # fmt: skip
+        [other.gym.name],
+        [],
+        [],
+    )
     assert len(seen(world, "member", world.people["judge"])["pins"]) == 1
 
 

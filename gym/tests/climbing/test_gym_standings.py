@@ -52,22 +52,31 @@ def hall(server: Server) -> World:
         for number in range(4):
             grade = ("Green", "Blue")[number % 2]
             session.add(
-                Route(wall_id=world.wall.id, name=f"R{number}", grade_system_id=system.id,
-                      grade=grade, set_on=BEGAN.date())
-            )  # fmt: skip
+                Route(
+                    wall_id=world.wall.id,
+                    name=f"R{number}",
+                    grade_system_id=system.id,
+                    grade=grade,
+                    set_on=BEGAN.date(),
+                )
+            )
     world.gym.time_zone = "America/Los_Angeles"
     return world
 
 
 CHANGES = st.one_of(
     st.tuples(
-        st.just("put"), st.integers(0, 7), st.integers(0, 2), st.integers(0, 3),
-        st.sampled_from(list(Kind)), st.integers(0, 5 * 24 * 4),
+        st.just("put"),
+        st.integers(0, 7),
+        st.integers(0, 2),
+        st.integers(0, 3),
+        st.sampled_from(list(Kind)),
+        st.integers(0, 5 * 24 * 4),
     ),
     st.tuples(st.just("drop"), st.integers(0, 7)),
     st.tuples(st.just("strip"), st.integers(0, 3)),
     st.tuples(st.just("show"), st.integers(0, 2), st.booleans()),
-)  # fmt: skip
+)
 
 
 @settings(max_examples=12, deadline=None)
@@ -115,9 +124,14 @@ def _routes(server: Server, hall: World) -> list[UUID]:
 
 
 def _carry_out(
-    session: Any, hall: World, change: tuple[Any, ...], people: list[UUID], keys: list[UUID],
-    owner: dict[UUID, UUID], routes: list[UUID],
-) -> None:  # fmt: skip
+    session: Any,
+    hall: World,
+    change: tuple[Any, ...],
+    people: list[UUID],
+    keys: list[UUID],
+    owner: dict[UUID, UUID],
+    routes: list[UUID],
+) -> None:
     gym = session.get_one(Gym, hall.gym.id)
     if change[0] == "put":
         _, number, who, which, kind, quarter = change
@@ -235,8 +249,9 @@ def routes(world: World) -> list[str]:
     scan = world.reviewed({1: [1, 2], 2: [3, 4], 3: [5, 6]}, holds)
     assert world.publish(scan, *({"number": n, "name": f"R{n}"} for n in (1, 2, 3))).is_success
     with world.server.database.writing() as session:
-        system = GradeSystem(gym_id=world.gym.id, name="F", kind="font",
-                             grades=[{"label": g} for g in FONT])  # fmt: skip
+        system = GradeSystem(
+            gym_id=world.gym.id, name="F", kind="font", grades=[{"label": g} for g in FONT]
+        )
         session.add(system)
         session.flush()
         found = session.scalars(
@@ -327,8 +342,10 @@ def test_progress_says_what_was_climbed(world: World, routes: list[str]) -> None
     assert payload["months"][-1]["hardest"] == "7A"
     assert [week["sessions"] for week in payload["weeks"]] == [1, 1, 0, 0, 0, 0, 0, 0, 1, 1]
     assert [(row["grade"], row["done"], row["of"]) for row in payload["current"]] == [
-        ("6A", 1, 1), ("6B", 0, 1), ("7A", 1, 1),
-    ]  # fmt: skip
+        ("6A", 1, 1),
+        ("6B", 0, 1),
+        ("7A", 1, 1),
+    ]
     with world.server.database.writing() as session:
         for route, (degrees, types) in zip(
             routes, ((-12.0, {"crimp": 3, "jug": 1}), (0.0, {}), (30.0, {"jug": 2})), strict=True
@@ -337,8 +354,10 @@ def test_progress_says_what_was_climbed(world: World, routes: list[str]) -> None
             session.execute(these.values(steepness_deg=degrees, hold_types=types))
     payload = read(world, "/progress")
     assert [tuple(row.values()) for row in payload["steepness"]] == [
-        ("slab", 1, 1, 0), ("vertical", 1, 0, 0), ("steep", 1, 1, 1),
-    ]  # fmt: skip
+        ("slab", 1, 1, 0),
+        ("vertical", 1, 0, 0),
+        ("steep", 1, 1, 1),
+    ]
     assert [tuple(row.values()) for row in payload["holds"]] == [
         ("crimp", 1, 1, 0),
         ("jug", 1, 1, 1),

@@ -34,9 +34,11 @@ def test_the_crowds_grade_is_the_median_of_enough_votes(votes: dict[str, int], c
 def route(world: World) -> str:
     """A graded route that hangs."""
     system = world.server.ask(
-        "POST", f"{world.path}/grade-systems", world.owner,
+        "POST",
+        f"{world.path}/grade-systems",
+        world.owner,
         {"name": "Ours", "kind": "font", "grades": [{"label": label} for label in LABELS]},
-    )  # fmt: skip
+    )
     scan = world.reviewed({1: [1, 2]}, [hold(1, 0.0, 1.0), hold(2, 0.3, 1.4)])
     entry = {"number": 1, "name": "Moon", "grade": "6A", "grade_system_id": system.json()["id"]}
     assert world.publish(scan, entry).is_success
@@ -60,8 +62,10 @@ def test_who_has_not_voted_sees_no_votes(world: World, route: str) -> None:
         for who, row in seen.items():
             seen[who] = row[0] if isinstance(row, list) else row["tally"]
         assert {who: row["grades"] for who, row in seen.items()} == {
-            "member": {}, "judge": spread, "owner": spread,
-        }  # fmt: skip
+            "member": {},
+            "judge": spread,
+            "owner": spread,
+        }
         assert {(row["crowd"], row["votes"]) for row in seen.values()} == {("6B", 3)}
 
 
@@ -77,8 +81,12 @@ def test_a_story_goes_back_over_resets(world: World, route: str) -> None:
 
 def test_a_logbook_has_notes_and_what_hangs_alone(world: World, route: str) -> None:
     path = f"{world.path}/ascents/{uuid4()}"
-    body = {"route_id": route, "kind": "project", "note": "left foot\nhigh",
-            "climbed_at": now().isoformat()}  # fmt: skip
+    body = {
+        "route_id": route,
+        "kind": "project",
+        "note": "left foot\nhigh",
+        "climbed_at": now().isoformat(),
+    }
     assert world.server.ask("PUT", path, world.people["member"], body).is_success
     opinion_body = {"stars": 4, "wish": "keep"}
     opinion = f"{world.path}/routes/{route}/opinion"

@@ -21,22 +21,41 @@ CUP: dict[str, Any] = {"name": "Cup", "format": "festival"} | SHEET
 def a_competition(world: World, state: str = "running") -> dict[str, Any]:
     """One with a qualification that runs, a final, and two entries, the member's the first."""
     row = Competition(
-        id=uuid4(), gym_id=world.gym.id, name="Cup", format="rounds", state=state,
-        waiver="I fall.", self_entry=True, self_scoring=True,
-    )  # fmt: skip
+        id=uuid4(),
+        gym_id=world.gym.id,
+        name="Cup",
+        format="rounds",
+        state=state,
+        waiver="I fall.",
+        self_entry=True,
+        self_scoring=True,
+    )
     category = Category(id=uuid4(), competition_id=row.id, place=0, name="Open")
     rounds = [
-        Round(id=uuid4(), competition_id=row.id, place=n, name=name, kind="open", quota=quota,
-              scoring={"rules": "ifsc-2025"}, state="waiting" if n else "running",
-              begun_at=None if n else now())
+        Round(
+            id=uuid4(),
+            competition_id=row.id,
+            place=n,
+            name=name,
+            kind="open",
+            quota=quota,
+            scoring={"rules": "ifsc-2025"},
+            state="waiting" if n else "running",
+            begun_at=None if n else now(),
+        )
         for n, (name, quota) in enumerate((("Qualification", None), ("Final", 1)))
-    ]  # fmt: skip
+    ]
     problem = Problem(id=uuid4(), round_id=rounds[0].id, place=0, name="A", category_ids=[])
     entries = [
-        Entry(competition_id=row.id, category_id=category.id, bib=n, name=f"Climber {n}",
-              person_id=person)
+        Entry(
+            competition_id=row.id,
+            category_id=category.id,
+            bib=n,
+            name=f"Climber {n}",
+            person_id=person,
+        )
         for n, person in enumerate((world.people["member"].id, None), 1)
-    ]  # fmt: skip
+    ]
     with world.server.database.writing() as session:
         for rows in ([row], [category, *rounds], [problem, *entries]):
             session.add_all(rows)
@@ -86,9 +105,15 @@ def a_top(world: World) -> dict[str, Any]:
         problem = session.scalar(select(Problem.id).where(Problem.round_id == one))
     moment = now().isoformat()
     return {
-        "entry_id": str(of_last(world, Entry)), "problem_id": str(problem), "kind": "top", "n": 1,
-        "device": "phone", "number": 1, "made_at": moment, "sent_at": moment,
-    }  # fmt: skip
+        "entry_id": str(of_last(world, Entry)),
+        "problem_id": str(problem),
+        "kind": "top",
+        "n": 1,
+        "device": "phone",
+        "number": 1,
+        "made_at": moment,
+        "sent_at": moment,
+    }
 
 
 def a_competitor(world: World) -> dict[str, Any]:

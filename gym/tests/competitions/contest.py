@@ -45,11 +45,18 @@ class Contest:
     def make(self) -> Contest:
         """Make it."""
         given = {
-            "name": "Spring Cup", "format": "festival", "categories": [{"name": "Open"}],
-            "rounds": [{"name": "Session", "scoring": {"rules": "points"},
-                        "route_ids": self.routes,
-                        "problems": [] if self.routes else [{"name": n} for n in PROBLEMS]}],
-        }  # fmt: skip
+            "name": "Spring Cup",
+            "format": "festival",
+            "categories": [{"name": "Open"}],
+            "rounds": [
+                {
+                    "name": "Session",
+                    "scoring": {"rules": "points"},
+                    "route_ids": self.routes,
+                    "problems": [] if self.routes else [{"name": n} for n in PROBLEMS],
+                }
+            ],
+        }
         answer = self.ask("POST", "", given | self.words)
         assert answer.status_code == 201, answer.text
         self.sheet = answer.json()
@@ -94,16 +101,28 @@ class Contest:
         return found
 
     def say(
-        self, entry: str, kind: str, which: int | None = None, n: int | None = None,
-        who: str = "judge", event: UUID | None = None, one: int = 0, **words: Any,
-    ) -> httpx.Response:  # fmt: skip
+        self,
+        entry: str,
+        kind: str,
+        which: int | None = None,
+        n: int | None = None,
+        who: str = "judge",
+        event: UUID | None = None,
+        one: int = 0,
+        **words: Any,
+    ) -> httpx.Response:
         """A score event about a problem by its number."""
         moment = now().isoformat()
         body = {
-            "entry_id": entry, "kind": kind, "n": n, "device": who, "number": next(_TAPS),
+            "entry_id": entry,
+            "kind": kind,
+            "n": n,
+            "device": who,
+            "number": next(_TAPS),
             "problem_id": None if which is None else self.problem(which, one),
-            "made_at": moment, "sent_at": moment,
-        } | words  # fmt: skip
+            "made_at": moment,
+            "sent_at": moment,
+        } | words
         return self.ask("PUT", f"/events/{event or uuid4()}", body, who)
 
     def board(self, who: str = "nobody", at: datetime | None = None) -> dict[str, Any]:

@@ -97,12 +97,14 @@ class Reference:
         _, zone, top = mark
         worth = task.points or one.scoring.worth
         if one.scoring.rules == "points":
-            return Fraction(worth["flash" if top == 1 else "top" if top else "zone"]
-                            if zone or top else 0)  # fmt: skip
+            return Fraction(
+                worth["flash" if top == 1 else "top" if top else "zone"] if zone or top else 0
+            )
         rivals = [
-            self.mark(other, task) for other in self.sheet.entries
+            self.mark(other, task)
+            for other in self.sheet.entries
             if other.category == who.category and not self.is_out(other)
-        ]  # fmt: skip
+        ]
         points = Fraction(0)
         if top:
             points += Fraction(worth["top"], sum(1 for _, _, t in rivals if t))
@@ -133,9 +135,11 @@ class Reference:
         return {
             who.id: None
             if mine is None
-            else 1 + sum(
-                1 for other, theirs in standings
+            else 1
+            + sum(
+                1
+                for other, theirs in standings
                 if theirs is not None and other.category == who.category and theirs > mine
             )
             for who, mine in standings
-        }  # fmt: skip
+        }

@@ -31,9 +31,17 @@ def key(kind: int, number: int) -> UUID:
 
 
 ENTRIES = tuple(
-    Competitor(key(2, n), CATEGORIES[n % 2], n + 1, f"Climber {n}", ("", "Blue", "Red")[n % 3], "",
-               10 * (n % 2)) for n in range(7)
-)  # fmt: skip
+    Competitor(
+        key(2, n),
+        CATEGORIES[n % 2],
+        n + 1,
+        f"Climber {n}",
+        ("", "Blue", "Red")[n % 3],
+        "",
+        10 * (n % 2),
+    )
+    for n in range(7)
+)
 
 
 @st.composite
@@ -44,25 +52,50 @@ def sheets(draw: st.DrawFn) -> Sheet:
     rounds = []
     for number in range(1 if form in (Format.FESTIVAL, Format.NIGHT) else 2):
         tasks = tuple(
-            Task(key(3 + number, n), str(n), "red",
-                 draw(st.sampled_from([None, {"flash": 9, "top": 7, "zone": 3}])),
-                 frozenset(CATEGORIES[:1]) if n == 3 else frozenset())
+            Task(
+                key(3 + number, n),
+                str(n),
+                "red",
+                draw(st.sampled_from([None, {"flash": 9, "top": 7, "zone": 3}])),
+                frozenset(CATEGORIES[:1]) if n == 3 else frozenset(),
+            )
             for n in range(4)
-        )  # fmt: skip
-        scoring = Scoring.of({
-            "rules": draw(st.sampled_from(rules)), "best": draw(st.sampled_from([None, 2])),
-            "zone": 10,
-        })  # fmt: skip
+        )
+        scoring = Scoring.of(
+            {
+                "rules": draw(st.sampled_from(rules)),
+                "best": draw(st.sampled_from([None, 2])),
+                "zone": 10,
+            }
+        )
         is_final = number == 1 and form == Format.ROUNDS
         starters = frozenset(who.id for who in ENTRIES[:4]) if is_final else None
         rounds.append(
-            RoundSheet(key(9, number), f"Round {number}", "open", "running", scoring,
-                       4 if is_final else None, now(), tasks, starters)
-        )  # fmt: skip
+            RoundSheet(
+                key(9, number),
+                f"Round {number}",
+                "open",
+                "running",
+                scoring,
+                4 if is_final else None,
+                now(),
+                tasks,
+                starters,
+            )
+        )
     return Sheet(
-        key(1, 1), "Cup", form, "running", 1, None, draw(st.sampled_from([None, 1])), 2,
-        tuple((category, str(category)) for category in CATEGORIES), tuple(rounds), ENTRIES,
-    )  # fmt: skip
+        key(1, 1),
+        "Cup",
+        form,
+        "running",
+        1,
+        None,
+        draw(st.sampled_from([None, 1])),
+        2,
+        tuple((category, str(category)) for category in CATEGORIES),
+        tuple(rounds),
+        ENTRIES,
+    )
 
 
 def seen(sheet: Sheet, chance: Random) -> list[Fact]:
@@ -147,8 +180,11 @@ def test_equal_ranks_are_shared_and_the_next_is_as_much_later() -> None:
     keys = {name: (Fraction(value),) for name, value in zip("abcd", (5, 9, 5, 1), strict=True)}
     places = ranked(keys)
     assert [(name, places[name].rank, places[name].tied) for name in "badc"] == [
-        ("b", 1, False), ("a", 2, True), ("d", 4, False), ("c", 2, True),
-    ]  # fmt: skip
+        ("b", 1, False),
+        ("a", 2, True),
+        ("d", 4, False),
+        ("c", 2, True),
+    ]
 
 
 @pytest.mark.parametrize(

@@ -49,8 +49,10 @@ def test_a_festival_from_the_routes_on_the_wall(public: World) -> None:
     board = contest.board()
     lines = board["categories"][0]["lines"]
     assert [(x["rank"], x["name"], x["points"]) for x in lines] == [
-        (1, "Ivo", "140"), (2, "Jana", "120"), (3, "Uma", "0"),
-    ]  # fmt: skip
+        (1, "Ivo", "140"),
+        (2, "Jana", "120"),
+        (3, "Uma", "0"),
+    ]
     # Stripped, the problem stays what it was.
     strip = f"{public.path}/routes/{routes[0]}/strip"
     assert public.server.ask("POST", strip, public.people["setter"]).is_success
@@ -135,8 +137,14 @@ def test_who_may_enter_what(public: World) -> None:
 def test_own_results_in_their_window_by_a_wrong_clock(public: World) -> None:
     """A phone whose clock is a year behind, offline for an hour; and one that is too late."""
     over = now() - timedelta(minutes=30)
-    rounds = [{"name": "Night", "scoring": {"rules": "most"}, "problems": [{"name": "A"}],
-               "closes_at": over.isoformat()}]  # fmt: skip
+    rounds = [
+        {
+            "name": "Night",
+            "scoring": {"rules": "most"},
+            "problems": [{"name": "A"}],
+            "closes_at": over.isoformat(),
+        }
+    ]
     contest = running(public, format="night", rounds=rounds, self_entry=True, self_scoring=True)
     body = {"category_id": contest.sheet["categories"][0]["id"]}
     mine = contest.ask("PUT", "/mine", body, "member").json()["entry"]["id"]
@@ -145,8 +153,9 @@ def test_own_results_in_their_window_by_a_wrong_clock(public: World) -> None:
 
     def late(hours: float) -> int:
         made = phone - timedelta(hours=hours)
-        answer = contest.say(mine, "top", 0, 1, who="member", made_at=made.isoformat(),
-                             sent_at=phone.isoformat())  # fmt: skip
+        answer = contest.say(
+            mine, "top", 0, 1, who="member", made_at=made.isoformat(), sent_at=phone.isoformat()
+        )
         return answer.status_code
 
     assert late(0.25) == 409
@@ -158,12 +167,21 @@ def test_own_results_in_their_window_by_a_wrong_clock(public: World) -> None:
 FINAL = {
     "format": "rounds",
     "rounds": [
-        {"name": "Qualification", "kind": "qualification", "scoring": {"rules": "ifsc-2025"},
-         "problems": [{"name": "A"}, {"name": "B"}]},
-        {"name": "Final", "kind": "final", "scoring": {"rules": "ifsc-2025"}, "quota": 2,
-         "problems": [{"name": "C"}]},
+        {
+            "name": "Qualification",
+            "kind": "qualification",
+            "scoring": {"rules": "ifsc-2025"},
+            "problems": [{"name": "A"}, {"name": "B"}],
+        },
+        {
+            "name": "Final",
+            "kind": "final",
+            "scoring": {"rules": "ifsc-2025"},
+            "quota": 2,
+            "problems": [{"name": "C"}],
+        },
     ],
-}  # fmt: skip
+}
 
 
 def test_a_final_its_running_order_and_countback(public: World) -> None:
@@ -189,9 +207,10 @@ def test_a_final_its_running_order_and_countback(public: World) -> None:
     why = contest.ask("GET", f"/board/why?first={jana}&second={ivo}", who="nobody").json()
     assert why["before"] == "second"
     assert [(s["code"], s["first"], s["second"], s["decides"]) for s in why["steps"]] == [
-        ("round", "Final", "Final", False), ("points", "24.9", "24.9", False),
+        ("round", "Final", "Final", False),
+        ("points", "24.9", "24.9", False),
         ("countback", "24.9", "25", True),
-    ]  # fmt: skip
+    ]
     other = {"category_id": order[0]["category_id"], "entry_ids": [uma, ivo]}
     assert contest.ask("PUT", f"/rounds/{final}/starters", other).json()[0]["name"] == "Uma"
     refused = contest.ask("POST", f"/rounds/{final}/starters/draw").json()
@@ -246,15 +265,19 @@ def test_an_order_drawn_ahead_is_gone_when_the_round_before_goes_on(public: Worl
 
 def test_where_all_climb_the_order_is_by_number_by_lot_or_by_hand(public: World) -> None:
     contest = running(public, categories=[{"name": "B"}, {"name": "A"}])
-    ids = {name: contest.entry(name, category=at) for name, at in
-           (("Jana", 1), ("Ivo", 0), ("Uma", 0), ("Eva", 0))}  # fmt: skip
+    ids = {
+        name: contest.entry(name, category=at)
+        for name, at in (("Jana", 1), ("Ivo", 0), ("Uma", 0), ("Eva", 0))
+    }
     assert order_of(contest, 0) == ["Ivo", "Uma", "Eva", "Jana"]
     drawn = order_of(contest, 0, "POST", "/draw")
     assert sorted(drawn[:3]) == ["Eva", "Ivo", "Uma"]
     assert drawn[3:] == ["Jana"]
     one = contest.sheet["rounds"][0]["id"]
-    body = {"category_id": contest.sheet["categories"][0]["id"],
-            "entry_ids": [ids["Eva"], ids["Ivo"]]}  # fmt: skip
+    body = {
+        "category_id": contest.sheet["categories"][0]["id"],
+        "entry_ids": [ids["Eva"], ids["Ivo"]],
+    }
     contest.ask("PUT", f"/rounds/{one}/starters", body)
     contest.entry("Late")
     assert order_of(contest, 0) == ["Eva", "Ivo", "Uma", "Late", "Jana"]
@@ -317,8 +340,10 @@ def test_what_is_climbed_in_cannot_be_taken_away(public: World) -> None:
     sheet = {name: contest.sheet[name] for name in ("categories", "rounds")}
     categories = [{k: v for k, v in c.items() if k != "entries"} for c in sheet["categories"]]
     names = ("id", "name", "kind", "scoring", "quota")
-    rounds = [{k: v for k, v in r.items() if k in names} | {"problems": r["problems"]}
-              for r in sheet["rounds"]]  # fmt: skip
+    rounds = [
+        {k: v for k, v in r.items() if k in names} | {"problems": r["problems"]}
+        for r in sheet["rounds"]
+    ]
     contest.say(contest.entry("Jana"), "top", 0, 1)
     fewer = [rounds[0] | {"problems": rounds[0]["problems"][1:]}]
     same = {"categories": categories, "rounds": rounds}
@@ -332,8 +357,15 @@ def test_what_is_climbed_in_cannot_be_taken_away(public: World) -> None:
 
 
 def test_a_league_with_teams_and_handicap(public: World) -> None:
-    weeks = [{"name": f"Week {n}", "kind": "week", "scoring": {"rules": "points"},
-              "problems": [{"name": "A"}, {"name": "B"}]} for n in (1, 2)]  # fmt: skip
+    weeks = [
+        {
+            "name": f"Week {n}",
+            "kind": "week",
+            "scoring": {"rules": "points"},
+            "problems": [{"name": "A"}, {"name": "B"}],
+        }
+        for n in (1, 2)
+    ]
     contest = running(public, format="league", rounds=weeks, league_best=1, team_size=1)
     jana = contest.entry("Jana", team="Blue")
     ivo = contest.entry("Ivo", team="Blue", handicap=15)
@@ -346,11 +378,14 @@ def test_a_league_with_teams_and_handicap(public: World) -> None:
     board = contest.board()
     lines = board["categories"][0]["lines"]
     assert [(x["name"], x["points"]) for x in lines] == [
-        ("Jana", "120"), ("Ivo", "115"), ("Uma", "40"),
-    ]  # fmt: skip
+        ("Jana", "120"),
+        ("Ivo", "115"),
+        ("Uma", "40"),
+    ]
     assert [(t["name"], t["points"], t["members"]) for t in board["teams"]] == [
-        ("Blue", "120", ["Ivo", "Jana"]), ("Red", "40", ["Uma"]),
-    ]  # fmt: skip
+        ("Blue", "120", ["Ivo", "Jana"]),
+        ("Red", "40", ["Uma"]),
+    ]
 
 
 def test_a_start_list_all_or_nothing(public: World) -> None:
@@ -360,8 +395,13 @@ def test_a_start_list_all_or_nothing(public: World) -> None:
     wrong = table + "Old;U18;7;1950;z\n;Elsewhere;0;;\n"
     payload = contest.ask("POST", "/entries/import", {"csv": wrong}).json()
     assert {(fault["line"], fault["column"]) for fault in payload["errors"]} == {
-        (4, "bib"), (4, "gender"), (4, "category"), (5, "name"), (5, "category"), (5, "bib"),
-    }  # fmt: skip
+        (4, "bib"),
+        (4, "gender"),
+        (4, "category"),
+        (5, "name"),
+        (5, "category"),
+        (5, "bib"),
+    }
     errors = {fault["column"]: fault for fault in payload["errors"] if fault["line"] == 5}
     assert errors["category"]["code"] == "cell-no-category"
     assert errors["category"]["values"] == {"name": "Elsewhere", "names": "U18, Open"}
@@ -374,8 +414,9 @@ def test_a_start_list_all_or_nothing(public: World) -> None:
     assert contest.ask("POST", "/entries/import", {"csv": table}).json()["entries"] == 2
     entries = contest.ask("GET", "/entries").json()
     assert [(e["bib"], e["name"], e["birth_year"]) for e in entries] == [
-        (7, "Žofie Nová", 2010), (8, "Ivo", None),
-    ]  # fmt: skip
+        (7, "Žofie Nová", 2010),
+        (8, "Ivo", None),
+    ]
     assert contest.ask("POST", "/entries/import", {"csv": "a,b\n"}).status_code == 422
 
 
@@ -388,8 +429,9 @@ def test_the_same_start_list_twice_adds_nobody_twice(public: World) -> None:
     second = contest.ask("POST", "/entries/import", {"csv": more}).json()
     assert (second["entries"], second["errors"]) == (1, [])
     assert [(one["line"], one["name"], one["bib"]) for one in second["known"]] == [
-        (2, "B\u00f6hm", 7), (3, "Nov\u00e1", 8),
-    ]  # fmt: skip
+        (2, "B\u00f6hm", 7),
+        (3, "Nov\u00e1", 8),
+    ]
     names = sorted(entry["name"] for entry in contest.ask("GET", "/entries").json())
     assert names == ["B\u00f6hm", "B\u00f6hm", "Nov\u00e1"]
 
@@ -439,13 +481,23 @@ def test_white_space_that_looks_the_same_is_the_same(public: World, spaced: str)
     again = f"name\u00a0;category\n{name};{spaced}\n"
     found = contest.ask("POST", "/entries/import", {"csv": again}).json()
     assert (found["entries"], len(found["known"]), found["errors"]) == (0, 1, [])
-    made = contest.ask("POST", "/entries", {
-        "name": f" {name} ", "category_id": contest.sheet["categories"][0]["id"],
-    }).json()  # fmt: skip
+    made = contest.ask(
+        "POST",
+        "/entries",
+        {
+            "name": f" {name} ",
+            "category_id": contest.sheet["categories"][0]["id"],
+        },
+    ).json()
     assert made["name"].casefold() == "eva nov\u00e1"
-    twice = contest.ask("PUT", "/sheet", {
-        "categories": [{"name": "U 14"}, {"name": spaced}], "rounds": contest.sheet["rounds"],
-    })  # fmt: skip
+    twice = contest.ask(
+        "PUT",
+        "/sheet",
+        {
+            "categories": [{"name": "U 14"}, {"name": spaced}],
+            "rounds": contest.sheet["rounds"],
+        },
+    )
     assert twice.status_code in (409, 422), twice.text
 
 

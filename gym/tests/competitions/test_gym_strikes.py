@@ -240,11 +240,13 @@ def test_a_climbers_events_on_a_problem_have_a_limit_and_a_judges_come_after_it(
 
 EVENTS = st.lists(
     st.tuples(
-        st.sampled_from(list(Kind)), st.none() | st.integers(0, 1),
-        st.none() | st.integers(0, 3), st.none() | st.integers(0, 20),
+        st.sampled_from(list(Kind)),
+        st.none() | st.integers(0, 1),
+        st.none() | st.integers(0, 3),
+        st.none() | st.integers(0, 20),
     ),
     max_size=8,
-)  # fmt: skip
+)
 
 
 @given(events=EVENTS)
@@ -270,9 +272,15 @@ def test_no_events_of_a_competitor_change_whether_a_judges_event_counts(
             proposal = EventBody.model_construct(
                 entry_id=UUID(mine),
                 problem_id=None if which is None else UUID(contest.problem(which)),
-                kind=kind, n=n, target_id=None if target is None else there[target % len(there)],
-                text="", device="phone", number=number, made_at=at, sent_at=at,
-            )  # fmt: skip
+                kind=kind,
+                n=n,
+                target_id=None if target is None else there[target % len(there)],
+                text="",
+                device="phone",
+                number=number,
+                made_at=at,
+                sent_at=at,
+            )
             event = uuid4()
             try:
                 keep_event(session, row, event, proposal, person, judges=False)
@@ -292,9 +300,13 @@ def judged(public: World) -> tuple[Contest, str, list[UUID]]:
     own = contest.say(mine, "top", 0, 1, who="member").json()["id"]
     ids = [own]
     for kind, which, n, target in (
-        ("void", 0, None, own), ("zone", 0, 2, own), ("attempt", 1, 1, None),
-        ("out", None, None, None), ("void", None, None, "out"), ("out", None, None, None),
-    ):  # fmt: skip
+        ("void", 0, None, own),
+        ("zone", 0, 2, own),
+        ("attempt", 1, 1, None),
+        ("out", None, None, None),
+        ("void", None, None, "out"),
+        ("out", None, None, None),
+    ):
         words: dict[str, Any] = {"target_id": ids[-1] if target == "out" else target}
         ids.append(contest.say(mine, kind, which, n, **words).json()["id"])
     appeal = contest.say(mine, "appeal", who="member", text="no").json()["id"]

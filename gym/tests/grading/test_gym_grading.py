@@ -106,11 +106,15 @@ LABEL = st.integers(0, 2)
 
 @settings(max_examples=20, deadline=None)
 @given(
-    grades=st.lists(st.tuples(KINDS, st.none() | LABEL, st.booleans()), min_size=ROUTES,
-                    max_size=ROUTES),
-    votes=st.lists(st.tuples(st.integers(0, PEOPLE - 1), st.integers(0, ROUTES - 1), LABEL),
-                   max_size=40, unique_by=lambda vote: vote[:2]),
-)  # fmt: skip
+    grades=st.lists(
+        st.tuples(KINDS, st.none() | LABEL, st.booleans()), min_size=ROUTES, max_size=ROUTES
+    ),
+    votes=st.lists(
+        st.tuples(st.integers(0, PEOPLE - 1), st.integers(0, ROUTES - 1), LABEL),
+        max_size=40,
+        unique_by=lambda vote: vote[:2],
+    ),
+)
 def test_figures_equal_a_plain_recount(hall: Any, grades: Any, votes: Any) -> None:
     world, routes, systems, people = hall
     labels = [list(SYSTEMS[kind]) if kind else [] for kind, _, _ in grades]
@@ -126,8 +130,9 @@ def test_figures_equal_a_plain_recount(hall: Any, grades: Any, votes: Any) -> No
             session.execute(update(Route).where(Route.id == route.id).values(**values))
         for who, which, label in votes:
             if labels[which]:
-                vote = Opinion(route_id=ids[which], person_id=people[who],
-                               grade=labels[which][label])  # fmt: skip
+                vote = Opinion(
+                    route_id=ids[which], person_id=people[who], grade=labels[which][label]
+                )
                 session.add(vote)
     with world.server.database.reading() as session:
         scaled = scale_routes(session, world.gym.id, MODEL)
@@ -205,8 +210,12 @@ def test_a_new_route_has_a_range_and_the_gyms_grades_move_it(world: World) -> No
     place(world, scan, [9.0] * 8)
     new = world.reviewed({1: [1], 2: [2]}, [hold(1, 0.0, 1.0), hold(2, 0.3, 1.0)])
     assert ask(world, new) == {
-        "state": "waiting", "graded": 0, "voted": 0, "coverage": 0.0, "routes": []
-    }  # fmt: skip
+        "state": "waiting",
+        "graded": 0,
+        "voted": 0,
+        "coverage": 0.0,
+        "routes": [],
+    }
     place(world, new, [9.0])  # no way was found up the second one
     payload = ask(world, new)
     assert (payload["state"], payload["graded"], payload["coverage"]) == ("ready", 0, 0.8)

@@ -78,9 +78,21 @@ def climb(world: World, *names: str, **profile: bool) -> None:
             add_member(session, world.gym.id, person.id, Role.MEMBER, person.id)
             session.add(Profile(person_id=person.id, **profile))
             for route in routes[:number]:
-                session.add(Ascent(person_id=person.id, gym_id=world.gym.id, route_id=route,
-                                   gym_name="", route_name="", grade="", kind="top", tries=2,
-                                   climbed_at=now(), worth=100, climbed_route=route))  # fmt: skip
+                session.add(
+                    Ascent(
+                        person_id=person.id,
+                        gym_id=world.gym.id,
+                        route_id=route,
+                        gym_name="",
+                        route_name="",
+                        grade="",
+                        kind="top",
+                        tries=2,
+                        climbed_at=now(),
+                        worth=100,
+                        climbed_route=route,
+                    )
+                )
     recount(world.server.database, world.gym.id)
 
 
@@ -153,8 +165,10 @@ def test_a_short_address_leads_to_its_route(server: Server, current: World) -> N
         assert (answer.status_code, answer.headers["location"]) == (302, place)
     payload = server.ask("GET", f"/short/{code}").json()
     assert payload == {
-        "gym": current.gym.slug, "wall_id": str(current.wall.id), "route_id": route["id"],
-    }  # fmt: skip
+        "gym": current.gym.slug,
+        "wall_id": str(current.wall.id),
+        "route_id": route["id"],
+    }
     for none in ("0000000000", "U" * 10, "1", "é" * 10):
         assert server.ask("GET", f"/short/{none}").status_code == 404
 
@@ -181,8 +195,9 @@ def test_the_calendar_can_be_read(current: World) -> None:
     scan = current.reviewed({1: [1]}, [hold(1, 0.0, 1.0)])
     at = now().replace(microsecond=0) + timedelta(days=2)
     plan = {"revision": 1, "routes": [{"number": 1}], "at": at.isoformat()}
-    put = current.server.ask("PUT", f"{current.path}/scans/{scan}/plan", current.people["setter"],
-                             plan)  # fmt: skip
+    put = current.server.ask(
+        "PUT", f"{current.path}/scans/{scan}/plan", current.people["setter"], plan
+    )
     assert put.is_success, put.text
     answer = current.server.ask("GET", f"{current.path}/calendar.ics?language=de")
     assert answer.headers["content-type"].startswith("text/calendar")
@@ -190,8 +205,11 @@ def test_the_calendar_can_be_read(current: World) -> None:
     assert set(events) == {"Neue Routen: Cave", "1 Routen gehen: Cave"}
     assert events["Neue Routen: Cave"].decoded("dtstart") == at
     assert events["1 Routen gehen: Cave"].decoded("dtstart") == now().date() + timedelta(days=5)
-    again = current.server.ask("GET", f"{current.path}/calendar.ics?language=de",
-                               headers={"if-none-match": answer.headers["etag"]})  # fmt: skip
+    again = current.server.ask(
+        "GET",
+        f"{current.path}/calendar.ics?language=de",
+        headers={"if-none-match": answer.headers["etag"]},
+    )
     assert (again.status_code, again.content) == (304, b"")
 
 
@@ -227,16 +245,23 @@ def test_cards_and_poster_as_the_setter_gets_them(current: World) -> None:
     assert NAMES[2] in words
     assert "Ωμέγα" not in words  # that one hangs for two months
     same = {"if-none-match": poster.headers["etag"]}
-    again = current.server.ask("GET", f"{current.path}/poster.pdf?language=cs&size=a3", setter,
-                               headers=same)  # fmt: skip
+    again = current.server.ask(
+        "GET", f"{current.path}/poster.pdf?language=cs&size=a3", setter, headers=same
+    )
     assert again.status_code == 304
     other = f"{current.path}/cards.pdf?wall={UUID(int=7)}"
     assert current.server.ask("GET", other, setter).json()["code"] == "cards-none"
 
 
 def a_route(number: int) -> Route:
-    return Route(id=UUID(int=number << 78), name=f"Route {number}", colour="red", grade="6A",
-                 setter="Jana", set_on=date(2026, 3, 1))  # fmt: skip
+    return Route(
+        id=UUID(int=number << 78),
+        name=f"Route {number}",
+        colour="red",
+        grade="6A",
+        setter="Jana",
+        set_on=date(2026, 3, 1),
+    )
 
 
 @pytest.mark.slow

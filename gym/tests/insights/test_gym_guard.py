@@ -12,8 +12,11 @@ from walltopo_gym.insights.guard import People, Style, safe_to_show
 from walltopo_gym.insights.usage import ENOUGH
 
 ROUTES = [str(n) for n in range(10)]
-VALUES = {"steepness": ("slab", "vertical", "roof"), "colour": ("red", "blue", "green"),
-          "length": ("short", "long", "")}  # fmt: skip
+VALUES = {
+    "steepness": ("slab", "vertical", "roof"),
+    "colour": ("red", "blue", "green"),
+    "length": ("short", "long", ""),
+}
 
 
 @st.composite
@@ -31,10 +34,15 @@ def halls(draw: st.DrawFn) -> tuple[dict[Style, frozenset[str]], People]:
         # Some routes are tried by all of a group, some by few, some by nobody.
         members = range(100 * group, 100 * group + draw(st.integers(5, 9)))
         people[str(group)] = {
-            route: frozenset(draw(st.one_of(
-                st.just(set(members)), st.sets(st.sampled_from(members)), st.just(set()))))
+            route: frozenset(
+                draw(
+                    st.one_of(
+                        st.just(set(members)), st.sets(st.sampled_from(members)), st.just(set())
+                    )
+                )
+            )
             for route in routes
-        }  # fmt: skip
+        }
     return {style: frozenset(of) for style, of in styles.items()}, people
 
 
@@ -99,6 +107,8 @@ def test_a_subtraction_is_seen() -> None:
 def test_a_style_of_few_takes_another_one_with_it() -> None:
     many = frozenset(range(8))
     styles = {Style("colour", str(n)): frozenset([route]) for n, route in enumerate(ROUTES[:4])}
-    people = {"a": dict.fromkeys(ROUTES[:3], many) | {ROUTES[3]: frozenset([1, 2])},
-              "b": dict.fromkeys(ROUTES[:4], many)}  # fmt: skip
+    people = {
+        "a": dict.fromkeys(ROUTES[:3], many) | {ROUTES[3]: frozenset([1, 2])},
+        "b": dict.fromkeys(ROUTES[:4], many),
+    }
     assert len(safe_to_show(styles, people)) == 2

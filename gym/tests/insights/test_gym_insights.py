@@ -44,8 +44,12 @@ def hall(server: Server) -> World:
     scan = world.reviewed({n: [2 * n - 1, 2 * n] for n in numbers}, holds)
     assert world.publish(scan, *({"number": n, "name": f"R{n}"} for n in numbers)).is_success
     with server.database.writing() as session:
-        system = GradeSystem(gym_id=world.gym.id, name="F", kind="font",
-                             grades=[{"label": label} for label in LABELS])  # fmt: skip
+        system = GradeSystem(
+            gym_id=world.gym.id,
+            name="F",
+            kind="font",
+            grades=[{"label": label} for label in LABELS],
+        )
         session.add(system)
         session.flush()
         for at, route in enumerate(_routes(session, world)):
@@ -66,25 +70,37 @@ def _routes(session: Any, world: World) -> Sequence[Route]:
 
 WHO, WHICH = st.integers(0, PEOPLE - 1), st.integers(0, ROUTES - 1)
 ASCENTS = st.tuples(
-    WHO, WHICH, st.sampled_from(["flash", "top", "zone", "try", "project"]), st.integers(1, 4),
-    st.integers(1, 80), st.booleans(),
-)  # fmt: skip
+    WHO,
+    WHICH,
+    st.sampled_from(["flash", "top", "zone", "try", "project"]),
+    st.integers(1, 4),
+    st.integers(1, 80),
+    st.booleans(),
+)
 OPINIONS = st.tuples(
-    WHO, WHICH, st.sampled_from(["", *LABELS, "9A"]), st.sampled_from([None, 1, 2, 3, 4, 5]),
+    WHO,
+    WHICH,
+    st.sampled_from(["", *LABELS, "9A"]),
+    st.sampled_from([None, 1, 2, 3, 4, 5]),
     st.sampled_from(["", "keep", "renew"]),
-)  # fmt: skip
+)
 
 
 @settings(max_examples=15, deadline=None)
 @given(
     ascents=st.lists(ASCENTS, min_size=10, max_size=90),
     opinions=st.lists(OPINIONS, max_size=30, unique_by=lambda row: row[:2]),
-    gone=st.sets(WHO, max_size=3), washed=st.none() | st.integers(2, 70),
-)  # fmt: skip
+    gone=st.sets(WHO, max_size=3),
+    washed=st.none() | st.integers(2, 70),
+)
 def test_figures_equal_a_plain_recount(
-    server: Server, hall: World, ascents: list[Any], opinions: list[Any], gone: set[int],
+    server: Server,
+    hall: World,
+    ascents: list[Any],
+    opinions: list[Any],
+    gone: set[int],
     washed: int | None,
-) -> None:  # fmt: skip
+) -> None:
     people = _people(server, hall)
     moment = None if washed is None else NOW - timedelta(days=washed)
     with server.database.writing() as session:
@@ -125,14 +141,30 @@ def _people(server: Server, hall: World) -> list[UUID]:
 
 
 def _add_ascent(
-    session: Any, hall: World, person: UUID, route: Route, kind: str, tries: int, at: datetime,
+    session: Any,
+    hall: World,
+    person: UUID,
+    route: Route,
+    kind: str,
+    tries: int,
+    at: datetime,
     back: bool,
-) -> None:  # fmt: skip
-    session.add(Ascent(
-        id=uuid4(), person_id=person, gym_id=hall.gym.id, route_id=route.id, gym_name="G",
-        route_name=route.name, grade=route.grade, kind=kind, tries=tries, climbed_at=at,
-        taken_back_at=NOW if back else None,
-    ))  # fmt: skip
+) -> None:
+    session.add(
+        Ascent(
+            id=uuid4(),
+            person_id=person,
+            gym_id=hall.gym.id,
+            route_id=route.id,
+            gym_name="G",
+            route_name=route.name,
+            grade=route.grade,
+            kind=kind,
+            tries=tries,
+            climbed_at=at,
+            taken_back_at=NOW if back else None,
+        )
+    )
 
 
 def plain_usage(
@@ -143,30 +175,43 @@ def plain_usage(
     mine = [r for r in mine if r.kind != "project"]
     recent = [r for r in mine if r.climbed_at >= since]
     return Usage(
-        ascents=len(mine), climbers=len({r.person_id for r in mine if r.kind in TOPS}),
+        ascents=len(mine),
+        climbers=len({r.person_id for r in mine if r.kind in TOPS}),
         tried=len({r.person_id for r in mine}),
         flashed=len({r.person_id for r in mine if r.kind == "flash"}),
-        tries=sum(r.tries for r in mine), recent=len(recent),
+        tries=sum(r.tries for r in mine),
+        recent=len(recent),
         recent_people=len({r.person_id for r in recent}),
         earlier_people=len({r.person_id for r in mine if r.climbed_at < since}),
         worn=sum(r.tries for r in mine if washed is None or r.climbed_at >= washed),
-    )  # fmt: skip
+    )
 
 
 def _compare_routes(
-    result: Any, routes: Sequence[Route], rows: Sequence[Ascent], votes: Sequence[Opinion],
+    result: Any,
+    routes: Sequence[Route],
+    rows: Sequence[Ascent],
+    votes: Sequence[Opinion],
     washed: datetime | None,
-) -> None:  # fmt: skip
+) -> None:
     since = NOW - timedelta(days=28)
     plain = {route.id: plain_usage(rows, route.id, since, washed) for route in routes}
-    stars = plain_shrunk({r.id: [v.stars for v in votes if v.route_id == r.id and v.stars]
-                          for r in routes})  # fmt: skip
-    off = plain_shrunk({
-        r.id: [LABELS.index(v.grade) - LABELS.index(r.grade) for v in votes
-               if v.route_id == r.id and v.grade in LABELS] for r in routes})  # fmt: skip
-    flashes = plain_shrunk({
-        key: [1] * use.flashed + [0] * (use.climbers - use.flashed) for key, use in plain.items()
-    })  # fmt: skip
+    stars = plain_shrunk(
+        {r.id: [v.stars for v in votes if v.route_id == r.id and v.stars] for r in routes}
+    )
+    off = plain_shrunk(
+        {
+            r.id: [
+                LABELS.index(v.grade) - LABELS.index(r.grade)
+                for v in votes
+                if v.route_id == r.id and v.grade in LABELS
+            ]
+            for r in routes
+        }
+    )
+    flashes = plain_shrunk(
+        {key: [1] * use.flashed + [0] * (use.climbers - use.flashed) for key, use in plain.items()}
+    )
     assert [one.id for one in result.routes] == [route.id for route in routes[:-1]]
     for one in result.routes:
         use, mine = plain[one.id], [v for v in votes if v.route_id == one.id]
@@ -178,9 +223,11 @@ def _compare_routes(
         given = Counter(v.grade for v in mine if v.grade)
         assert one.crowd == crowd_grade(given, LABELS)
         assert (one.votes, one.grade_votes, one.keep, one.renew) == (
-            sum(v.stars is not None for v in mine), sum(v.grade in LABELS for v in mine),
-            sum(v.wish == "keep" for v in mine), sum(v.wish == "renew" for v in mine),
-        )  # fmt: skip
+            sum(v.stars is not None for v in mine),
+            sum(v.grade in LABELS for v in mine),
+            sum(v.wish == "keep" for v in mine),
+            sum(v.wish == "renew" for v in mine),
+        )
         groups = (use.recent_people, use.earlier_people)
         assert one.recent == (use.recent if not any(0 < n < ENOUGH for n in groups) else None)
     for setter in result.setters:
@@ -198,9 +245,12 @@ def _close(value: float | None, by: float) -> Any:
 
 
 def _compare_wall(
-    result: dict[UUID, int | None], hall: World, routes: Sequence[Route], rows: Sequence[Ascent],
+    result: dict[UUID, int | None],
+    hall: World,
+    routes: Sequence[Route],
+    rows: Sequence[Ascent],
     washed: datetime | None,
-) -> None:  # fmt: skip
+) -> None:
     current = {route.id for route in routes[:-1]}
     counted = [r for r in rows if r.route_id in current and not r.taken_back_at]
     counted = [r for r in counted if r.kind != "project"]
@@ -284,12 +334,30 @@ def test_a_shrunk_mean_is_the_formula_and_lies_between(values: list[list[int]]) 
 
 def a_route(**facts: Any) -> OfRoute:
     plain: dict[str, Any] = {
-        "wall_id": UUID(int=0), "number": 1, "name": "", "colour": "red", "system": None,
-        "grade": "", "setter": "", "steepness": "", "set_on": NOW.date(), "strip_on": None,
-        "age": 30, "use": Usage(recent=10), "ascents": 10, "climbers": 0, "recent": None,
-        "flash_rate": None, "stars": None, "votes": 0,
-        "crowd": "", "grade_votes": 0, "off": None, "keep": 0, "renew": 0,
-    }  # fmt: skip
+        "wall_id": UUID(int=0),
+        "number": 1,
+        "name": "",
+        "colour": "red",
+        "system": None,
+        "grade": "",
+        "setter": "",
+        "steepness": "",
+        "set_on": NOW.date(),
+        "strip_on": None,
+        "age": 30,
+        "use": Usage(recent=10),
+        "ascents": 10,
+        "climbers": 0,
+        "recent": None,
+        "flash_rate": None,
+        "stars": None,
+        "votes": 0,
+        "crowd": "",
+        "grade_votes": 0,
+        "off": None,
+        "keep": 0,
+        "renew": 0,
+    }
     return OfRoute(**({"id": uuid4()} | plain | facts))
 
 
@@ -318,25 +386,38 @@ def test_by_the_page_wishes_stock_and_washing(world: World) -> None:
         return answer.json()
 
     systems = ask("GET", "/grade-systems")
-    wish = {"cells": [{"system": systems[0]["id"], "grade": "6A", "routes": 4},
-                      {"steepness": "slab", "routes": 2}]}  # fmt: skip
+    wish = {
+        "cells": [
+            {"system": systems[0]["id"], "grade": "6A", "routes": 4},
+            {"steepness": "slab", "routes": 2},
+        ]
+    }
     table = ask("PUT", "/insights/targets", wish)["targets"]
     assert [(w["grade"], w["steepness"], w["current"], w["target"]) for w in table] == [
-        ("6A", "", 0, 4), ("", "slab", 0, 2), ("", "vertical", 1, None),
-    ]  # fmt: skip
+        ("6A", "", 0, 4),
+        ("", "slab", 0, 2),
+        ("", "vertical", 1, None),
+    ]
     wrong = {"cells": [{"system": systems[0]["id"], "grade": "12", "routes": 4}]}
     assert world.server.ask("PUT", f"{path}/targets", setter, wrong).status_code == 422
     rows = [{"colour": "red", "type": "", "total": 10}, {"colour": "blue", "total": 0}]
     payload = ask("PUT", "/insights/stock", {"rows": rows, "wash_after": 5})
     free = {(row["colour"], row["type"]): row["free"] for row in payload["stock"]}
     assert free == {
-        ("red", ""): 8, ("red", "unknown"): None, ("blue", ""): -1, ("blue", "unknown"): None,
-    }  # fmt: skip
+        ("red", ""): 8,
+        ("red", "unknown"): None,
+        ("blue", ""): -1,
+        ("blue", "unknown"): None,
+    }
     sizes = {(row["colour"], row["size"], row["holds"]) for row in payload["holds"]}
     assert sizes == {("red", "m", 1), ("red", "l", 1), ("blue", "m", 1)}
     route = world.published()["routes"][0]["id"]
-    body = {"route_id": route, "kind": "top", "tries": 7,
-            "climbed_at": (now() - timedelta(hours=1)).isoformat()}  # fmt: skip
+    body = {
+        "route_id": route,
+        "kind": "top",
+        "tries": 7,
+        "climbed_at": (now() - timedelta(hours=1)).isoformat(),
+    }
     ascent = f"{world.path}/ascents/{uuid4()}"
     assert world.server.ask("PUT", ascent, world.people["member"], body).is_success
     wear = ask("GET", "/insights/holds")["wear"][0]

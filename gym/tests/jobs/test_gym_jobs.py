@@ -73,8 +73,14 @@ def put(server: Server, *numbers: int, job: Job = JOB) -> None:
 def elsewhere(server: Server) -> Iterator[subprocess.Popen[str]]:
     """A worker in a process of its own."""
     words = [sys.executable, "-c", DEADLY, str(server.settings.data), server.settings.database]
-    child = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-                             env=os.environ, cwd=Path(__file__).parents[3])  # fmt: skip
+    child = subprocess.Popen(
+        words,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env=os.environ,
+        cwd=Path(__file__).parents[3],
+    )
     try:
         yield child
     finally:

@@ -57,9 +57,10 @@ def raised() -> Iterator[tuple[str, list[str], set[str]]]:
                 continue
             if node.func.id in kinds:
                 keys = [
-                    a.value for a in node.args
+                    a.value
+                    for a in node.args
                     if isinstance(a, ast.Constant) and isinstance(a.value, str)
-                ]  # fmt: skip
+                ]
                 values = {word.arg for word in node.keywords if word.arg}
                 yield f"{path.name}:{node.lineno}", keys, values
 

@@ -48,8 +48,16 @@ from walltopo_gym.scans.models import Scan
 
 pytestmark = pytest.mark.usefixtures("midday")
 
-EVERYTHING = {"digest": True, "new_routes": True, "soon": True, "competitions": True,
-              "hold_reports": True, "forerun": True, "quiet_from": 0, "quiet_to": 0}  # fmt: skip
+EVERYTHING = {
+    "digest": True,
+    "new_routes": True,
+    "soon": True,
+    "competitions": True,
+    "hold_reports": True,
+    "forerun": True,
+    "quiet_from": 0,
+    "quiet_to": 0,
+}
 
 
 class Service:
@@ -214,8 +222,12 @@ def test_messages_come_without_the_screen_in_the_hall(gym: World, service: Servi
     wish(gym, gym.people["setter"], service)
     ask = gym.server.ask
     assert ask("PATCH", gym.path, gym.owner, {"features_off": ["hall"]}).is_success
-    body = {"wall_id": str(gym.wall.id), "scan_id": gym.published()["scan_id"], "hold": 1,
-            "kind": "spins"}  # fmt: skip
+    body = {
+        "wall_id": str(gym.wall.id),
+        "scan_id": gym.published()["scan_id"],
+        "hold": 1,
+        "kind": "spins",
+    }
     path = f"{gym.path}/hold-reports/{uuid4()}"
     assert ask("PUT", path, gym.people["member"], body).is_success
     backdate(gym, timedelta(minutes=30))
@@ -263,9 +275,19 @@ def test_a_project_that_goes_soon(gym: World, service: Service) -> None:
         wish(gym, who, service, new_routes=False)
         with gym.server.database.writing() as session:
             for kind in kinds:
-                session.add(Ascent(person_id=who.id, gym_id=gym.gym.id, route_id=UUID(route["id"]),
-                                   gym_name="", route_name="", grade="", kind=kind, tries=1,
-                                   climbed_at=now()))  # fmt: skip
+                session.add(
+                    Ascent(
+                        person_id=who.id,
+                        gym_id=gym.gym.id,
+                        route_id=UUID(route["id"]),
+                        gym_name="",
+                        route_name="",
+                        grade="",
+                        kind=kind,
+                        tries=1,
+                        climbed_at=now(),
+                    )
+                )
     run(gym)
     run(gym)
     (answer,) = service.read()
@@ -278,11 +300,13 @@ def test_a_competition_that_one_has_entered(gym: World, service: Service) -> Non
     wish(gym, member, service, new_routes=False)
     wish(gym, gym.people["judge"], service, new_routes=False)
     body = {
-        "name": "Spring Cup", "format": "festival", "self_entry": True,
+        "name": "Spring Cup",
+        "format": "festival",
+        "self_entry": True,
         "starts_at": (now() + timedelta(hours=5)).isoformat(),
         "categories": [{"name": "All"}],
         "rounds": [{"name": "One", "kind": "open", "scoring": {"rules": "points"}}],
-    }  # fmt: skip
+    }
     ask, setter = gym.server.ask, gym.people["setter"]
     made = ask("POST", f"{gym.path}/competitions", setter, body)
     assert made.status_code == 201, made.text
@@ -328,8 +352,11 @@ def test_the_weeks_mail(gym: World, monkeypatch: pytest.MonkeyPatch) -> None:
     link = letter.headers["List-Unsubscribe"].strip("<>")
     assert letter.headers["List-Unsubscribe-Post"] == "List-Unsubscribe=One-Click"
     client = gym.server.client()
-    gone = client.post(link, content=b"List-Unsubscribe=One-Click",
-                       headers={"content-type": "application/x-www-form-urlencoded"})  # fmt: skip
+    gone = client.post(
+        link,
+        content=b"List-Unsubscribe=One-Click",
+        headers={"content-type": "application/x-www-form-urlencoded"},
+    )
     assert gone.status_code == 204, gone.text
     assert gym.server.ask("GET", "/me/messages", member).json()["digest"] is False
     assert gym.server.ask("GET", "/me/messages", member).json()["new_routes"] is True

@@ -42,8 +42,9 @@ def pages(server: Server, world: World) -> list[Any]:
     member = world.people["member"]
     path = f"{world.path}/walls/{world.wall.id}/published"
     answer = server.ask("GET", path, member).json()
-    files = [server.ask("GET", file.removeprefix(PREFIX), member) for file in
-             answer["files"].values()]  # fmt: skip
+    files = [
+        server.ask("GET", file.removeprefix(PREFIX), member) for file in answer["files"].values()
+    ]
     assert all(file.status_code == 200 for file in files)
     return [answer, *(file.content for file in files)]
 

@@ -81,14 +81,35 @@ def refused(file: Path, data: Path) -> None:
 @pytest.mark.parametrize(
     "name",
     [
-        "files/..", "files/../x", "files/a/../../x", "files/.", "files/./a", "files/", "files",
-        "files//a", "/files/a", "/etc/passwd", "../out", "..", ".", "files/a/", "other",
-        "files/a\nb", "files/a\x1b[2J", "files/a#1", f"files/{'x' * 251}", f"files/{'ä' * 126}",
-        f"files/{'a/' * 600}b", "database.sqlite/a", "gym.toml/..", "FILES/a", "files\\a",
+        "files/..",
+        "files/../x",
+        "files/a/../../x",
+        "files/.",
+        "files/./a",
+        "files/",
+        "files",
+        "files//a",
+        "/files/a",
+        "/etc/passwd",
+        "../out",
+        "..",
+        ".",
+        "files/a/",
+        "other",
+        "files/a\nb",
+        "files/a\x1b[2J",
+        "files/a#1",
+        f"files/{'x' * 251}",
+        f"files/{'ä' * 126}",
+        f"files/{'a/' * 600}b",
+        "database.sqlite/a",
+        "gym.toml/..",
+        "FILES/a",
+        "files\\a",
         "files/\udcff",
     ],
     ids=ascii,
-)  # fmt: skip
+)
 def test_a_name_that_no_backup_has_is_refused(name: str, elsewhere: Path, tmp_path: Path) -> None:
     file = tmp_path / "gym.tar"
     file.write_bytes(made([(_TABLES, tables()), (name, b"a file")]))
@@ -113,9 +134,23 @@ def test_a_name_that_no_backup_has_is_refused(name: str, elsewhere: Path, tmp_pa
         [("files/a", b"one"), ("files/a/b", b"two")],
         [("files/a/b/c", b"one"), ("files/a", b"two")],
     ],
-    ids=["symlink", "link", "character", "block", "fifo", "folder", "contiguous", "unknown",
-         "twice", "twice alike", "two databases", "two lists", "in a file", "around a file"],
-)  # fmt: skip
+    ids=[
+        "symlink",
+        "link",
+        "character",
+        "block",
+        "fifo",
+        "folder",
+        "contiguous",
+        "unknown",
+        "twice",
+        "twice alike",
+        "two databases",
+        "two lists",
+        "in a file",
+        "around a file",
+    ],
+)
 def test_entries_that_no_backup_has_are_refused(
     entries: list[tuple[tarfile.TarInfo | str, bytes]], elsewhere: Path, tmp_path: Path
 ) -> None:

@@ -78,9 +78,12 @@ def place(server: Server) -> list[str]:
     ids=["os", "sqlite", "sqlalchemy", "postgresql", "store"],
 )
 def test_a_backup_to_a_full_disk_says_so(
-    lone: World, tmp_path: Path, error: Exception, monkeypatch: pytest.MonkeyPatch,
+    lone: World,
+    tmp_path: Path,
+    error: Exception,
+    monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
+) -> None:
     def fail(*_: object) -> None:
         raise error
 

@@ -33,7 +33,13 @@ KEPT = {
     "audit": {"action", "subject", "details"},
     "competition_categories": {"name", "gender"},
     "competition_problems": {
-        "label", "name", "colour", "grade", "wall", "points", "category_ids",
+        "label",
+        "name",
+        "colour",
+        "grade",
+        "wall",
+        "points",
+        "category_ids",
     },
     "competition_rounds": {"name", "kind", "scoring", "state"},
     "competition_waivers": {"text"},
@@ -42,7 +48,14 @@ KEPT = {
     "grade_systems": {"name", "kind", "grades"},
     "gym_aims": {"targets", "stock"},
     "gyms": {
-        "slug", "name", "place", "time_zone", "visibility", "joining", "boards", "features_off",
+        "slug",
+        "name",
+        "place",
+        "time_zone",
+        "visibility",
+        "joining",
+        "boards",
+        "features_off",
     },
     "hall_settings": {"parts", "key_hash"},
     "hold_reports": {"colour", "kind"},
@@ -62,7 +75,15 @@ KEPT = {
     "scan_places": {"model", "learnt"},
     "scan_progress": {"stage", "doing", "notes"},
     "scans": {
-        "state", "error", "hint", "files", "scale", "distance", "colours", "moves", "network",
+        "state",
+        "error",
+        "hint",
+        "files",
+        "scale",
+        "distance",
+        "colours",
+        "moves",
+        "network",
     },
     "score_events": {"kind"},
     "server_secrets": {"name", "content"},
@@ -70,7 +91,7 @@ KEPT = {
     "walls": {"name", "zone"},
     "webhook_events": {"body", "error"},
     "webhooks": {"url", "secret"},
-}  # fmt: skip
+}
 
 
 def tables() -> Iterator[sa.Table]:
@@ -122,8 +143,11 @@ def enter(world: World) -> Contest:
     given = {"self_entry": True, "self_scoring": True, "waiver": "I fall."}
     contest = Contest(world, given).make()
     contest.move("running")
-    body = {"category_id": contest.sheet["categories"][0]["id"], "waiver": "I fall.",
-            "club": f"{NAME} SC"}  # fmt: skip
+    body = {
+        "category_id": contest.sheet["categories"][0]["id"],
+        "waiver": "I fall.",
+        "club": f"{NAME} SC",
+    }
     mine = contest.ask("PUT", "/mine", body, "climber")
     assert mine.is_success, mine.text
     entry = mine.json()["entry"]["id"]

@@ -47,8 +47,12 @@ def test_a_purge_takes_what_nothing_names_and_no_more(world: World) -> None:
     scan = world.reviewed({1: [1]}, [hold(1, 0.0, 1.0)])
     world.photo(scan, state="usable", sha256="aa")
     kept = ["originals/aa", "thumbnails/aa.jpg", "content/abcd", f"scans/{scan}/routes.json"]
-    gone = ["originals/bb", "content/ffff", "thumbnails/bb.jpg",
-            "scans/00000000-0000-0000-0000-000000000000/routes.json"]  # fmt: skip
+    gone = [
+        "originals/bb",
+        "content/ffff",
+        "thumbnails/bb.jpg",
+        "scans/00000000-0000-0000-0000-000000000000/routes.json",
+    ]
     for key in [*kept[:2], *gone, "originals/young"]:
         store.put(key, b"x")
     age(server, *kept, *gone)

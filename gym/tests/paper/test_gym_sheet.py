@@ -19,9 +19,12 @@ def results(rows: int) -> Sheet:
     made = Sheet("Jarní pohár", "Straße – Žižkov", foot="Halle", code=ADDRESS, code_note="short")
     made.heading("Women")
     made.table(
-        ["#", "Name"], [[str(row), f"Příliš <žluťoučký> & {row}"] for row in range(rows)],
-        widths=[1, 9], right={0}, bold={1},
-    )  # fmt: skip
+        ["#", "Name"],
+        [[str(row), f"Příliš <žluťoučký> & {row}"] for row in range(rows)],
+        widths=[1, 9],
+        right={0},
+        bold={1},
+    )
     return made
 
 

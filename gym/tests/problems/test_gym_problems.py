@@ -277,8 +277,9 @@ def test_the_model_gives_a_grade_and_who_reaches_the_holds(world: World, scan: U
         assert answer.status_code == 200, answer.text
         return answer.json()
 
-    ladder = [{"hold": n, "use": "start" if n == 2 else "top" if n == 8 else "hand"}
-              for n in range(1, 9)]  # fmt: skip
+    ladder = [
+        {"hold": n, "use": "start" if n == 2 else "top" if n == 8 else "hand"} for n in range(1, 9)
+    ]
     found = ask(ladder)
     assert found["grades"] is not None
     assert {row["height_m"] for row in found["heights"] if row["reached"]} >= {1.65, 1.80}

@@ -22,9 +22,13 @@ Moon;6A;rouge;Jana;slab, jump;2026-03-01;24. 12. 2026
 
 
 def ask(
-    world: World, method: str, path: str, body: object = None, who: str = "setter",
+    world: World,
+    method: str,
+    path: str,
+    body: object = None,
+    who: str = "setter",
     status: int = 200,
-) -> Any:  # fmt: skip
+) -> Any:
     answer = world.server.ask(method, world.path + path, world.people[who], body)
     assert answer.status_code == status, answer.text
     return answer.json() if answer.content else None
@@ -191,8 +195,11 @@ def test_errors_name_line_and_column(world: World) -> None:
     assert read_in(world, table, really=True, without_wrong=True)["added"] == 1
     assert [route["name"] for route in listed(world)] == ["Right"]
     path = f"/walls/{world.wall.id}/routes/import"
-    for text, code in (("nom\nMoon", "table-unknown"), ("", "table-none"), ("grade\n6A",
-                       "table-no-name")):  # fmt: skip
+    for text, code in (
+        ("nom\nMoon", "table-unknown"),
+        ("", "table-none"),
+        ("grade\n6A", "table-no-name"),
+    ):
         refused = ask(world, "POST", path, {"id": str(uuid4()), "csv": text}, status=422)
         assert refused["code"] == code
 

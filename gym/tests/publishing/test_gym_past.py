@@ -25,12 +25,14 @@ def test_a_former_version_keeps_its_route_facts(world: World) -> None:
     assert world.publish(second, entry, revision=1).is_success
     listed = past(world)
     assert [(row["scan_id"], row["present"]) for row in listed] == [
-        (str(first), False), (str(second), True),
-    ]  # fmt: skip
+        (str(first), False),
+        (str(second), True),
+    ]
     was = past(world, f"/{first}")
     assert [(row["name"], row["number"], row["holds"]) for row in was["routes"]] == [
-        ("Moon", 1, [1]), ("Sun", 2, [2]),
-    ]  # fmt: skip
+        ("Moon", 1, [1]),
+        ("Sun", 2, [2]),
+    ]
     assert list(was["files"]) == ["index.html"]
     assert [row["name"] for row in past(world, f"/{second}")["routes"]] == ["Full Moon"]
     sun = was["routes"][1]["id"]

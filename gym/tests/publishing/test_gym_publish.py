@@ -15,8 +15,10 @@ from walltopo_gym.migrations.tables import METADATA
 from walltopo_gym.publishing.models import Placement, Route
 
 COLOURS: dict[str, Any] = {
-    "name": "Colours", "kind": "own", "grades": [{"label": "blue"}, {"label": "red"}],
-}  # fmt: skip
+    "name": "Colours",
+    "kind": "own",
+    "grades": [{"label": "blue"}, {"label": "red"}],
+}
 HOLDS = [hold(n, 0.5 * n, 1.0 + 0.1 * (n % 3)) for n in range(1, 13)]
 FIRST = {1: [1, 2, 3, 4], 2: [5, 6, 7, 8], 3: [9, 10, 11, 12]}
 

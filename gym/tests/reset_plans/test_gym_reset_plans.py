@@ -222,8 +222,14 @@ def test_forerunners_propose_and_do_not_see_each_other(world: World, font: str) 
     assert "proposals" not in mine
     [row] = ask(world, "GET", f"/reset-plans/{key}")["routes"]
     assert [one["person_name"] for one in row["proposals"]] == ["member", "setter", "owner"]
-    assert row["median"] == {"proposals": 3, "grade_system_id": font, "grade": "6B",
-                             "risk": 2.5, "intensity": None, "complexity": 4.0}  # fmt: skip
+    assert row["median"] == {
+        "proposals": 3,
+        "grade_system_id": font,
+        "grade": "6B",
+        "risk": 2.5,
+        "intensity": None,
+        "complexity": 4.0,
+    }
     ask(world, "DELETE", path, "member")
     [row] = ask(world, "GET", f"/reset-plans/{key}")["routes"]
     assert row["median"]["grade"] == "6C"

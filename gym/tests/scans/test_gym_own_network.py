@@ -20,9 +20,13 @@ from walltopo_gym.scans.service import State
 from walltopo_gym.scans.stages import ScanSteps
 
 RESULT = {
-    "photos": 8, "objects": 90, "held_out": 3,
-    "before": {"masks": 0.6, "mean": 0.5}, "after": {"masks": 0.7, "mean": 0.6}, "better": True,
-}  # fmt: skip
+    "photos": 8,
+    "objects": 90,
+    "held_out": 3,
+    "before": {"masks": 0.6, "mean": 0.5},
+    "after": {"masks": 0.7, "mean": 0.6},
+    "better": True,
+}
 
 
 @pytest.fixture

@@ -86,10 +86,18 @@ def test_the_review_says_what_one_colour_left(server: Server) -> None:
     assert world.publish(first, {"number": 1}, {"number": 2}).status_code == 200
     part = world.reviewed({1: [1, 2], 2: [5, 6]}, HOLDS, reference_id=first, part=True)
     joined = Joined(
-        replaced_share=0.3, seam_mm=1.5, photos_kept=3, photos_new=4,
-        stays=(5, 6, 7), same=(1,), gone=(3,), added=(2, 4),
-        colours=("red",), missing=(5, 7), ignored=2,
-    )  # fmt: skip
+        replaced_share=0.3,
+        seam_mm=1.5,
+        photos_kept=3,
+        photos_new=4,
+        stays=(5, 6, 7),
+        same=(1,),
+        gone=(3,),
+        added=(2, 4),
+        colours=("red",),
+        missing=(5, 7),
+        ignored=2,
+    )
     _edit_manifest(server, part, joined)
     draft = server.ask("GET", f"{world.path}/scans/{part}/draft", world.people["setter"]).json()
     found = draft["joined"]
@@ -103,18 +111,32 @@ def test_the_review_says_what_was_not_photographed(server: Server) -> None:
     assert world.publish(first, {"number": 1}, {"number": 2}).status_code == 200
     part = world.reviewed({1: [1, 2], 2: [5, 6]}, HOLDS, reference_id=first, part=True)
     joined = Joined(
-        replaced_share=0.3, seam_mm=1.5, photos_kept=3, photos_new=4,
-        stays=(5, 6, 7, 8), same=(1,), gone=(3,), added=(2, 4),
+        replaced_share=0.3,
+        seam_mm=1.5,
+        photos_kept=3,
+        photos_new=4,
+        stays=(5, 6, 7, 8),
+        same=(1,),
+        gone=(3,),
+        added=(2, 4),
         seam=(((1.2, 0.0, 0.0), (1.3, 0.1, 2.5)),),
-    )  # fmt: skip
+    )
     _edit_manifest(server, part, joined)
     path = f"{world.path}/scans/{part}/draft"
     draft = server.ask("GET", path, world.people["setter"]).json()
     assert {line["number"]: line["photographed"] for line in draft["lines"]} == {1: True, 2: False}
     assert draft["joined"] == {
-        "replaced_share": 0.3, "seam_mm": 1.5, "seam": [[[1.2, 0.0, 0.0], [1.3, 0.1, 2.5]]],
-        "stays": 4, "same": 1, "gone": 1, "added": 2, "colours": [], "missing": [], "ignored": 0,
-    }  # fmt: skip
+        "replaced_share": 0.3,
+        "seam_mm": 1.5,
+        "seam": [[[1.2, 0.0, 0.0], [1.3, 0.1, 2.5]]],
+        "stays": 4,
+        "same": 1,
+        "gone": 1,
+        "added": 2,
+        "colours": [],
+        "missing": [],
+        "ignored": 0,
+    }
     assert draft["warnings"] == []
     # Another version is published meanwhile: what it changed elsewhere is not in this one.
     other = world.reviewed({1: [1, 2]}, HOLDS, reference_id=first)
@@ -202,8 +224,9 @@ def test_a_reset_day_although_the_server_is_killed(
         assert {route["id"] for route in draft["unplaced"]} == set(added.values())
         rows = [
             {"number": line["number"], "route_id": line["route_id"]}
-            for line in draft["lines"] if line["number"] is not None
-        ]  # fmt: skip
+            for line in draft["lines"]
+            if line["number"] is not None
+        ]
         rows[0]["route_id"] = added["Sun"]
         body = {"revision": draft["revision"], "routes": rows}
         assert client.post(f"{path}/publish", json=body).status_code == 200

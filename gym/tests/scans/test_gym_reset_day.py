@@ -41,8 +41,11 @@ def _add_by_table(world: World, colours: dict[str, str]) -> dict[str, str]:
     lines = [f"{name},{colour}" for name, colour in colours.items()]
     body = {"id": str(uuid4()), "csv": "\n".join(["name,colour", *lines]), "really": True}
     assert _ask(world, "POST", f"{path}/import", "setter", body)["added"] == len(colours)
-    return {route["name"]: route["id"] for route in _ask(world, "GET", path, "member")
-            if route["name"] in colours}  # fmt: skip
+    return {
+        route["name"]: route["id"]
+        for route in _ask(world, "GET", path, "member")
+        if route["name"] in colours
+    }
 
 
 def test_ticks_live_on_through_a_reset_day(world: World, reset_day: Path, joined: Joined) -> None:

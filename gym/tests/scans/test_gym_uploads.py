@@ -276,8 +276,9 @@ def test_photos_without_overlap_are_listed_before_the_scan(phone: Sender) -> Non
     payload = phone.client.get(path).json()
     assert payload["pending"] is False
     assert [[names[photo] for photo in group] for group in payload["groups"]] == [
-        ["0.jpg", "1.jpg", "2.jpg"], ["3.jpg"]
-    ]  # fmt: skip
+        ["0.jpg", "1.jpg", "2.jpg"],
+        ["3.jpg"],
+    ]
     # The crops lie 130 px to the right of each other, of 640 px.
     steps = {(names[step["before"]], names[step["after"]]): step for step in payload["shifts"]}
     assert steps.keys() == {("0.jpg", "1.jpg"), ("1.jpg", "2.jpg")}

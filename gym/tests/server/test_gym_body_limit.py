@@ -27,9 +27,10 @@ def growing() -> Iterator[bytes]:
 def defects(caplog: pytest.LogCaptureFixture) -> list[str]:
     """Return what was logged with a traceback or as an error."""
     return [
-        record.getMessage() for record in caplog.records
+        record.getMessage()
+        for record in caplog.records
         if record.exc_info or record.levelno >= logging.ERROR
-    ]  # fmt: skip
+    ]
 
 
 @pytest.mark.parametrize("is_announced", [True, False])
@@ -37,20 +38,29 @@ def defects(caplog: pytest.LogCaptureFixture) -> list[str]:
 @pytest.mark.parametrize(
     ("method", "path"),
     [
-        ("PATCH", "/me"), ("POST", "/session"), ("PATCH", "{gym}"), ("POST", "{gym}/walls"),
+        ("PATCH", "/me"),
+        ("POST", "/session"),
+        ("PATCH", "{gym}"),
+        ("POST", "{gym}/walls"),
         ("PUT", "{gym}/floor-plan/picture"),
     ],
-)  # fmt: skip
+)
 def test_a_body_that_grows_too_long_is_refused(
-    world: World, caplog: pytest.LogCaptureFixture, method: str, path: str, who: str,
-    *, is_announced: bool,
-) -> None:  # fmt: skip
+    world: World,
+    caplog: pytest.LogCaptureFixture,
+    method: str,
+    path: str,
+    who: str,
+    *,
+    is_announced: bool,
+) -> None:
     caplog.set_level(logging.INFO, "walltopo_gym.requests")
     answer = world.server.client().request(
-        method, PREFIX + path.format(gym=world.path),
+        method,
+        PREFIX + path.format(gym=world.path),
         content=_PIECE * _TOO_MANY if is_announced else growing(),
         headers=world.people[who].headers | {"content-type": "application/json"},
-    )  # fmt: skip
+    )
     assert defects(caplog) == []
     refused = {413} if is_announced or who == "owner" else {401, 404, 413}
     assert answer.status_code in refused
@@ -103,14 +113,22 @@ async def _read(world: World, path: str) -> list[Any]:
         await is_over.wait()
         await asyncio.sleep(0)  # until the body was counted
 
-    cookie = [(name.encode(), value.encode())
-              for name, value in world.people["member"].headers.items()]  # fmt: skip
+    cookie = [
+        (name.encode(), value.encode()) for name, value in world.people["member"].headers.items()
+    ]
     scope = {
-        "type": "http", "asgi": {"version": "3.0"}, "http_version": "1.1", "method": "GET",
-        "scheme": "https", "path": path, "raw_path": path.encode(), "query_string": b"",
-        "headers": [(b"host", ORIGIN.encode()), *cookie], "client": ("192.0.2.1", 1),
+        "type": "http",
+        "asgi": {"version": "3.0"},
+        "http_version": "1.1",
+        "method": "GET",
+        "scheme": "https",
+        "path": path,
+        "raw_path": path.encode(),
+        "query_string": b"",
+        "headers": [(b"host", ORIGIN.encode()), *cookie],
+        "client": ("192.0.2.1", 1),
         "server": ("walls.example.com", 443),
-    }  # fmt: skip
+    }
     await world.server.app(scope, receive, send)
     return sent
 
@@ -125,9 +143,10 @@ def test_a_photo_has_the_limit_that_was_announced(
     path = f"{world.path}/scans/{world.scan()}/photos"
     place = announce(client, path, "a.jpg", content).headers["location"]
     more = client.patch(
-        place.partition(PREFIX)[2], content=(content for _ in range(2)),
+        place.partition(PREFIX)[2],
+        content=(content for _ in range(2)),
         headers=TUS | {"upload-offset": "0", "content-type": "application/offset+octet-stream"},
-    )  # fmt: skip
+    )
     assert more.status_code == 413
     assert send(client, place, content, offset_of(client, place)).is_success
     assert defects(caplog) == []

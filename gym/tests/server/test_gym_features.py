@@ -66,9 +66,7 @@ def test_all_are_on_unless_the_settings_say_otherwise() -> None:
     assert GymSettings.model_fields["features"].default == FEATURES
 
 
-ROUTERS = {
-    feature.switch: feature.routers() for feature in LISTED if feature.switch is not None
-}  # fmt: skip
+ROUTERS = {feature.switch: feature.routers() for feature in LISTED if feature.switch is not None}
 # All that a gym has of an optional feature: method and path.
 BELOW = [
     (feature, method, route.path)
@@ -81,9 +79,7 @@ BELOW = [
 
 
 def turn_off(world: World, *features: str) -> None:
-    answer = world.server.ask(
-        "PATCH", world.path, world.owner, {"features_off": list(features)}
-    )  # fmt: skip
+    answer = world.server.ask("PATCH", world.path, world.owner, {"features_off": list(features)})
     assert answer.status_code == 200, answer.text
     assert answer.json()["features_off"] == sorted(features)
 
@@ -114,24 +110,34 @@ def test_only_the_owner_turns_a_feature_off(world: World) -> None:
     for who, status in (("setter", 403), ("stranger", 404), ("owner", 200)):
         answer = world.server.ask(
             "PATCH", world.path, world.people[who], {"features_off": ["hall", "hall"]}
-        )  # fmt: skip
+        )
         assert answer.status_code == status, who
     unknown = {"features_off": ["walls"]}
     assert world.server.ask("PATCH", world.path, world.owner, unknown).status_code == 422
-    assert world.server.ask("GET", world.path, world.people["member"]).json()[
-        "features_off"
-    ] == ["hall"]  # fmt: skip
+    assert world.server.ask("GET", world.path, world.people["member"]).json()["features_off"] == [
+        "hall"
+    ]
 
 
 def test_screens_calendars_and_messages_do_without_a_gyms_competitions(world: World) -> None:
     with world.server.database.writing() as session:
         session.add(
             Competition(
-                gym_id=world.gym.id, name="Cup of all", format="festival", about="", fee="",
-                waiver="", starts_at=now() + timedelta(days=1), ends_at=None,
-                self_entry=True, self_scoring=True, revision=0, last_seq=0, state="running",
+                gym_id=world.gym.id,
+                name="Cup of all",
+                format="festival",
+                about="",
+                fee="",
+                waiver="",
+                starts_at=now() + timedelta(days=1),
+                ends_at=None,
+                self_entry=True,
+                self_scoring=True,
+                revision=0,
+                last_seq=0,
+                state="running",
             )
-        )  # fmt: skip
+        )
 
     def answers_of() -> list[bool]:
         paths = (f"{world.path}/screen", f"{world.path}/calendar.ics")

@@ -130,10 +130,14 @@ def mail_server(user: str, password: str) -> Iterator[_SmtpServer]:
 
 def settings_for(server: _SmtpServer, folder: Path, password: str) -> GymSettings:
     given = {
-        "data": folder, "smtp_host": "127.0.0.1", "smtp_port": server.server_address[1],
-        "smtp_security": "none", "smtp_user": "walls", "smtp_password": password,
+        "data": folder,
+        "smtp_host": "127.0.0.1",
+        "smtp_port": server.server_address[1],
+        "smtp_security": "none",
+        "smtp_user": "walls",
+        "smtp_password": password,
         "mail_from": SENDER,
-    }  # fmt: skip
+    }
     return load_settings(given, {})
 
 

@@ -9,8 +9,12 @@ import pytest
 from gym.tests.competitions.contest import Contest
 from gym.tests.worlds import World, hold, make_world
 
-FAR = ("0001-01-01T00:00:00+14:00", "9999-12-31T23:59:59-12:00", "1899-12-31T23:59:59Z",
-       "2200-01-01T00:00:00Z")  # fmt: skip
+FAR = (
+    "0001-01-01T00:00:00+14:00",
+    "9999-12-31T23:59:59-12:00",
+    "1899-12-31T23:59:59Z",
+    "2200-01-01T00:00:00Z",
+)
 
 
 @pytest.mark.parametrize("moment", FAR)
@@ -20,8 +24,12 @@ def test_a_moment_outside_the_calendar_is_refused(world: World, moment: str) -> 
     contest.move("open")
     spelled = moment.replace("+", "%2B")
     assert contest.ask("GET", f"/board?at={spelled}", who="nobody").status_code == 422
-    body: dict[str, Any] = {"name": "Cup", "format": "festival", "categories": [{"name": "Open"}],
-                            "rounds": [{"name": "A", "scoring": {"rules": "points"}}]}  # fmt: skip
+    body: dict[str, Any] = {
+        "name": "Cup",
+        "format": "festival",
+        "categories": [{"name": "Open"}],
+        "rounds": [{"name": "A", "scoring": {"rules": "points"}}],
+    }
     ask, setter = public.server.ask, public.people["setter"]
     made = ask("POST", f"{public.path}/competitions", setter, body | {"starts_at": moment})
     assert made.status_code == 422

@@ -61,10 +61,14 @@ def test_a_cursor_has_one_spelling(server: Server) -> None:
     """`UUID` reads signs, lines, and other scripts' digits."""
     moment, key = "2026-03-01T12:00:00+00:00", "0" * 31 + "5"
     spelled = [
-        f"{moment} {key}", f"2026-03-01T12:00:00Z {key}", f"{moment} +{key[1:]}",
-        f"{moment} 0_{key[2:]}", f"{moment} {{{key}}}", f"{moment} {key[:-1]}٥",
+        f"{moment} {key}",
+        f"2026-03-01T12:00:00Z {key}",
+        f"{moment} +{key[1:]}",
+        f"{moment} 0_{key[2:]}",
+        f"{moment} {{{key}}}",
+        f"{moment} {key[:-1]}٥",
         f"20260301T120000+00:00 {key}",
-    ]  # fmt: skip
+    ]
     statuses = []
     for text in spelled:
         cursor = base64.urlsafe_b64encode(text.encode()).decode()

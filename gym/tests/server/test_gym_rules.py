@@ -260,8 +260,13 @@ def a_hold_report(world: World) -> dict[str, Any]:
 def _problem_body(world: World, share: str = "gym") -> dict[str, Any]:
     holds = [{"hold": 1, "use": "start"}, {"hold": 2, "use": "top"}]
     scan = world.published()["scan_id"]
-    return {"wall_id": str(world.wall.id), "scan_id": scan, "holds": holds, "name": "Mine",
-            "share": share}  # fmt: skip
+    return {
+        "wall_id": str(world.wall.id),
+        "scan_id": scan,
+        "holds": holds,
+        "name": "Mine",
+        "share": share,
+    }
 
 
 def a_wall_for_problems(world: World) -> dict[str, Any]:
@@ -498,12 +503,19 @@ TUS = {"tus-resumable": "1.0.0"}
 GRADES = {"name": "Ours", "kind": "own", "grades": [{"label": "easy"}, {"label": "hard"}]}
 
 CASES = {
-    "request_account": Case("anyone", Scope.READ, body=lambda w: {
-        "email": f"{w.gym.slug}@example.com"}),
-    "make_account": Case("anyone", Scope.READ, body=lambda w: {
-        "token": _mailed("sign-up")(w), "name": "New", "password": PASSWORD}),
-    "begin_session": Case("anyone", Scope.READ, body=lambda w: {
-        "email": w.server.person().email, "password": PASSWORD}),
+    "request_account": Case(
+        "anyone", Scope.READ, body=lambda w: {"email": f"{w.gym.slug}@example.com"}
+    ),
+    "make_account": Case(
+        "anyone",
+        Scope.READ,
+        body=lambda w: {"token": _mailed("sign-up")(w), "name": "New", "password": PASSWORD},
+    ),
+    "begin_session": Case(
+        "anyone",
+        Scope.READ,
+        body=lambda w: {"email": w.server.person().email, "password": PASSWORD},
+    ),
     "read_second_factor": Case("signed-in"),
     "begin_second_factor": Case("signed-in"),
     "confirm_second_factor": Case("signed-in", body=lambda w: {"code": "123456"}),
@@ -520,14 +532,20 @@ CASES = {
         "signed-in", values=a_device_sign_in, body=lambda w: {"code": "123456"}
     ),
     "claim_device_sign_in": Case("anyone", Scope.READ, body=lambda w: {"secret": _offered(w)}),
-    "begin_session_by_device_sign_in": Case("anyone", Scope.READ, body=lambda w: {
-        "secret": _claimed(w)}),
-    "change_password": Case("signed-in", body=lambda w: {
-        "old": PASSWORD, "new": "another chalk bucket 8"}),
-    "ask_for_reset": Case("anyone", Scope.READ, body=lambda w: {
-        "email": f"{w.gym.slug}@example.com"}),
-    "reset_password": Case("anyone", Scope.READ, body=lambda w: {
-        "token": _mailed("reset")(w), "password": "another chalk bucket 9"}),
+    "begin_session_by_device_sign_in": Case(
+        "anyone", Scope.READ, body=lambda w: {"secret": _claimed(w)}
+    ),
+    "change_password": Case(
+        "signed-in", body=lambda w: {"old": PASSWORD, "new": "another chalk bucket 8"}
+    ),
+    "ask_for_reset": Case(
+        "anyone", Scope.READ, body=lambda w: {"email": f"{w.gym.slug}@example.com"}
+    ),
+    "reset_password": Case(
+        "anyone",
+        Scope.READ,
+        body=lambda w: {"token": _mailed("reset")(w), "password": "another chalk bucket 9"},
+    ),
     "list_ways_in": Case("anyone", Scope.READ, body=lambda w: {"token": _mailed("reset")(w)}),
     "list_tokens": Case("signed-in"),
     "make_token": Case("signed-in", body=lambda w: {"name": "t", "scopes": ["read"]}),
@@ -560,8 +578,11 @@ CASES = {
     "list_walls": Case("guest", Scope.READ),
     "make_wall": Case("setter", Scope.MANAGE, body=lambda w: {"name": "Slab"}),
     "read_floor_plan": Case("guest", Scope.READ),
-    "put_floor_plan": Case("owner", Scope.MANAGE, body=lambda w: {
-        "walls": [{"wall_id": str(w.wall.id), "x": 0.5, "y": 1}]}),
+    "put_floor_plan": Case(
+        "owner",
+        Scope.MANAGE,
+        body=lambda w: {"walls": [{"wall_id": str(w.wall.id), "x": 0.5, "y": 1}]},
+    ),
     "put_plan_picture": Case("owner", Scope.MANAGE, content=PICTURE),
     "read_plan_picture": Case("guest", Scope.READ, a_floor_plan),
     "drop_plan_picture": Case("owner", Scope.MANAGE),
@@ -577,30 +598,58 @@ CASES = {
     "cancel_scan": Case("setter", Scope.UPLOAD, a_queued_scan),
     "list_photos": Case("setter", Scope.UPLOAD, a_scan),
     "read_overlap": Case("setter", Scope.UPLOAD, a_scan),
-    "announce_photo": Case("setter", Scope.UPLOAD, a_scan, headers=TUS | {
-        "upload-length": "5", "upload-metadata": "filename YS5qcGc="}),
+    "announce_photo": Case(
+        "setter",
+        Scope.UPLOAD,
+        a_scan,
+        headers=TUS | {"upload-length": "5", "upload-metadata": "filename YS5qcGc="},
+    ),
     "ask_offset": Case("setter", Scope.UPLOAD, a_photo, headers=TUS),
-    "send_photo": Case("setter", Scope.UPLOAD, a_photo, headers=TUS | {
-        "upload-offset": "0", "content-type": "application/offset+octet-stream"}, content=b"bytes"),
+    "send_photo": Case(
+        "setter",
+        Scope.UPLOAD,
+        a_photo,
+        headers=TUS | {"upload-offset": "0", "content-type": "application/offset+octet-stream"},
+        content=b"bytes",
+    ),
     "drop_photo": Case("setter", Scope.UPLOAD, a_photo, headers=TUS),
     "read_draft": Case("setter", Scope.PUBLISH, a_draft),
     "read_grade_ranges": Case("setter", Scope.PUBLISH, a_draft),
-    "publish_scan": Case("setter", Scope.PUBLISH, a_draft, lambda w: {
-        "revision": 0, "routes": [{"number": 1}]}),
+    "publish_scan": Case(
+        "setter", Scope.PUBLISH, a_draft, lambda w: {"revision": 0, "routes": [{"number": 1}]}
+    ),
     "discard_scan": Case("setter", Scope.PUBLISH, a_draft),
-    "scale_scan": Case("setter", Scope.PUBLISH, _a_model, lambda w: {
-        "points": [[0, 0, 0], [0.5, 0, 0]], "metres": 1.0}),
-    "put_back_scan": Case("setter", Scope.PUBLISH, wall, lambda w: {
-        "scan_id": str(_former(w)), "revision": 2}),
+    "scale_scan": Case(
+        "setter",
+        Scope.PUBLISH,
+        _a_model,
+        lambda w: {"points": [[0, 0, 0], [0.5, 0, 0]], "metres": 1.0},
+    ),
+    "put_back_scan": Case(
+        "setter", Scope.PUBLISH, wall, lambda w: {"scan_id": str(_former(w)), "revision": 2}
+    ),
     "read_edit_log": Case("setter", Scope.PUBLISH, a_draft),
-    "save_edit_log": Case("setter", Scope.PUBLISH, a_draft, lambda w: {
-        "version": "0", "edits": {"version": 2, "edits": []}}),
-    "try_edit_log": Case("setter", Scope.PUBLISH, a_draft, lambda w: {
-        "edits": {"version": 2, "edits": []}}),
-    "propose_problems": Case("setter", Scope.PUBLISH, a_draft, lambda w: {
-        "edits": {"version": 2, "edits": []}, "spec": {"grade": "6C"}}),
-    "ease_route": Case("setter", Scope.PUBLISH, a_draft, lambda w: {
-        "edits": {"version": 2, "edits": []}, "route": 1, "way": "easier"}),
+    "save_edit_log": Case(
+        "setter",
+        Scope.PUBLISH,
+        a_draft,
+        lambda w: {"version": "0", "edits": {"version": 2, "edits": []}},
+    ),
+    "try_edit_log": Case(
+        "setter", Scope.PUBLISH, a_draft, lambda w: {"edits": {"version": 2, "edits": []}}
+    ),
+    "propose_problems": Case(
+        "setter",
+        Scope.PUBLISH,
+        a_draft,
+        lambda w: {"edits": {"version": 2, "edits": []}, "spec": {"grade": "6C"}},
+    ),
+    "ease_route": Case(
+        "setter",
+        Scope.PUBLISH,
+        a_draft,
+        lambda w: {"edits": {"version": 2, "edits": []}, "route": 1, "way": "easier"},
+    ),
     "read_edit_state": Case("setter", Scope.PUBLISH, a_draft),
     "read_edit_photos": Case("setter", Scope.PUBLISH, a_draft),
     "read_published": Case("guest", Scope.READ, a_published_wall),
@@ -613,15 +662,27 @@ CASES = {
     "restore_route": Case("setter", Scope.PUBLISH, a_stripped_route),
     "drop_route": Case("setter", Scope.PUBLISH, a_hand_route),
     "list_wall_routes": Case("guest", Scope.READ, wall),
-    "make_routes": Case("setter", Scope.PUBLISH, wall, lambda w: {
-        "routes": [{"name": "Moon", "colour": "red"}]}),
-    "import_routes": Case("setter", Scope.PUBLISH, wall, lambda w: {
-        "id": str(uuid4()), "csv": "name\nMoon", "really": True}),
+    "make_routes": Case(
+        "setter", Scope.PUBLISH, wall, lambda w: {"routes": [{"name": "Moon", "colour": "red"}]}
+    ),
+    "import_routes": Case(
+        "setter",
+        Scope.PUBLISH,
+        wall,
+        lambda w: {"id": str(uuid4()), "csv": "name\nMoon", "really": True},
+    ),
     "read_wall_picture": Case("guest", Scope.READ, a_drawn_wall),
     "read_route_picture": Case("guest", Scope.READ, a_drawn_route),
-    "put_ascent": Case("member", values=an_ascent, body=lambda w: {
-        "route_id": w.published()["routes"][0]["id"], "kind": "top", "tries": 2,
-        "climbed_at": now().isoformat()}),
+    "put_ascent": Case(
+        "member",
+        values=an_ascent,
+        body=lambda w: {
+            "route_id": w.published()["routes"][0]["id"],
+            "kind": "top",
+            "tries": 2,
+            "climbed_at": now().isoformat(),
+        },
+    ),
     "list_ascents": Case("signed-in"),
     "drop_ascent": Case("signed-in", values=an_own_ascent),
     "read_opinion": Case("member", values=a_route),
@@ -639,10 +700,16 @@ CASES = {
     "list_problems": Case("member", Scope.READ, a_published_wall),
     "read_problem": Case("guest", Scope.READ, a_problem),
     "drop_problem": Case("signed-in", values=an_own_problem),
-    "put_problem_climbed": Case("member", values=a_members_problem, body=lambda w: {
-        "climbed_at": now().isoformat()}),
-    "estimate_problem": Case("member", values=a_wall_for_problems, body=lambda w: {
-        name: value for name, value in _problem_body(w).items() if name in ("scan_id", "holds")}),
+    "put_problem_climbed": Case(
+        "member", values=a_members_problem, body=lambda w: {"climbed_at": now().isoformat()}
+    ),
+    "estimate_problem": Case(
+        "member",
+        values=a_wall_for_problems,
+        body=lambda w: {
+            name: value for name, value in _problem_body(w).items() if name in ("scan_id", "holds")
+        },
+    ),
     "promote_problem": Case("setter", Scope.PUBLISH, a_members_problem),
     "report_problem": Case("member", values=a_members_problem, body=lambda w: {"reason": "rude"}),
     "list_problem_reports": Case("setter", Scope.MANAGE),
@@ -685,10 +752,14 @@ CASES = {
     "read_insights_table": Case("setter", Scope.READ, lambda w: {"part": "wear"}),
     "list_resets": Case("setter", Scope.READ, wall),
     "list_lacking_grades": Case("setter", Scope.READ, wall),
-    "put_targets": Case("setter", Scope.MANAGE, body=lambda w: {
-        "cells": [{"steepness": "slab", "routes": 3}]}),
-    "put_stock": Case("setter", Scope.MANAGE, body=lambda w: {
-        "rows": [{"colour": "red", "total": 40}], "wash_after": 100}),
+    "put_targets": Case(
+        "setter", Scope.MANAGE, body=lambda w: {"cells": [{"steepness": "slab", "routes": 3}]}
+    ),
+    "put_stock": Case(
+        "setter",
+        Scope.MANAGE,
+        body=lambda w: {"rows": [{"colour": "red", "total": 40}], "wash_after": 100},
+    ),
     "wash_wall": Case("setter", Scope.MANAGE, wall),
     "drop_washing": Case("setter", Scope.MANAGE, a_washing),
     "list_follows": Case("signed-in"),
@@ -743,26 +814,31 @@ CASES = {
     "make_competition": Case("setter", Scope.MANAGE, body=lambda w: cups.CUP),
     "read_competition": Case("guest", Scope.READ, cups.a_competition),
     "change_competition": Case(
-        "setter", Scope.MANAGE, cups.a_competition, lambda w: {"fee": "12 €"}),
-    "put_competition_sheet": Case(
-        "setter", Scope.MANAGE, cups.a_competition, cups.a_sheet),
+        "setter", Scope.MANAGE, cups.a_competition, lambda w: {"fee": "12 €"}
+    ),
+    "put_competition_sheet": Case("setter", Scope.MANAGE, cups.a_competition, cups.a_sheet),
     "put_competition_state": Case(
-        "setter", Scope.MANAGE, cups.a_competition, lambda w: {"state": "ended"}),
+        "setter", Scope.MANAGE, cups.a_competition, lambda w: {"state": "ended"}
+    ),
     "freeze_board": Case("setter", Scope.MANAGE, cups.a_competition, lambda w: {"frozen": True}),
     "drop_competition": Case("owner", Scope.MANAGE, cups.a_competition),
     "put_round_state": Case(
-        "setter", Scope.MANAGE, cups.with_row(Round, "one"), lambda w: {"state": "ended"}),
+        "setter", Scope.MANAGE, cups.with_row(Round, "one"), lambda w: {"state": "ended"}
+    ),
     "list_starters": Case("guest", Scope.READ, cups.with_row(Round, "one")),
     "put_starters": Case("setter", Scope.MANAGE, cups.with_row(Round, "one", 1), cups.an_order),
     "draw_starters": Case("setter", Scope.MANAGE, cups.with_row(Round, "one")),
     "list_entries": Case("judge", Scope.MANAGE, cups.a_competition),
     "make_entry": Case("setter", Scope.MANAGE, cups.a_competition, cups.a_competitor),
     "change_competitor": Case(
-        "setter", Scope.MANAGE, cups.with_row(Entry, "entry"), lambda w: {"team": "Blue"}),
+        "setter", Scope.MANAGE, cups.with_row(Entry, "entry"), lambda w: {"team": "Blue"}
+    ),
     "import_entries": Case(
-        "setter", Scope.MANAGE, cups.a_competition, lambda w: {"csv": "name\nIvo\n"}),
+        "setter", Scope.MANAGE, cups.a_competition, lambda w: {"csv": "name\nIvo\n"}
+    ),
     "sign_waiver": Case(
-        "judge", Scope.MANAGE, cups.with_row(Entry, "entry"), lambda w: {"signed_by": "Eva"}),
+        "judge", Scope.MANAGE, cups.with_row(Entry, "entry"), lambda w: {"signed_by": "Eva"}
+    ),
     "read_own_entry": Case("member", Scope.READ, cups.a_competition),
     "enter_competition": Case("member", None, cups.a_competition, cups.oneself),
     "withdraw": Case("member", None, cups.a_competition),
@@ -775,7 +851,7 @@ CASES = {
     "watch_competition_board": Case("guest", Scope.READ, cups.an_ended_competition),
     "read_results_table": Case("guest", Scope.READ, cups.a_competition),
     "read_results_paper": Case("guest", Scope.READ, cups.a_competition),
-}  # fmt: skip
+}
 
 
 def operations(server: Server) -> dict[str, tuple[str, str, dict[str, Any]]]:

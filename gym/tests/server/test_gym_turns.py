@@ -77,9 +77,18 @@ def test_few_wait_for_their_turn_and_the_others_are_refused_at_once() -> None:
 def test_a_request_whose_client_has_gone_gives_its_turn_to_the_next() -> None:
     async def run() -> None:
         heavy = Heavy()
-        scope = {"type": "http", "method": "GET", "path": "/heavy", "query_string": b"",
-                 "headers": [], "client": ("192.0.2.9", 1), "server": ("test", 80),
-                 "scheme": "http", "http_version": "1.1", "root_path": ""}  # fmt: skip
+        scope = {
+            "type": "http",
+            "method": "GET",
+            "path": "/heavy",
+            "query_string": b"",
+            "headers": [],
+            "client": ("192.0.2.9", 1),
+            "server": ("test", 80),
+            "scheme": "http",
+            "http_version": "1.1",
+            "root_path": "",
+        }
         begun = asyncio.create_task(heavy.ask("192.0.2.1"))
         while not heavy.working:
             await asyncio.sleep(0)

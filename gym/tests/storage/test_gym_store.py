@@ -38,8 +38,13 @@ def s3() -> Iterator[str]:
 @pytest.fixture
 def objects(s3: str, monkeypatch: pytest.MonkeyPatch) -> str:
     """The bucket's URL; where it is stands in the environment, as for every S3 program."""
-    answer = {"ENDPOINT": s3, "ALLOW_HTTP": "true", "REGION": "us-east-1", "ACCESS_KEY_ID": "k",
-            "SECRET_ACCESS_KEY": "s"}  # fmt: skip
+    answer = {
+        "ENDPOINT": s3,
+        "ALLOW_HTTP": "true",
+        "REGION": "us-east-1",
+        "ACCESS_KEY_ID": "k",
+        "SECRET_ACCESS_KEY": "s",
+    }
     for name, value in answer.items():
         monkeypatch.setenv(f"AWS_{name}", value)
     return f"s3://{BUCKET}"

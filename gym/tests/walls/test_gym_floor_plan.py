@@ -66,8 +66,7 @@ def test_a_picture_that_no_gym_has_any_more_may_go(world: World) -> None:
     put(world, picture(80, 40))
     kept = store.keys("plans/")
     named = [
-        key for key in kept
-        if purging._is_named(world.server.settings, world.server.database, key)
-    ]  # fmt: skip
+        key for key in kept if purging._is_named(world.server.settings, world.server.database, key)
+    ]
     assert len(named) >= 1
     assert len(kept) > len(named)

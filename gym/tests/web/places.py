@@ -94,6 +94,11 @@ def playwright(environment: Mapping[str, str], *words: str) -> None:
     """
     done = subprocess.run(
         ["node_modules/.bin/playwright", "test", *words],
-        cwd=WEB, capture_output=True, text=True, timeout=_LIMIT_S, check=False, env=environment,
-    )  # fmt: skip
+        cwd=WEB,
+        capture_output=True,
+        text=True,
+        timeout=_LIMIT_S,
+        check=False,
+        env=environment,
+    )
     assert done.returncode == 0, done.stdout[-8000:] + done.stderr[-2000:]

@@ -23,9 +23,18 @@ pytestmark = pytest.mark.slow
 # These begin with a scan in review; the others with a published wall. The longest come first.
 IN_REVIEW = ("publishing", "setting", "forms", "capture")
 PUBLISHED = (
-    "account", "competitions", "problems", "climbing", "hall", "desk", "routes", "progress",
-    "insights", "moves", "holds",
-)  # fmt: skip
+    "account",
+    "competitions",
+    "problems",
+    "climbing",
+    "hall",
+    "desk",
+    "routes",
+    "progress",
+    "insights",
+    "moves",
+    "holds",
+)
 
 
 def test_every_flow_is_listed() -> None:

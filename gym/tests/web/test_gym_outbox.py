@@ -16,6 +16,10 @@ def test_offline_entries_arrive_once(lacks: Callable[[str], NoReturn]) -> None:
         lacks("node, or what the app's tests need, is missing (cd gym/web && npm ci)")
     done = subprocess.run(
         ["node_modules/.bin/vitest", "run"],
-        cwd=WEB, capture_output=True, text=True, timeout=900, check=False,
-    )  # fmt: skip
+        cwd=WEB,
+        capture_output=True,
+        text=True,
+        timeout=900,
+        check=False,
+    )
     assert done.returncode == 0, done.stdout[-6000:] + done.stderr[-2000:]

@@ -160,7 +160,14 @@ def _push_to(session: Session, world: World, url: str) -> None:
     target = PushAddress(person_id=person, endpoint=f"{url}{uuid4()}", **keys)
     session.add(target)
     session.flush()
-    row = Message(id=uuid4(), person_id=person, gym_id=world.gym.id, kind="new_routes",
-                  subject=str(target.id), target=str(target.id), body={})  # fmt: skip
+    row = Message(
+        id=uuid4(),
+        person_id=person,
+        gym_id=world.gym.id,
+        kind="new_routes",
+        subject=str(target.id),
+        target=str(target.id),
+        body={},
+    )
     session.add(row)
     enqueue(session, PUSHES, str(row.id), gym=world.gym.id)

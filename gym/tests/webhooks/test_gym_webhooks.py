@@ -103,14 +103,27 @@ def test_changes_are_sent_signed_until_accepted(world: World) -> None:
 @pytest.mark.parametrize(
     "url",
     [
-        "http://example.com/", "https://127.0.0.1/", "https://10.0.0.7/x", "https://[::1]/",
-        "https://169.254.169.254/latest/meta-data", "https://[::ffff:192.168.0.1]/",
-        "https://[64:ff9b::10.0.0.1]/", "https://[64:ff9b:1::a00:1]/", "https://[2002:7f00:1::]/",
-        "https://[::127.0.0.1]/", "https://[::ffff:0:192.168.0.1]/", "https://[2001:0:1::1]/",
-        f"https://{'a' * 64}.example/", "https://a..example/", f"https://{'a.' * 130}example/",
-        "https://user@example.com/", "ftp://example.com/", "https://[fd00::1]/", "https:///x",
+        "http://example.com/",
+        "https://127.0.0.1/",
+        "https://10.0.0.7/x",
+        "https://[::1]/",
+        "https://169.254.169.254/latest/meta-data",
+        "https://[::ffff:192.168.0.1]/",
+        "https://[64:ff9b::10.0.0.1]/",
+        "https://[64:ff9b:1::a00:1]/",
+        "https://[2002:7f00:1::]/",
+        "https://[::127.0.0.1]/",
+        "https://[::ffff:0:192.168.0.1]/",
+        "https://[2001:0:1::1]/",
+        f"https://{'a' * 64}.example/",
+        "https://a..example/",
+        f"https://{'a.' * 130}example/",
+        "https://user@example.com/",
+        "ftp://example.com/",
+        "https://[fd00::1]/",
+        "https:///x",
     ],
-)  # fmt: skip
+)
 def test_nothing_is_sent_into_our_own_networks(url: str) -> None:
     with pytest.raises(RequestError):
         check_url(url, private=False)

@@ -17,9 +17,21 @@ from walltopo_lab.synth.path import phone_camera, walk_hall
 from walltopo_lab.synth.truth import count_views, scene_record
 
 ALONE = GymSettings(
-    width=2.4, height=2.2, columns=3, overhang_max_deg=10.0, facets=0.3, volumes=1, routes=2,
-    holds_low=3, holds_high=4, downclimb=1, lamps=1, plates=2, cell=0.2, detail=0.3,
-)  # fmt: skip
+    width=2.4,
+    height=2.2,
+    columns=3,
+    overhang_max_deg=10.0,
+    facets=0.3,
+    volumes=1,
+    routes=2,
+    holds_low=3,
+    holds_high=4,
+    downclimb=1,
+    lamps=1,
+    plates=2,
+    cell=0.2,
+    detail=0.3,
+)
 HALL = replace(ALONE, walls=6)
 PHOTOS = PhotoSettings(photos=48, width=64, height=64, distance_low=1.8, distance_high=2.2)
 

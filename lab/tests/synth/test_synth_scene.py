@@ -85,9 +85,16 @@ def test_masks_are_where_the_mesh_projects(tiny_gym: Path) -> None:
         camera = view.camera
         rotation = np.ascontiguousarray(view.cam_from_world[:, :3])
         rays = distorted_rays(
-            0, camera.height, camera.width, 1, camera.fx, camera.cx, camera.cy,
-            camera.distortion[0], rotation,
-        )  # fmt: skip
+            0,
+            camera.height,
+            camera.width,
+            1,
+            camera.fx,
+            camera.cx,
+            camera.cy,
+            camera.distortion[0],
+            rotation,
+        )
         origins = np.tile(view.centre.astype(np.float32), (len(rays), 1))
         face = tracer.hits(origins, rays)["primID"]
         seen = np.where(face >= 0, truth["face_instance"][face], 0)

@@ -110,9 +110,11 @@ def test_too_few_photos_are_refused(tiny_scan: Path, monkeypatch: pytest.MonkeyP
 
 @pytest.mark.slow
 def test_the_command_trains_compares_and_says_which_to_use(
-    tiny_scan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    tiny_scan: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
+) -> None:
     start = tmp_path / "start.onnx"
     export_onnx(
         trained_norms(build_net(SMALL)).eval(), start, {"version": "start", "size": SMALL.as_dict()}

@@ -89,9 +89,17 @@ def test_a_pack_trains_in_workers_and_resumes_after_a_kill(
     monkeypatch.setattr(loop, "_SAVE_EVERY", 0.0)
     write_pack(tmp_path / "discs.pack", sets_in(tmp_path, disc_set), Silent())
     settings = TrainSettings(
-        minutes=100.0, crop=96, batch=8, workers=2, rate=1e-2, warmup=0.0, audit=0.0,
-        check_every=1e9, check_photos=1, start="random",
-    )  # fmt: skip
+        minutes=100.0,
+        crop=96,
+        batch=8,
+        workers=2,
+        rate=1e-2,
+        warmup=0.0,
+        audit=0.0,
+        check_every=1e9,
+        check_photos=1,
+        start="random",
+    )
     job = Job((), tmp_path / "run", pack=tmp_path / "discs.pack")
     losses: list[float] = []
     update = loop._update

@@ -233,9 +233,16 @@ def test_a_frozen_encoder_keeps_its_weights(
 ) -> None:
     monkeypatch.setitem(NET_SIZES, "lite2", SMALL)
     settings = TrainSettings(
-        minutes=0.02, crop=96, batch=2, held_out=0.0, audit=0.0, check_every=9.0, start="random",
-        encoder_rate=0.0, check_photos=1,
-    )  # fmt: skip
+        minutes=0.02,
+        crop=96,
+        batch=2,
+        held_out=0.0,
+        audit=0.0,
+        check_every=9.0,
+        start="random",
+        encoder_rate=0.0,
+        check_photos=1,
+    )
     torch.manual_seed(settings.seed)
     before = build_net(SMALL).encoder.state_dict()
     job = Job((disc_set(tmp_path / "set"),), tmp_path / "run")

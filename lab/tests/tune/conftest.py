@@ -43,16 +43,24 @@ def write_gym(folder: Path) -> None:
     folder.mkdir(parents=True)
     views = np.full(len(mesh.faces), 4, np.int32)
     np.savez(
-        folder / "gt.npz", vertices=mesh.vertices, faces=mesh.faces, face_instance=face_instance,
+        folder / "gt.npz",
+        vertices=mesh.vertices,
+        faces=mesh.faces,
+        face_instance=face_instance,
         face_views=views,
-    )  # fmt: skip
+    )
     rows = [
         {
-            "id": k + 1, "class": "hold", "kind": "jug", "colour": "red", "route": k // 4,
-            "position": [0.4 + 1.2 * (k // 4), 0.0, 0.3 + 0.45 * (k % 4)], "normal": [0, -1, 0],
+            "id": k + 1,
+            "class": "hold",
+            "kind": "jug",
+            "colour": "red",
+            "route": k // 4,
+            "position": [0.4 + 1.2 * (k // 4), 0.0, 0.3 + 0.45 * (k % 4)],
+            "normal": [0, -1, 0],
         }
         for k in range(8)
-    ]  # fmt: skip
+    ]
     (folder / "scene.json").write_text(json.dumps({"instances": rows}))
     camera = Camera("PINHOLE", 160, 160, (120.0, 120.0, 80.0, 80.0))
     rotation = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])

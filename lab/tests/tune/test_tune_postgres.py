@@ -39,10 +39,21 @@ def test_two_machines_share_a_search(
 
     def started(machine: int, trials: int) -> subprocess.Popen[str]:
         return subprocess.Popen(
-            [*command, "--trials", str(trials), "--storage", database,
-             "-o", str(tmp_path / f"machine{machine}"), "--seed", str(machine)],
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-        )  # fmt: skip
+            [
+                *command,
+                "--trials",
+                str(trials),
+                "--storage",
+                database,
+                "-o",
+                str(tmp_path / f"machine{machine}"),
+                "--seed",
+                str(machine),
+            ],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
 
     for processes in ([started(0, 8), started(1, 8)], [started(2, 12)]):
         output = [process.communicate()[0] for process in processes]

@@ -55,9 +55,11 @@ def test_search_finds_resumes_and_explains(tmp_path: Path) -> None:
 
 
 @given(
-    low=st.floats(-5, 5), width=st.floats(0.1, 100), share=st.floats(0, 1),
+    low=st.floats(-5, 5),
+    width=st.floats(0.1, 100),
+    share=st.floats(0, 1),
     curve=st.sampled_from([1.0, 2.0, 3.0]),
-)  # fmt: skip
+)
 def test_ranges_and_shares_are_inverse(
     low: float, width: float, share: float, curve: float
 ) -> None:

@@ -47,14 +47,18 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     parser.add_argument("-o", "--output", type=Path, required=True, help="folder for the results")
     add_overwrite(parser)
     parser.add_argument(
-        "--allow-missing", action="store_true",
+        "--allow-missing",
+        action="store_true",
         help="go on if more than half of the photos of the masks have no camera",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--refine-borders", type=Number(int, low=0, high=8), default=0, metavar="N",
+        "--refine-borders",
+        type=Number(int, low=0, high=8),
+        default=0,
+        metavar="N",
         help="also split the triangles at the borders of instances, N times, and write the finer "
         "mesh and its labels to refined/ in the output folder",
-    )  # fmt: skip
+    )
     add_options(parser.add_argument_group("settings"), LiftParams)
     parser.set_defaults(run=run)
 

@@ -76,9 +76,12 @@ def add_options(group: argparse._ActionsContainer, section: type[DataclassInstan
             add_option(group, field)
     if any(field.expert for field in fields):
         group.add_argument(
-            "--set", action="append", default=[], metavar="KEY=VALUE",
+            "--set",
+            action="append",
+            default=[],
+            metavar="KEY=VALUE",
             help="any other setting, such as seed=1 (`walltopo settings --all` lists them)",
-        )  # fmt: skip
+        )
 
 
 def options_given(args: argparse.Namespace, section: type[Section]) -> Section:

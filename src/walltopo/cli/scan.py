@@ -72,9 +72,11 @@ def _register_scan(commands: Commands[argparse.ArgumentParser]) -> None:
         "--part", action="store_true", help="the photos show a part of the reference's wall"
     )
     scan.add_argument(
-        "--colour", action="append", metavar="NAME",
+        "--colour",
+        action="append",
+        metavar="NAME",
         help="with --part: exchange only holds of this colour (repeatable)",
-    )  # fmt: skip
+    )
     scan.add_argument(
         "--poses", type=Path, metavar="PATH", help="camera poses of a phone or another program"
     )

@@ -24,7 +24,11 @@ if TYPE_CHECKING:
 
 _NAMES = {
     "errors": (
-        "BusyError", "EnvironmentLacksError", "InputError", "SettingsError", "StageError",
+        "BusyError",
+        "EnvironmentLacksError",
+        "InputError",
+        "SettingsError",
+        "StageError",
         "WalltopoError",
     ),
     "instances": ("Instance", "Instances"),
@@ -32,7 +36,7 @@ _NAMES = {
     "progress": ("Progress", "Silent"),
     "settings": ("SettingField", "about", "check_settings", "settings_of"),
     "view": ("Camera", "Mask", "View"),
-}  # fmt: skip
+}
 
 __all__ = [
     "BusyError",

@@ -146,9 +146,11 @@ class EditState:
     def new_hold(self, wanted: int) -> int:
         """Return an id for a new hold: the wanted one if it is free."""
         number = _free(
-            wanted, {*self.holds, *self.non_holds, *self.snapshot.numbers}, self.first_hold,
+            wanted,
+            {*self.holds, *self.non_holds, *self.snapshot.numbers},
+            self.first_hold,
             self.last_hold,
-        )  # fmt: skip
+        )
         self.last_hold, self.hold_names[wanted] = max(number, self.last_hold), number
         return number
 

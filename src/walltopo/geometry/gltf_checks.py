@@ -129,8 +129,9 @@ def _check_drawn(path: Path, table: _Gltf, size: int) -> None:
         of = {*primitive.attributes.values(), primitive.indices}
         return sum(
             table.accessors[one].count
-            for one in of if one is not None and one < len(table.accessors)
-        )  # fmt: skip
+            for one in of
+            if one is not None and one < len(table.accessors)
+        )
 
     costs = [sum(numbers(one) for one in mesh.primitives) for mesh in table.meshes]
     times = Counter(node.mesh for node in table.nodes if node.mesh is not None)

@@ -77,8 +77,10 @@ def louvain(
         networkit.setSeed(seed, False)
         graph = networkit.GraphFromCoo(
             (weight, (first.astype(np.uint64), second.astype(np.uint64))),
-            n=count, weighted=True, directed=False,
-        )  # fmt: skip
+            n=count,
+            weighted=True,
+            directed=False,
+        )
         method = networkit.community.PLM(graph, refine=True, gamma=resolution, par="none")
         method.run()
         found = np.asarray(method.getPartition().getVector(), dtype=np.int64)

@@ -363,9 +363,12 @@ class _Runner:
             tempfile.TemporaryDirectory(prefix=".partial-", dir=root) as scratch,
         ):
             joined, metrics = join_with_reference(
-                self.folder, reference, Path(scratch), self.listener,
+                self.folder,
+                reference,
+                Path(scratch),
+                self.listener,
                 colours_of(self.settings.sparse.part_colours),
-            )  # fmt: skip
+            )
         for stage in STAGES[: stage_index(EDIT.name)]:
             record = self.manifest.stages[stage.name]
             record.outputs = outputs_of(self.folder, stage, self.hashes)

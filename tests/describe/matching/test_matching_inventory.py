@@ -104,10 +104,14 @@ def test_of_a_part_that_was_reset_the_rest_is_found(seed: int) -> None:
     holds = some_holds(100, seed)
     rng = np.random.default_rng(seed)
     kept = [
-        replace(hold, id=100 + hold.id, size=hold.size * float(rng.uniform(0.97, 1.03)),
-                position=tuple(np.add(hold.position, rng.normal(0.0, 0.003, 3)).tolist()))
+        replace(
+            hold,
+            id=100 + hold.id,
+            size=hold.size * float(rng.uniform(0.97, 1.03)),
+            position=tuple(np.add(hold.position, rng.normal(0.0, 0.003, 3)).tolist()),
+        )
         for hold in holds[:50]
-    ]  # fmt: skip
+    ]
     pairs = match_holds(holds, [*kept, *set_again(holds[50:], seed)])
     right = sum(new == old + 100 and old <= 50 for old, new in pairs.items())
     assert right >= 47

@@ -41,9 +41,13 @@ def done(tiny_photos: Path, tmp_path_factory: pytest.TempPathFactory) -> Batch:
     listed.write_text(listed.read_text() + "nowhere,missing,\n")
     run = [sys.executable, "-m", "walltopo", "batch", str(listed), "-j", "2", "--json"]
     batch = subprocess.Popen(
-        run, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+        run,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
         env=child_breakpoint.at("first:sparse"),
-    )  # fmt: skip
+    )
     try:
         pid = child_breakpoint.wait(batch)
         os.kill(pid, signal.SIGKILL)

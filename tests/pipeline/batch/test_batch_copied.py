@@ -32,9 +32,12 @@ def bucket() -> Iterator[str]:
     keys = {"aws_access_key_id": "k", "aws_secret_access_key": "s"}
     boto3.client("s3", "us-east-1", endpoint_url=address, **keys).create_bucket(Bucket=BUCKET)
     environment = {
-        "ENDPOINT": address, "ALLOW_HTTP": "true", "REGION": "us-east-1", "ACCESS_KEY_ID": "k",
+        "ENDPOINT": address,
+        "ALLOW_HTTP": "true",
+        "REGION": "us-east-1",
+        "ACCESS_KEY_ID": "k",
         "SECRET_ACCESS_KEY": "s",
-    }  # fmt: skip
+    }
     with pytest.MonkeyPatch.context() as patch:
         for name, value in environment.items():
             patch.setenv(f"AWS_{name}", value)

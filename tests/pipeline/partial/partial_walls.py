@@ -53,12 +53,19 @@ class Wall:
         """Return the rows of the holds."""
         return [
             Hold(
-                id=number, kind="hold", type="jug", colour="red", position=(x, -BUMP, z),
-                normal=(0.0, -1.0, 0.0), size=2 * half, area=4 * half**2, score=0.9,
+                id=number,
+                kind="hold",
+                type="jug",
+                colour="red",
+                position=(x, -BUMP, z),
+                normal=(0.0, -1.0, 0.0),
+                size=2 * half,
+                area=4 * half**2,
+                score=0.9,
                 photos=("a.jpg",),
             )
             for number, (x, z, half) in self.holds.items()
-        ]  # fmt: skip
+        ]
 
 
 def photos_at(*places: tuple[float, float], away: float = 1.5, prefix: str = "new") -> list[View]:

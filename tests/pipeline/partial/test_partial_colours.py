@@ -91,8 +91,14 @@ def test_only_holds_of_the_colour_are_exchanged() -> None:
     tables, before = reset.tables, {hold.id: hold for hold in reset.holds[0].holds}
     # The new red hold is added; the green one is not, nor is the blue one exchanged.
     assert {hold.id: hold.colour for hold in tables.holds.holds} == {
-        1: "orange", 2: "blue", 3: "blue", 5: "blue", 6: "red", 7: "red", 8: "red",
-    }  # fmt: skip
+        1: "orange",
+        2: "blue",
+        3: "blue",
+        5: "blue",
+        6: "red",
+        7: "red",
+        8: "red",
+    }
     assert tables.same == {1, 6}
     assert tables.gone == {4}
     assert tables.added == {8}

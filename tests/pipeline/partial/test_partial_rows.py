@@ -27,16 +27,26 @@ def _tables(
 ) -> Tables:
     known = {hold.id for hold in holds}
     records = tuple(
-        InstanceRecord(id=h.id, label=1, kind="hold", score=0.9, votes={"1": 1.0},
-                       views=(("a.jpg", 0),), faces=9)
+        InstanceRecord(
+            id=h.id,
+            label=1,
+            kind="hold",
+            score=0.9,
+            votes={"1": 1.0},
+            views=(("a.jpg", 0),),
+            faces=9,
+        )
         for h in holds
-    )  # fmt: skip
+    )
     rows = tuple(Route(id=number, colour="red", holds=own) for number, own in routes.items())
     assert known >= {hold for own in routes.values() for hold in own}
     return Tables(
-        frozenset(present), Holds(metric=True, holds=tuple(holds)), Routes(routes=rows), records,
+        frozenset(present),
+        Holds(metric=True, holds=tuple(holds)),
+        Routes(routes=rows),
+        records,
         max(known),
-    )  # fmt: skip
+    )
 
 
 def _old() -> Tables:

@@ -80,14 +80,18 @@ def test_twenty_partial_rescans_do_not_drift() -> None:
         assert np.percentile(offsets, 95) < 0.005
         old = Tables(
             frozenset(labels[region.old].tolist()) - {0},
-            Holds(metric=True, holds=tuple(holds.values())), Routes(routes=()), (),
+            Holds(metric=True, holds=tuple(holds.values())),
+            Routes(routes=()),
+            (),
             max(holds),
-        )  # fmt: skip
+        )
         new = Tables(
             frozenset(region.new_labels[region.new].tolist()) - {0},
-            Holds(metric=True, holds=tuple(part.rows())), Routes(routes=()), (),
+            Holds(metric=True, holds=tuple(part.rows())),
+            Routes(routes=()),
+            (),
             len(spots),
-        )  # fmt: skip
+        )
         joined = join_tables(old, new, {"a.jpg": "a.jpg"}, {"a.jpg"})
         untouched = old.present & holds.keys()
         after = {hold.id: hold for hold in joined.holds.holds}

@@ -292,8 +292,9 @@ def test_rectified_points_share_their_row_and_obey_the_disparity(
     points = rng.uniform([-0.8, -0.6, -0.2], [0.8, 0.6, 0.2], (80, 3))
     pinhole = CAMERA.pinhole()
     first = look_at(np.array([0.0, 0.0, -2.0]), np.zeros(3), pinhole)
-    second = look_at(np.array([centre[0], centre[1], -2.0 + 0.5 * centre[2]]),
-                     np.array([*target, 0.0]), pinhole)  # fmt: skip
+    second = look_at(
+        np.array([centre[0], centre[1], -2.0 + 0.5 * centre[2]]), np.array([*target, 0.0]), pinhole
+    )
     if np.linalg.norm(second.centre - first.centre) < 0.05:
         return
     pair = rectify(first, second, points)

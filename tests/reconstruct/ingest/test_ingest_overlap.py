@@ -15,9 +15,12 @@ def scene(seed: int) -> NDArray[np.uint8]:
     across, down = np.meshgrid(np.arange(700), np.arange(300))
     grey = np.full((300, 700), 120.0)
     for x, y, size, tone in zip(
-        rng.uniform(0, 700, 500), rng.uniform(0, 300, 500), rng.uniform(2, 12, 500),
-        rng.uniform(-90, 90, 500), strict=True,
-    ):  # fmt: skip
+        rng.uniform(0, 700, 500),
+        rng.uniform(0, 300, 500),
+        rng.uniform(2, 12, 500),
+        rng.uniform(-90, 90, 500),
+        strict=True,
+    ):
         near = np.abs(across - x) + np.abs(down - y) < size
         grey[near] = 120.0 + tone
     return grey.astype(np.uint8)

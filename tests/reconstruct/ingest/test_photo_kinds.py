@@ -169,9 +169,14 @@ def test_a_heif_in_hdr_keeps_its_colours(tmp_path: Path, transfer: Transfer, cod
     stripes = np.array([signal(rgb, transfer) for rgb in COLOURS])
     pixels = np.rint(np.repeat(stripes, 128, axis=0) * 255).astype(np.uint8)
     Image.fromarray(np.ascontiguousarray(np.broadcast_to(pixels, (480, 640, 3)))).save(
-        tmp_path / "a.heic", quality=98, chroma=444, save_nclx_profile=True, color_primaries=9,
-        transfer_characteristics=code, matrix_coefficients=9,
-    )  # fmt: skip
+        tmp_path / "a.heic",
+        quality=98,
+        chroma=444,
+        save_nclx_profile=True,
+        color_primaries=9,
+        transfer_characteristics=code,
+        matrix_coefficients=9,
+    )
     with decoded_photo(tmp_path / "a.heic", IngestSettings(), MemoryBudget()) as photo:
         found = np.asarray(photo.image)
     for column, rgb in enumerate(COLOURS):

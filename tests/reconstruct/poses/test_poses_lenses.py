@@ -109,8 +109,10 @@ def test_each_reader_keeps_the_lens(name: str, model: str, tmp_path: Path) -> No
 
     width, height = SIZE
     lens = brown_lens(model, Camera("PINHOLE", width, height, (500.0, 500.0, 322.0, 239.0)))
-    views = [View(f"{k}.jpg", lens, view_at("", (10, k, 5), (k, 0, 2), 500.0).cam_from_world)
-             for k in range(2)]  # fmt: skip
+    views = [
+        View(f"{k}.jpg", lens, view_at("", (10, k, 5), (k, 0, 2), 500.0).cam_from_world)
+        for k in range(2)
+    ]
     (tmp_path / "poses").mkdir()
     photos = [tmp_path / view.name for view in views]
     for photo in photos:

@@ -31,14 +31,21 @@ UNKNOWN = CameraEntry("SIMPLE_RADIAL", 480, 640, (480.0, 240.0, 320.0, 0.0), pri
 def job_of(database: Path, *cameras: CameraEntry) -> ColmapJob:
     images = tuple(ImageEntry(f"{k}.jpg", k) for k in range(len(cameras)))
     return ColmapJob(
-        database=str(database), image_root="", threads=1, seed=0, sift=Sift(100, 0),
-        min_matches=15, cameras=cameras, images=images,
-    )  # fmt: skip
+        database=str(database),
+        image_root="",
+        threads=1,
+        seed=0,
+        sift=Sift(100, 0),
+        min_matches=15,
+        cameras=cameras,
+        images=images,
+    )
 
 
 def mapped(registered: int, observations: int) -> Mapped:
-    return Mapped(MappingResult(), dict.fromkeys(map(str, range(registered)), np.zeros(3)),
-                  observations)  # fmt: skip
+    return Mapped(
+        MappingResult(), dict.fromkeys(map(str, range(registered)), np.zeros(3)), observations
+    )
 
 
 @pytest.mark.parametrize(
@@ -88,9 +95,16 @@ class Model:
 
 @pytest.mark.parametrize(
     ("focal", "distortion", "absurd"),
-    [(480, 0.03, False), (250, -0.3, False), (3000, 0.0, False), (4000, 0.0, True),
-     (100, 0.0, True), (500, 5.1, True), (2000, -4.2, True)],
-)  # fmt: skip
+    [
+        (480, 0.03, False),
+        (250, -0.3, False),
+        (3000, 0.0, False),
+        (4000, 0.0, True),
+        (100, 0.0, True),
+        (500, 5.1, True),
+        (2000, -4.2, True),
+    ],
+)
 def test_an_absurd_lens_is_noticed(
     focal: float, distortion: float, absurd: bool, tmp_path: Path
 ) -> None:

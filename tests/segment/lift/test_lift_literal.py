@@ -65,17 +65,29 @@ def assert_equal(fast: Instances, slow: Instances) -> None:
 @settings(max_examples=25, deadline=None)
 @pytest.mark.usefixtures("exact_rays")
 def test_same_as_the_reference_on_random_scenes(
-    make_scene: Any, seed: int, power: float, threshold: float, resolution: float,
-    distorted: bool, pixels: int, on_top: OnTop, confidence: Confidence,
-) -> None:  # fmt: skip
+    make_scene: Any,
+    seed: int,
+    power: float,
+    threshold: float,
+    resolution: float,
+    distorted: bool,
+    pixels: int,
+    on_top: OnTop,
+    confidence: Confidence,
+) -> None:
     # Both get networkx's Louvain: the graphs are the same, but two implementations may settle
     # on different partitions of equal worth.
     mesh, views = make_scene(seed, distorted=distorted)
     params = LiftParams(
-        method="literal", visibility_distance=3.0, easing_power=power, threshold=threshold,
-        resolution=resolution, mask_resolution=pixels, on_top=on_top,
+        method="literal",
+        visibility_distance=3.0,
+        easing_power=power,
+        threshold=threshold,
+        resolution=resolution,
+        mask_resolution=pixels,
+        on_top=on_top,
         confidence=confidence,
-    )  # fmt: skip
+    )
     slow = lift_reference(mesh, views, params, louvain_networkx)
     assert_equal(lift_literal(mesh, views, params, partition=louvain_networkx), slow)
     # The publication's own result, in which instances of two classes may share a triangle.

@@ -65,8 +65,11 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (root / "src").symlink_to(ROOT / "src")
     done = subprocess.run(
         [Path(sys.executable).parent / "zensical", "build", "--strict"],
-        cwd=root, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        cwd=root,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     return root / "site"
 
@@ -193,9 +196,12 @@ def test_main_pages_are_for_everybody(address: str, lacks: Callable[[str], NoRet
         lacks("Chromium, or the viewer's node_modules (make browser)")
     browser = subprocess.Popen(
         ["node", "tests/site.mjs", address, *MAIN],
-        cwd=viewer, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        cwd=viewer,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
         start_new_session=True,
-    )  # fmt: skip
+    )
     try:
         shown, errors = browser.communicate(timeout=1800)
     finally:

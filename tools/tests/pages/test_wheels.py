@@ -62,9 +62,13 @@ def type_in(folder: Path, commands: str, venv: Path | None = None) -> str:
     """Run lines in a shell, which stops at the first that fails; what they said."""
     begin = f". {venv}/bin/activate\n" if venv else ""
     done = subprocess.run(
-        ["bash", "-ec", begin + commands], cwd=folder, env=clean_environment(),
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        ["bash", "-ec", begin + commands],
+        cwd=folder,
+        env=clean_environment(),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 0, f"{commands}\n{done.stdout[-3000:]}{done.stderr[-3000:]}"
     return done.stdout + done.stderr
 
@@ -82,9 +86,13 @@ def answered(address: str, server: subprocess.Popen[str]) -> str:
 def serve_and_stop(folder: Path, command: str, venv: Path) -> str:
     """Begin a server, look at its address, press Ctrl-C; what it said."""
     server = subprocess.Popen(
-        ["bash", "-c", f". {venv}/bin/activate; exec {command}"], cwd=folder, text=True,
-        env=clean_environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-    )  # fmt: skip
+        ["bash", "-c", f". {venv}/bin/activate; exec {command}"],
+        cwd=folder,
+        text=True,
+        env=clean_environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
     assert server.stdout is not None
     shown = ""
     for line in server.stdout:
@@ -106,9 +114,17 @@ def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
     # Other tests write caches of compiled code meanwhile.
     caches = ("__pycache__", "*.pyc", "*.nb[ic]", "htmlcov")
     skipped = shutil.ignore_patterns(
-        ".*", "node_modules", "build", "site", "dist", "*-scan", "demo-gym", "pictures", "results",
+        ".*",
+        "node_modules",
+        "build",
+        "site",
+        "dist",
+        "*-scan",
+        "demo-gym",
+        "pictures",
+        "results",
         *caches,
-    )  # fmt: skip
+    )
     shutil.copytree(ROOT, copy, ignore=skipped, symlinks=True)
     output = type_in(copy, blocks("setter.md")[0])
     assert "A scan can run here" in output

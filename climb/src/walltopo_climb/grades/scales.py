@@ -14,9 +14,15 @@ from walltopo_climb.grades.font import FONT, font_label, parse_grade, v_label
 
 V_SCALE: Final = ("VB", *(f"V{number}" for number in range(18)))
 FRENCH: Final = (
-    "3", "4a", "4b", "4c", "5a", "5b", "5c",
-    *(f"{digit}{letter}{plus}" for digit in "6789" for letter in "abc" for plus in ("", "+"))
-)[:-1]  # fmt: skip
+    "3",
+    "4a",
+    "4b",
+    "4c",
+    "5a",
+    "5b",
+    "5c",
+    *(f"{digit}{letter}{plus}" for digit in "6789" for letter in "abc" for plus in ("", "+")),
+)[:-1]
 _ROMAN: Final = ("I", "II", "III", "IV", "V", "VI", "VII", "VIII", "IX", "X", "XI", "XII")
 UIAA: Final = (
     *_ROMAN[:4],
@@ -24,8 +30,9 @@ UIAA: Final = (
 )
 
 _FRENCH_GRADE: Final = re.compile(r"(?:f\.?|french)?\s*([1-9])([abc])?(\+)?", re.IGNORECASE)
-_UIAA_GRADE: Final = re.compile(r"(?:uiaa)?\s*([IVX]{1,4}|[1-9]|1[0-2])\s*([-\u2212+])?",
-                                re.IGNORECASE)  # fmt: skip
+_UIAA_GRADE: Final = re.compile(
+    r"(?:uiaa)?\s*([IVX]{1,4}|[1-9]|1[0-2])\s*([-\u2212+])?", re.IGNORECASE
+)
 _LETTERED_FROM: Final = 6  # French grades below it may lack the letter
 FRENCH_6A: Final = 36  # place of 6a among the French grades
 _UIAA_6_PLUS: Final = 19  # place of VI+ among those of UIAA

@@ -89,9 +89,16 @@ class Sampler:
     def varied(self, candidate: Candidate) -> Candidate:
         """Return the candidate with one random change."""
         changes = (
-            self._swapped, self._swapped, self._inserted, self._dropped, self._other_top,
-            self._other_start, self._with_foot, self._with_foot, self._without_foot,
-        )  # fmt: skip
+            self._swapped,
+            self._swapped,
+            self._inserted,
+            self._dropped,
+            self._other_top,
+            self._other_start,
+            self._with_foot,
+            self._with_foot,
+            self._without_foot,
+        )
         return changes[int(self._random.integers(len(changes)))](candidate)
 
     # Weights of holds for the next hand.
@@ -182,9 +189,11 @@ class Sampler:
         can = (below > _FEET_BELOW * height) & (below < 0.75 * height) & (side < _BESIDE * height)
         can[[pool.row_of[number] for number in candidate.holds]] = False
         found = self._pick(np.where(can, np.where(pool.hands, 0.3, 1.0), 0.0))
-        return candidate if found is None else replace(
-            candidate, feet=(*candidate.feet, *self._numbers([found]))
-        )  # fmt: skip
+        return (
+            candidate
+            if found is None
+            else replace(candidate, feet=(*candidate.feet, *self._numbers([found])))
+        )
 
     def _without_foot(self, candidate: Candidate) -> Candidate:
         if not candidate.feet:

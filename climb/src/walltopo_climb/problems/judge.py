@@ -104,7 +104,7 @@ class Judge:
             ),
             "reach": self._reach(climbed.moves),
             "body": self._fits_body(climbed, own),
-        }  # fmt: skip
+        }
         idle = _UNUSED * len(candidate.holds - used) + self._shape(candidate)
         off = sum(prices.values()) + idle
         violations = self._violations(

@@ -104,9 +104,14 @@ def sign_in(
     secret, kept = new_secret()
     expires = now() + timedelta(days=days)
     session.add(
-        SignIn(person_id=person, token_hash=kept, expires_at=expires, browser=browser[:200],
-               confirmed_at=now() if confirmed else None)
-    )  # fmt: skip
+        SignIn(
+            person_id=person,
+            token_hash=kept,
+            expires_at=expires,
+            browser=browser[:200],
+            confirmed_at=now() if confirmed else None,
+        )
+    )
     return secret
 
 

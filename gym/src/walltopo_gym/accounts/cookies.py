@@ -17,9 +17,14 @@ _DAY_S: Final = 86400
 
 
 def begin_here(
-    session: Session, services: Services, request: Request, response: Response, person: UUID,
-    *, confirmed: bool = True,
-) -> None:  # fmt: skip
+    session: Session,
+    services: Services,
+    request: Request,
+    response: Response,
+    person: UUID,
+    *,
+    confirmed: bool = True,
+) -> None:
     """Sign in in this browser. The secret is always new, so a planted cookie is worthless.
 
     Parameters

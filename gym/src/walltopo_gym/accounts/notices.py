@@ -15,9 +15,15 @@ from walltopo_gym.languages import LANGUAGES, Language
 from walltopo_gym.mail import Mail
 
 Change = Literal[
-    "passkey-added", "passkey-removed", "second-factor-on", "second-factor-off", "token-added",
-    "token-removed", "password-changed", "account-deleted",
-]  # fmt: skip
+    "passkey-added",
+    "passkey-removed",
+    "second-factor-on",
+    "second-factor-off",
+    "token-added",
+    "token-removed",
+    "password-changed",
+    "account-deleted",
+]
 
 
 class _Notifier:
@@ -40,8 +46,10 @@ class _Notifier:
         templates = mail_templates()[_language(self._request)]
         lines = [templates[change]["text"].replace("{name}", name)]
         if change != "account-deleted":
-            lines += [templates["changed"]["text"],
-                      f"{self._services.settings.link_base}/new-password"]  # fmt: skip
+            lines += [
+                templates["changed"]["text"],
+                f"{self._services.settings.link_base}/new-password",
+            ]
         return Mail(to, templates[change]["subject"], "\n\n".join(lines) + "\n")
 
 

@@ -110,9 +110,12 @@ class Provider:
         from authlib.integrations.requests_client import OAuth2Session
 
         return OAuth2Session(
-            self.client_id, self.client_secret, scope="openid email profile",
-            redirect_uri=self.callback, code_challenge_method="S256",
-        )  # fmt: skip
+            self.client_id,
+            self.client_secret,
+            scope="openid email profile",
+            redirect_uri=self.callback,
+            code_challenge_method="S256",
+        )
 
     def keys(self) -> Any:
         """Return the provider's current public keys."""
@@ -135,17 +138,26 @@ def begin(provider: Provider) -> Attempt:
     """Return a new attempt to sign in."""
     state, nonce, verifier = (new_secret()[0] for _ in range(3))
     url, _ = provider.client().create_authorization_url(
-        provider.places["authorization_endpoint"], state=state, nonce=nonce,
-        code_verifier=verifier, max_age=_CONFIRMED_S,
-    )  # fmt: skip
+        provider.places["authorization_endpoint"],
+        state=state,
+        nonce=nonce,
+        code_verifier=verifier,
+        max_age=_CONFIRMED_S,
+    )
     return Attempt(str(url), state, nonce, verifier)
 
 
 def store_attempt(session: Session, attempt: Attempt) -> None:
     """Store an attempt until its browser comes back."""
     session.execute(delete(OidcAttempt).where(OidcAttempt.expires_at < now()))
-    session.add(OidcAttempt(state_hash=hash_of(attempt.state), nonce=attempt.nonce,
-                            verifier=attempt.verifier, expires_at=now() + _GOOD_FOR))  # fmt: skip
+    session.add(
+        OidcAttempt(
+            state_hash=hash_of(attempt.state),
+            nonce=attempt.nonce,
+            verifier=attempt.verifier,
+            expires_at=now() + _GOOD_FOR,
+        )
+    )
 
 
 def use_attempt(session: Session, state: str) -> tuple[str, str]:
@@ -181,9 +193,12 @@ def _fetched(provider: Provider, code: str, verifier: str) -> str:
     check_unlocked(_WORK)
     try:
         token = provider.client().fetch_token(
-            provider.places["token_endpoint"], grant_type="authorization_code", code=code,
-            code_verifier=verifier, timeout=_PATIENCE_S,
-        )  # fmt: skip
+            provider.places["token_endpoint"],
+            grant_type="authorization_code",
+            code=code,
+            code_verifier=verifier,
+            timeout=_PATIENCE_S,
+        )
         return str(token["id_token"])
     except (requests.RequestException, AuthlibBaseError, KeyError, ValueError) as error:
         raise SignInNeededError("provider-not-confirmed", "sign-in-again") from error

@@ -82,15 +82,21 @@ def add_passkey(
     challenge = _used(session, credential, person)
     try:
         found = verify_registration_response(
-            credential=credential, expected_challenge=challenge, expected_rp_id=site.host,
-            expected_origin=site.origin, require_user_verification=True,
-        )  # fmt: skip
+            credential=credential,
+            expected_challenge=challenge,
+            expected_rp_id=site.host,
+            expected_origin=site.origin,
+            require_user_verification=True,
+        )
     except (WebAuthnException, ValueError, KeyError, TypeError, RecursionError) as error:
         raise RequestError("passkey-not-added", why=error) from error
     row = Passkey(
-        person_id=person, name=name, credential_id=found.credential_id,
-        public_key=found.credential_public_key, sign_count=found.sign_count,
-    )  # fmt: skip
+        person_id=person,
+        name=name,
+        credential_id=found.credential_id,
+        public_key=found.credential_public_key,
+        sign_count=found.sign_count,
+    )
     session.add(row)
     session.flush()
     log_change(session, "passkey.create", person=person, subject=str(row.id))
@@ -129,15 +135,24 @@ def person_of(session: Session, site: Site, credential: dict[str, Any]) -> UUID:
         if row is None:
             raise SignInNeededError("passkey-unknown")
         found = verify_authentication_response(
-            credential=credential, expected_challenge=challenge, expected_rp_id=site.host,
-            expected_origin=site.origin, credential_public_key=row.public_key,
-            credential_current_sign_count=row.sign_count, require_user_verification=True,
-        )  # fmt: skip
+            credential=credential,
+            expected_challenge=challenge,
+            expected_rp_id=site.host,
+            expected_origin=site.origin,
+            credential_public_key=row.public_key,
+            credential_current_sign_count=row.sign_count,
+            require_user_verification=True,
+        )
     except SignInNeededError:
         raise
     except (
-        WebAuthnException, RequestError, ValueError, KeyError, TypeError, RecursionError,
-    ) as error:  # fmt: skip
+        WebAuthnException,
+        RequestError,
+        ValueError,
+        KeyError,
+        TypeError,
+        RecursionError,
+    ) as error:
         raise SignInNeededError("passkey-wrong") from error
     row.sign_count, row.used_at = found.new_sign_count, now()
     return row.person_id

@@ -102,7 +102,12 @@ def profile_of(session: Session, person: UUID) -> Profile:
     if kept is not None:
         return kept
     return Profile(
-        person_id=person, on_boards=False, category=Category.UNSAID, show_ascents=Audience.NOBODY,
-        show_pins=Audience.NOBODY, show_body=Audience.NOBODY, feed=True,
+        person_id=person,
+        on_boards=False,
+        category=Category.UNSAID,
+        show_ascents=Audience.NOBODY,
+        show_pins=Audience.NOBODY,
+        show_body=Audience.NOBODY,
+        feed=True,
         on_screens=False,
-    )  # fmt: skip
+    )

@@ -14,9 +14,14 @@ DocumentTurn = Annotated[None, turn_for("documents", 2)]
 
 
 def document(
-    request: Request, content: bytes, kind: str, name: str, *, shown: bool = False,
+    request: Request,
+    content: bytes,
+    kind: str,
+    name: str,
+    *,
+    shown: bool = False,
     missing: set[str] | None = None,
-) -> Response:  # fmt: skip
+) -> Response:
     """Return a document as a response; 304 if the client has it already.
 
     Parameters

@@ -50,9 +50,12 @@ def page_of(
 
 
 def page_by(
-    session: Session, rows: Select[*tuple[Any, ...]], order: tuple[Any, Any], cursor: str | None,
+    session: Session,
+    rows: Select[*tuple[Any, ...]],
+    order: tuple[Any, Any],
+    cursor: str | None,
     size: int,
-) -> tuple[list[Any], str | None]:  # fmt: skip
+) -> tuple[list[Any], str | None]:
     """Return one page of rows, the latest first, and the cursor of the next.
 
     Parameters

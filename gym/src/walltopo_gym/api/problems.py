@@ -79,8 +79,13 @@ class FaultFacts(BaseModel):
     def of(cls, fault: Fault) -> FaultFacts:
         """Return it as the API has it."""
         problem = fault.problem
-        facts = {"line": fault.line, "column": fault.column, "why": problem.message,
-                 "hint": problem.hint, **codes_of(problem)}  # fmt: skip
+        facts = {
+            "line": fault.line,
+            "column": fault.column,
+            "why": problem.message,
+            "hint": problem.hint,
+            **codes_of(problem),
+        }
         return cls.model_validate(facts)
 
 
@@ -98,9 +103,12 @@ def problem_answer(
 
 
 def _answer(
-    status: int, title: str, hint: str = "", headers: Mapping[str, str] | None = None,
+    status: int,
+    title: str,
+    hint: str = "",
+    headers: Mapping[str, str] | None = None,
     problem: RequestError | None = None,
-) -> JSONResponse:  # fmt: skip
+) -> JSONResponse:
     body: dict[str, object] = {"title": title, "status": status}
     if hint:
         body["hint"] = hint

@@ -13,12 +13,16 @@ _LANGUAGE = r"^[A-Za-z]{2,3}(-[A-Za-z0-9]{1,8})*$"
 
 
 def _dialect(
-    language: Annotated[str | None, Query(
-        max_length=35, pattern=_LANGUAGE,
-        description="of the spreadsheet, such as de or de-CH; default: the header Accept-Language",
-    )] = None,
+    language: Annotated[
+        str | None,
+        Query(
+            max_length=35,
+            pattern=_LANGUAGE,
+            description="of the spreadsheet, such as de-CH; default: the header Accept-Language",
+        ),
+    ] = None,
     accept_language: Annotated[str, Header(include_in_schema=False)] = "",
-) -> CsvDialect:  # fmt: skip
+) -> CsvDialect:
     return dialect_of(language or accept_language)
 
 

@@ -16,9 +16,13 @@ def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
         "--data", type=Path, metavar="DIR", required=True, help="kept for the next start"
     )
     demo.add_argument(
-        "--photos", type=Path, metavar="DIR", nargs="+", default=[Path(name) for name in PHOTOS],
+        "--photos",
+        type=Path,
+        metavar="DIR",
+        nargs="+",
+        default=[Path(name) for name in PHOTOS],
         help=f"of a wall each (default: {' '.join(PHOTOS)})",
-    )  # fmt: skip
+    )
     demo.add_argument("--port", help="port to listen on; 0: any free one (default 8080)")
     demo.add_argument("--no-serve", action="store_true", help="make it, and end")
     demo.set_defaults(run=_demo)

@@ -61,9 +61,14 @@ class NewAscent(Body):
 
 
 def keep_ascent(
-    session: Session, ascent: UUID, person: UUID, gym: Gym, route: Route, climb: NewAscent,
+    session: Session,
+    ascent: UUID,
+    person: UUID,
+    gym: Gym,
+    route: Route,
+    climb: NewAscent,
     edit: Edit | None = None,
-) -> tuple[Ascent, bool]:  # fmt: skip
+) -> tuple[Ascent, bool]:
     """Store or correct an ascent; return it and whether it is new.
 
     A time of the next hours counts as now, because clocks differ. A withdrawn ascent stays
@@ -84,9 +89,14 @@ def keep_ascent(
         check_climbed(climb.climbed_at, begin_of(session, gym, route), zone_of(gym))
     if row is None:
         row = Ascent(
-            id=ascent, person_id=person, gym_id=gym.id, route_id=route.id, gym_name=gym.name,
-            route_name=route.name, grade=route.grade,
-        )  # fmt: skip
+            id=ascent,
+            person_id=person,
+            gym_id=gym.id,
+            route_id=route.id,
+            gym_name=gym.name,
+            route_name=route.name,
+            grade=route.grade,
+        )
         value(session, row, route)
         session.add(row)
     elif row.person_id != person:

@@ -74,9 +74,11 @@ def board(
     """
     year = gym_day(at, zone_of(gym)).year
     these = [
-        Standing.gym_id == gym.id, Standing.period == query.period,
-        Standing.circuit == query.circuit, *_about(query, year),
-    ]  # fmt: skip
+        Standing.gym_id == gym.id,
+        Standing.period == query.period,
+        Standing.circuit == query.circuit,
+        *_about(query, year),
+    ]
     seen = [*these, Profile.on_boards.is_(True)]
     columns = Standing.person_id, Person.name, Standing.points, Standing.tops, Standing.flashes
     named = _joined(select(*columns), gym).join(Person, Person.id == Standing.person_id)

@@ -143,15 +143,23 @@ def _value_bare(session: Session, gym: Gym, person: UUID) -> None:
 
 
 def _climbed(
-    session: Session, gym: Gym, person: UUID, since: datetime | None, until: datetime | None,
+    session: Session,
+    gym: Gym,
+    person: UUID,
+    since: datetime | None,
+    until: datetime | None,
     kinds: Sequence[str] = (),
-) -> list[_Climbed]:  # fmt: skip
+) -> list[_Climbed]:
     wanted = select(
-        Ascent.id, Ascent.climbed_route, Ascent.kind, Ascent.tries, Ascent.grade, Ascent.worth,
-        Ascent.circuit, Ascent.climbed_at,
-    ).where(
-        Ascent.person_id == person, Ascent.gym_id == gym.id, Ascent.taken_back_at.is_(None)
-    )  # fmt: skip
+        Ascent.id,
+        Ascent.climbed_route,
+        Ascent.kind,
+        Ascent.tries,
+        Ascent.grade,
+        Ascent.worth,
+        Ascent.circuit,
+        Ascent.climbed_at,
+    ).where(Ascent.person_id == person, Ascent.gym_id == gym.id, Ascent.taken_back_at.is_(None))
     if since is not None and until is not None:
         wanted = wanted.where(Ascent.climbed_at >= since, Ascent.climbed_at < until)
     if kinds:

@@ -63,11 +63,12 @@ def see(session: Session, viewer: UUID, person: UUID) -> Seen:
     return Seen(
         person=row,
         gyms=gyms,
-        ascents=session.scalars(latest.limit(_LATEST)).all() if shown(profile.show_ascents)
+        ascents=session.scalars(latest.limit(_LATEST)).all()
+        if shown(profile.show_ascents)
         else None,
         pins=session.scalars(pinned).all() if shown(profile.show_pins) else None,
         body=profile if shown(profile.show_body) else None,
-    )  # fmt: skip
+    )
 
 
 def may_see(session: Session, viewer: UUID, person: UUID, audience: str) -> bool:

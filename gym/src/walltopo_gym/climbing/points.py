@@ -29,10 +29,34 @@ _BASE: Final = 100
 _STEP: Final = 20
 
 # The Font grade beside each V grade, as in guidebooks, up to 9A.
-_OF_V: Final = [FONT.index(grade) for _, grade in zip(V_SCALE, (
-    "3", "4", "5", "5+", "6A", "6B", "6C", "7A", "7A+", "7B", "7C", "7C+", "8A", "8A+", "8B", "8B+",
-    "8C", "8C+", "9A",
-), strict=True)]  # fmt: skip
+_OF_V: Final = [
+    FONT.index(grade)
+    for _, grade in zip(
+        V_SCALE,
+        (
+            "3",
+            "4",
+            "5",
+            "5+",
+            "6A",
+            "6B",
+            "6C",
+            "7A",
+            "7A+",
+            "7B",
+            "7C",
+            "7C+",
+            "8A",
+            "8A+",
+            "8B",
+            "8B+",
+            "8C",
+            "8C+",
+            "9A",
+        ),
+        strict=True,
+    )
+]
 
 _OWN_FROM, _OWN_TO = FONT.index("4"), FONT.index("7C")
 

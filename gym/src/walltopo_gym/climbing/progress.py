@@ -127,17 +127,24 @@ def progress(session: Session, gym: Gym, person: UUID, at: datetime) -> Progress
     """
     zone = zone_of(gym)
     mine = Ascent.person_id == person, Ascent.gym_id == gym.id, Ascent.taken_back_at.is_(None)
-    columns = (Ascent.climbed_route, Ascent.kind, Ascent.tries, Ascent.grade, Ascent.worth,
-               Ascent.climbed_at)  # fmt: skip
+    columns = (
+        Ascent.climbed_route,
+        Ascent.kind,
+        Ascent.tries,
+        Ascent.grade,
+        Ascent.worth,
+        Ascent.climbed_at,
+    )
     done = [_Done(*row) for row in session.execute(select(*columns).where(*mine))]
     visits = session.scalars(
         select(ClimbingSession)
         .where(
-            ClimbingSession.person_id == person, ClimbingSession.gym_id == gym.id,
+            ClimbingSession.person_id == person,
+            ClimbingSession.gym_id == gym.id,
             ClimbingSession.ascents > 0,
         )
         .order_by(ClimbingSession.began_at)
-    ).all()  # fmt: skip
+    ).all()
     tops = [one for one in done if one.kind in _TOPS]
     today = gym_day(at, zone)
     monday = _monday(today)

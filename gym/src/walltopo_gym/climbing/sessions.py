@@ -58,10 +58,12 @@ def end(session: Session, gym: Gym, row: ClimbingSession, at: datetime) -> None:
 def ascents_of(session: Session, row: ClimbingSession) -> Sequence[Ascent]:
     """Return the ascents of a session in order of time."""
     within = select(Ascent).where(
-        Ascent.person_id == row.person_id, Ascent.gym_id == row.gym_id,
-        Ascent.climbed_at >= row.began_at, Ascent.climbed_at <= row.ended_at,
+        Ascent.person_id == row.person_id,
+        Ascent.gym_id == row.gym_id,
+        Ascent.climbed_at >= row.began_at,
+        Ascent.climbed_at <= row.ended_at,
         Ascent.taken_back_at.is_(None),
-    )  # fmt: skip
+    )
     return session.scalars(within.order_by(Ascent.climbed_at, Ascent.id)).all()
 
 

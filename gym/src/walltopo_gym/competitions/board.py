@@ -61,15 +61,22 @@ class Leaderboard:
         """Return the whole board, or one category."""
         sheet, lines = self.sheet, self.lines()
         return BoardView(
-            competition_id=sheet.id, name=sheet.name, state=sheet.state, format=sheet.format,
-            frozen_at=sheet.frozen_at, seq=self.seq, revision=sheet.revision, at=self.at,
+            competition_id=sheet.id,
+            name=sheet.name,
+            state=sheet.state,
+            format=sheet.format,
+            frozen_at=sheet.frozen_at,
+            seq=self.seq,
+            revision=sheet.revision,
+            at=self.at,
             rounds=[_head(one) for one in sheet.rounds],
             categories=[
                 CategoryLines(known, name, lines[known])
-                for known, name in sheet.categories if category in (None, known)
+                for known, name in sheet.categories
+                if category in (None, known)
             ],
             teams=self.teams(),
-        )  # fmt: skip
+        )
 
     def teams(self) -> list[Team]:
         """Return the teams of a league: the best members of each, over all categories."""
@@ -86,10 +93,15 @@ class Leaderboard:
         }
         places = ranked({team: (points,) for team, points in sums.items()})
         return [
-            Team(places[team].rank, places[team].tied, team, shown(sums[team]),
-                 sorted(name for _, name in members[team]))
+            Team(
+                places[team].rank,
+                places[team].tied,
+                team,
+                shown(sums[team]),
+                sorted(name for _, name in members[team]),
+            )
             for team in sorted(sums, key=lambda team: (places[team].rank, team))
-        ]  # fmt: skip
+        ]
 
     def ranks_in(self, one: RoundSheet, category: UUID) -> dict[UUID, Place]:
         """Return the ranks in a round of those who climbed in it."""
@@ -123,14 +135,19 @@ class Leaderboard:
         in_rounds = [(one, self.ranks_in(one, category)) for one in self.sheet.rounds]
         lines = [
             Line(
-                entry_id=one.id, bib=one.bib, name=one.name, team=one.team, club=one.club,
+                entry_id=one.id,
+                bib=one.bib,
+                name=one.name,
+                team=one.team,
+                club=one.club,
                 rank=places[one.id].rank if one.id in places else None,
                 tied=one.id in places and places[one.id].tied,
-                out=self.results.outs.get(one.id), points=self._points(standings[one.id]),
+                out=self.results.outs.get(one.id),
+                points=self._points(standings[one.id]),
                 rounds=[self._round_line(one, of, ranks) for of, ranks in in_rounds],
             )
             for one in who
-        ]  # fmt: skip
+        ]
         last = len(lines) + 1
         return sorted(lines, key=lambda line: (line.rank or last, line.bib))
 
@@ -179,17 +196,25 @@ class Leaderboard:
         place = ranks.get(who.id)
         marks = self.results.marks_in(one, who.id) if len(one.problems) <= _FEW else {}
         return RoundLine(
-            round_id=one.id, rank=None if place is None else place.rank,
+            round_id=one.id,
+            rank=None if place is None else place.rank,
             started=score is not None,
             points="" if found.points is None or score is None else shown(found.points),
-            tops=found.tops, zones=found.zones, flashes=found.flashes,
-            tries_to_top=found.tries_to_top, tries_to_zone=found.tries_to_zone,
+            tops=found.tops,
+            zones=found.zones,
+            flashes=found.flashes,
+            tries_to_top=found.tries_to_top,
+            tries_to_zone=found.tries_to_zone,
             marks={problem: (mark.tries, mark.zone, mark.top) for problem, mark in marks.items()},
-        )  # fmt: skip
+        )
 
 
 def _head(one: RoundSheet) -> RoundHead:
     return RoundHead(
-        one.id, one.name, one.kind, one.state, one.scoring.rules,
+        one.id,
+        one.name,
+        one.kind,
+        one.state,
+        one.scoring.rules,
         [ProblemHead(task.id, task.label, task.colour) for task in one.problems],
-    )  # fmt: skip
+    )

@@ -37,11 +37,17 @@ def add_dates(session: Session, question: ComingDates) -> None:
     if "competitions" in gym.features_off:
         return
     question.found.extend(
-        GymDate("competition", f"competition-{each.competition_id}", each.starts_at, each.name,
-                f"/g/{gym.slug}/competitions/{each.competition_id}", each.ends_at)
+        GymDate(
+            "competition",
+            f"competition-{each.competition_id}",
+            each.starts_at,
+            each.name,
+            f"/g/{gym.slug}/competitions/{each.competition_id}",
+            each.ends_at,
+        )
         for each in dates_of(session, gym.id)
         if (each.ends_at or each.starts_at) > now() and each.starts_at < question.until
-    )  # fmt: skip
+    )
 
 
 def tell_begins(database: Database) -> None:

@@ -53,8 +53,10 @@ def hold_cups(session: Session, event: DemoFilled) -> None:
         return
     rng = np.random.default_rng(_SEED)
     emails = [email_of(gym, number) for number in range(COMPETITORS)]
-    of = {person.email: person for person in
-          session.scalars(select(Person).where(Person.email.in_(emails)))}  # fmt: skip
+    of = {
+        person.email: person
+        for person in session.scalars(select(Person).where(Person.email.in_(emails)))
+    }
     people = [of[email] for email in emails]
     past = (at - timedelta(days=21)).replace(hour=17, minute=0, second=0, microsecond=0)
     for name, begins, ends, share in (
@@ -74,9 +76,11 @@ def hold_cups(session: Session, event: DemoFilled) -> None:
 def _go_on(session: Session, gym: Gym, at: datetime) -> None:
     """Extend the running competition, so that a demo opened on another day has one."""
     over = select(Competition).where(
-        Competition.gym_id == gym.id, Competition.name.in_(_NAMES),
-        Competition.state == "running", Competition.ends_at < at,
-    )  # fmt: skip
+        Competition.gym_id == gym.id,
+        Competition.name.in_(_NAMES),
+        Competition.state == "running",
+        Competition.ends_at < at,
+    )
     for row in session.scalars(over):
         row.ends_at = at + _EVENING
         row.revision += 1
@@ -88,19 +92,34 @@ def _made(
     session: Session, gym: Gym, name: str, routes: Sequence[Route], begins: datetime, ends: datetime
 ) -> Competition:
     row = Competition(
-        gym_id=gym.id, name=name, format="festival", about="Climb what you like, all evening.",
-        fee="12 EUR at the desk", waiver=_WAIVER, starts_at=begins, ends_at=ends,
-        self_entry=True, self_scoring=True, revision=0, last_seq=0, state="draft",
-    )  # fmt: skip
+        gym_id=gym.id,
+        name=name,
+        format="festival",
+        about="Climb what you like, all evening.",
+        fee="12 EUR at the desk",
+        waiver=_WAIVER,
+        starts_at=begins,
+        ends_at=ends,
+        self_entry=True,
+        self_scoring=True,
+        revision=0,
+        last_seq=0,
+        state="draft",
+    )
     session.add(row)
     session.flush()
     rounds = RoundBody(
-        name="Session", scoring=ScoringBody(rules=Rules("points"), best=8),
-        opens_at=begins, closes_at=ends, route_ids=[route.id for route in routes], problems=[],
-    )  # fmt: skip
+        name="Session",
+        scoring=ScoringBody(rules=Rules("points"), best=8),
+        opens_at=begins,
+        closes_at=ends,
+        route_ids=[route.id for route in routes],
+        problems=[],
+    )
     categories = [
-        CategoryBody(name="Women", gender="women"), CategoryBody(name="Men", gender="men")
-    ]  # fmt: skip
+        CategoryBody(name="Women", gender="women"),
+        CategoryBody(name="Men", gender="men"),
+    ]
     change_sheet(session, row, categories, [rounds])
     return row
 
@@ -111,16 +130,27 @@ def _enter(session: Session, row: Competition, people: Sequence[Person]) -> None
     for number, person in enumerate(people):
         category = categories[number % len(categories)]
         words = EntryBody.model_validate(
-            {"name": person.name, "category_id": category.id, "gender": category.gender,
-             "team": _TEAMS[number % len(_TEAMS)]}
-        )  # fmt: skip
+            {
+                "name": person.name,
+                "category_id": category.id,
+                "gender": category.gender,
+                "team": _TEAMS[number % len(_TEAMS)],
+            }
+        )
         add_entry(session, row, words, person.id)
 
 
 def _climb(
-    session: Session, rng: np.random.Generator, row: Competition, one: Round, judge: UUID,
-    routes: Sequence[Route], begins: datetime, until: datetime, share: float,
-) -> None:  # fmt: skip
+    session: Session,
+    rng: np.random.Generator,
+    row: Competition,
+    one: Round,
+    judge: UUID,
+    routes: Sequence[Route],
+    begins: datetime,
+    until: datetime,
+    share: float,
+) -> None:
     """Add results spread over the time, by the ability that each climber's log shows."""
     entries = session.scalars(
         select(Entry).where(Entry.competition_id == row.id).order_by(Entry.bib)
@@ -145,8 +175,18 @@ def _climb(
         at = begins + moment * (until - begins)
         session.add(
             ScoreEvent(
-                id=uuid4(), competition_id=row.id, seq=number,
-                entry_id=entry_id, problem_id=problem_id, kind=kind, n=tries, person_id=judge,
-                device="demo", number=number, made_at=at, climbed_at=at, at=at,
+                id=uuid4(),
+                competition_id=row.id,
+                seq=number,
+                entry_id=entry_id,
+                problem_id=problem_id,
+                kind=kind,
+                n=tries,
+                person_id=judge,
+                device="demo",
+                number=number,
+                made_at=at,
+                climbed_at=at,
+                at=at,
             )
-        )  # fmt: skip
+        )

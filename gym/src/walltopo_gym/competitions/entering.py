@@ -120,15 +120,25 @@ def enter(session: Session, row: Competition, words: EntryBody, person: UUID, wa
 
 
 def sign(
-    session: Session, row: Competition, entry: Entry, signed_by: str, person: UUID, *,
+    session: Session,
+    row: Competition,
+    entry: Entry,
+    signed_by: str,
+    person: UUID,
+    *,
     on_paper: bool,
-) -> None:  # fmt: skip
+) -> None:
     """Record the acceptance of the current text, if the competition has one."""
     if row.waiver:
         session.add(
-            WaiverSignature(entry_id=entry.id, person_id=person, on_paper=on_paper,
-                            signed_by=signed_by, text=row.waiver)
-        )  # fmt: skip
+            WaiverSignature(
+                entry_id=entry.id,
+                person_id=person,
+                on_paper=on_paper,
+                signed_by=signed_by,
+                text=row.waiver,
+            )
+        )
         session.flush()
 
 
@@ -175,9 +185,10 @@ def forget_names(session: Session, person: UUID) -> None:
     own = select(Entry.id).where(Entry.person_id == person)
     cups = select(Entry.competition_id).where(Entry.person_id == person)
     session.execute(
-        update(Competition).where(Competition.id.in_(cups))
+        update(Competition)
+        .where(Competition.id.in_(cups))
         .values(revision=Competition.revision + 1)
-    )  # fmt: skip
+    )
     session.execute(
         update(WaiverSignature).where(WaiverSignature.entry_id.in_(own)).values(signed_by=NO_NAME)
     )
@@ -186,9 +197,10 @@ def forget_names(session: Session, person: UUID) -> None:
         update(ScoreEvent).where(ScoreEvent.person_id == person).values(text="", device="")
     )
     session.execute(
-        update(Entry).where(Entry.person_id == person)
+        update(Entry)
+        .where(Entry.person_id == person)
         .values(name=NO_NAME, team="", club="", birth_year=None, gender="")
-    )  # fmt: skip
+    )
 
 
 def entries_in(session: Session, competitions: Collection[UUID]) -> dict[UUID, int]:

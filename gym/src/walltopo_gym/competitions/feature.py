@@ -38,11 +38,13 @@ def _chores(settings: GymSettings, database: Database) -> Sequence[Chore]:
 
 
 def _own_tables(session: Session, question: OwnTables) -> None:
-    question.found.extend([
-        ("competition_entries", Entry),
-        ("competition_waivers", WaiverSignature),
-        ("score_events", ScoreEvent),
-    ])  # fmt: skip
+    question.found.extend(
+        [
+            ("competition_entries", Entry),
+            ("competition_waivers", WaiverSignature),
+            ("score_events", ScoreEvent),
+        ]
+    )
 
 
 def _person_deleted(session: Session, event: PersonDeleted) -> None:

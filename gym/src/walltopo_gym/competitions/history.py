@@ -18,9 +18,14 @@ from walltopo_gym.competitions.scoring.score import NOTHING, Mark
 from walltopo_gym.competitions.sheet import load_sheet
 
 _FACT: Final = (
-    ScoreEvent.id, ScoreEvent.entry_id, ScoreEvent.problem_id, ScoreEvent.kind, ScoreEvent.n,
-    ScoreEvent.target_id, ScoreEvent.text,
-)  # fmt: skip
+    ScoreEvent.id,
+    ScoreEvent.entry_id,
+    ScoreEvent.problem_id,
+    ScoreEvent.kind,
+    ScoreEvent.n,
+    ScoreEvent.target_id,
+    ScoreEvent.text,
+)
 
 
 def board_of(session: Session, row: Competition, until: datetime | None = None) -> Leaderboard:

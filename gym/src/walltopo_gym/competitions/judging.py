@@ -66,10 +66,15 @@ def keep_event(
                 _check_window(row, touched, climbed_at, at)
     row.last_seq += 1
     kept = ScoreEvent(
-        id=event, competition_id=row.id, seq=row.last_seq, person_id=person, at=at,
-        climbed_at=climbed_at, made_at=body.made_at,
+        id=event,
+        competition_id=row.id,
+        seq=row.last_seq,
+        person_id=person,
+        at=at,
+        climbed_at=climbed_at,
+        made_at=body.made_at,
         **{name: getattr(body, name) for name in _SAME},
-    )  # fmt: skip
+    )
     session.add(kept)
     session.flush()
     return kept, True
@@ -205,10 +210,13 @@ def _check_not_struck(
         .join(own, own.id == ScoreEvent.target_id)
         .where(
             ScoreEvent.entry_id == body.entry_id,
-            ScoreEvent.kind.in_(STRIKING), ScoreEvent.person_id.is_distinct_from(person),
-            own.kind.in_(SCORED), own.person_id == person, own.problem_id.in_(problems - {None}),
+            ScoreEvent.kind.in_(STRIKING),
+            ScoreEvent.person_id.is_distinct_from(person),
+            own.kind.in_(SCORED),
+            own.person_id == person,
+            own.problem_id.in_(problems - {None}),
         )
-    )  # fmt: skip
+    )
     found = set(session.scalars(by_judges))
     if found and found - struck(session, competition, found):
         raise ForbiddenError("cup-judge-struck", "cup-ask-judge-appeal")

@@ -247,8 +247,13 @@ def _difference(before: BoardView, view: BoardView) -> str:
     ]
     if not changed and before.teams == view.teams:
         return ""
-    news = {"kind": "lines", "seq": view.seq, "at": view.at, "categories": changed,
-            "teams": view.teams}  # fmt: skip
+    news = {
+        "kind": "lines",
+        "seq": view.seq,
+        "at": view.at,
+        "categories": changed,
+        "teams": view.teams,
+    }
     return msgspec.json.encode(news).decode()
 
 

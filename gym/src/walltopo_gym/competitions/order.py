@@ -108,9 +108,11 @@ def forget_drawn(session: Session, row: Competition, after: Round) -> None:
     """Forget the running orders of rounds that have not begun, because a round before them is
     reopened."""
     later = select(Round.id).where(
-        Round.competition_id == row.id, Round.place > after.place, Round.begun_at.is_(None),
+        Round.competition_id == row.id,
+        Round.place > after.place,
+        Round.begun_at.is_(None),
         Round.quota.is_not(None),
-    )  # fmt: skip
+    )
     session.execute(delete(Starter).where(Starter.round_id.in_(later)))
 
 

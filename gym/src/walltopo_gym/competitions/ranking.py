@@ -83,10 +83,12 @@ def standing_in_league(scores: Iterable[Score], league_best: int | None, handica
     each = [(score.points or Fraction(0)) + handicap for score in scores]
     total, most = best_of(each, league_best), max(each)
     return Standing(
-        ((None, Criterion("points", total, shown(total))),
-         (None, Criterion("best-round", most, shown(most)))),
+        (
+            (None, Criterion("points", total, shown(total))),
+            (None, Criterion("best-round", most, shown(most))),
+        ),
         total,
-    )  # fmt: skip
+    )
 
 
 def ranked(keys: Mapping[Who, tuple[Fraction, ...]]) -> dict[Who, Place]:

@@ -107,9 +107,12 @@ def _change_rounds(
 
 
 def _change_problems(
-    session: Session, row: Competition, one: Round, all_wanted: Sequence[ProblemBody],
+    session: Session,
+    row: Competition,
+    one: Round,
+    all_wanted: Sequence[ProblemBody],
     categories: set[UUID],
-) -> None:  # fmt: skip
+) -> None:
     known = _kept(session, Problem, Problem.round_id == one.id, all_wanted)
     for place, wanted in enumerate(all_wanted):
         if not categories.issuperset(wanted.category_ids):

@@ -116,9 +116,14 @@ def load_sheet(session: Session, competition: models.Competition) -> Sheet:
         .order_by(models.Entry.bib)
     )
     return Sheet(
-        id=competition.id, name=competition.name, format=Format(competition.format),
-        state=competition.state, revision=competition.revision, frozen_at=competition.frozen_at,
-        league_best=competition.league_best, team_size=competition.team_size,
+        id=competition.id,
+        name=competition.name,
+        format=Format(competition.format),
+        state=competition.state,
+        revision=competition.revision,
+        frozen_at=competition.frozen_at,
+        league_best=competition.league_best,
+        team_size=competition.team_size,
         categories=tuple((row.id, row.name) for row in categories),
         rounds=tuple(
             _round(row, tuple(problems[row.id]), frozenset(starters[row.id])) for row in rounds
@@ -127,7 +132,7 @@ def load_sheet(session: Session, competition: models.Competition) -> Sheet:
             Competitor(row.id, row.category_id, row.bib, row.name, row.team, row.club, row.handicap)
             for row in entries
         ),
-    )  # fmt: skip
+    )
 
 
 def _task(row: models.Problem, number: int) -> Task:
@@ -137,7 +142,13 @@ def _task(row: models.Problem, number: int) -> Task:
 
 def _round(row: models.Round, problems: tuple[Task, ...], starters: frozenset[UUID]) -> RoundSheet:
     return RoundSheet(
-        id=row.id, name=row.name, kind=row.kind, state=row.state,
-        scoring=Scoring.of(row.scoring), quota=row.quota, begun_at=row.begun_at,
-        problems=problems, starters=None if row.quota is None else starters,
-    )  # fmt: skip
+        id=row.id,
+        name=row.name,
+        kind=row.kind,
+        state=row.state,
+        scoring=Scoring.of(row.scoring),
+        quota=row.quota,
+        begun_at=row.begun_at,
+        problems=problems,
+        starters=None if row.quota is None else starters,
+    )

@@ -20,8 +20,16 @@ from walltopo_gym.texts import same_key
 COLUMNS: Final = ("name", "category", "bib", "team", "club", "birth_year", "gender", "handicap")
 MAX_LINES: Final = 2_000
 _WORDS: Final = 80
-_GENDERS: Final = {"": "", "w": "women", "f": "women", "women": "women", "m": "men", "men": "men",
-                   "other": "other", "x": "other"}  # fmt: skip
+_GENDERS: Final = {
+    "": "",
+    "w": "women",
+    "f": "women",
+    "women": "women",
+    "m": "men",
+    "men": "men",
+    "other": "other",
+    "x": "other",
+}
 _NUMBERS: Final = {"bib": (1, 99_999), "birth_year": (1900, 2100), "handicap": (-100_000, 100_000)}
 
 
@@ -161,19 +169,26 @@ def _entry(
     cell = cells.get("gender", "")
     gender = _GENDERS.get(cell.lower())
     if gender is None:
-        wrong.append(_CellError(
-            "gender", RequestError("cell-gender", "cell-gender-write", name=cell[:MAX_SHOWN])
-        ))  # fmt: skip
+        wrong.append(
+            _CellError(
+                "gender", RequestError("cell-gender", "cell-gender-write", name=cell[:MAX_SHOWN])
+            )
+        )
     category = _category(cells.get("category", ""), categories, wrong)
     if category is not None:
         _check_fits(category, gender, numbers["birth_year"], wrong)
     anywhere = category or next(iter(categories.values()))  # with a fault nothing is taken in
     # Each cell was checked above, with words for its line and column.
     words = EntryBody.model_construct(
-        name=cells.get("name", ""), category_id=anywhere.id, bib=numbers["bib"],
-        team=cells.get("team", ""), club=cells.get("club", ""), birth_year=numbers["birth_year"],
-        gender=gender or "", handicap=numbers["handicap"] or 0,
-    )  # fmt: skip
+        name=cells.get("name", ""),
+        category_id=anywhere.id,
+        bib=numbers["bib"],
+        team=cells.get("team", ""),
+        club=cells.get("club", ""),
+        birth_year=numbers["birth_year"],
+        gender=gender or "",
+        handicap=numbers["handicap"] or 0,
+    )
     return words, wrong
 
 
@@ -225,8 +240,13 @@ def _number(cell: str, name: str, wrong: list[_CellError]) -> int | None:
     low, high = _NUMBERS[name]
     is_number = re.fullmatch(r"-?[0-9]{1,6}", cell) is not None
     if not is_number or not low <= int(cell) <= high:
-        wrong.append(_CellError(name, RequestError(
-            "cell-number", "cell-digits", cell=cell[:MAX_SHOWN], low=low, high=high
-        )))  # fmt: skip
+        wrong.append(
+            _CellError(
+                name,
+                RequestError(
+                    "cell-number", "cell-digits", cell=cell[:MAX_SHOWN], low=low, high=high
+                ),
+            )
+        )
         return None
     return int(cell)

@@ -11,19 +11,32 @@ from walltopo_gym.paper.sheet import Paper, Sheet
 from walltopo_gym.spreadsheets import CsvDialect, csv_table
 
 _COLUMNS: Final = ("category", "rank", "shared", "bib", "name", "team", "club", "out", "points")
-_OF_A_ROUND: Final = ("rank", "points", "tops", "zones", "flashes", "tries_to_top",
-                      "tries_to_zone")  # fmt: skip
+_OF_A_ROUND: Final = ("rank", "points", "tops", "zones", "flashes", "tries_to_top", "tries_to_zone")
 
 
 def results_csv(board: BoardView, dialect: CsvDialect) -> str:
     """Return a line per competitor, by category; a round's columns begin with its name."""
-    heads = [f"{number}. {one.name}: {name}"
-             for number, one in enumerate(board.rounds, 1) for name in _OF_A_ROUND]  # fmt: skip
+    heads = [
+        f"{number}. {one.name}: {name}"
+        for number, one in enumerate(board.rounds, 1)
+        for name in _OF_A_ROUND
+    ]
     rows = (
-        (category.name, line.rank, "yes" if line.tied else "", line.bib, line.name, line.team,
-         line.club, line.out, _number(line.points), *_cells(line))
-        for category in board.categories for line in category.lines
-    )  # fmt: skip
+        (
+            category.name,
+            line.rank,
+            "yes" if line.tied else "",
+            line.bib,
+            line.name,
+            line.team,
+            line.club,
+            line.out,
+            _number(line.points),
+            *_cells(line),
+        )
+        for category in board.categories
+        for line in category.lines
+    )
     columns = [*_COLUMNS, *heads]
     return csv_table(columns, (dict(zip(columns, row, strict=True)) for row in rows), dialect)
 
@@ -47,21 +60,33 @@ def results_pdf(
         shown = [one for one in board.rounds if one.state != "waiting"]
         has_sum = any(line.points for line in category.lines)
         rows = [
-            [_rank(line) or (words["out"] if line.out is not None else "–"), str(line.bib),
-             line.name, line.team or line.club, *_results(line, {one.id for one in shown}),
-             *([line.points] if has_sum and len(shown) > 1 else [])]
+            [
+                _rank(line) or (words["out"] if line.out is not None else "–"),
+                str(line.bib),
+                line.name,
+                line.team or line.club,
+                *_results(line, {one.id for one in shown}),
+                *([line.points] if has_sum and len(shown) > 1 else []),
+            ]
             for line in category.lines
-        ]  # fmt: skip
+        ]
         heads += [one.name for one in shown]
         heads += [words["points"]] if has_sum and len(shown) > 1 else []
         widths = [1.2, 1.2, 5, 3.5, *[2.8 for _ in heads[4:]]]
         sheet.table(heads, rows, widths=widths, right={0, 1}, bold={2})
     if board.teams:
         sheet.heading(words["team"])
-        rows = [[str(team.rank), team.name, ", ".join(team.members), team.points]
-                for team in board.teams]  # fmt: skip
-        sheet.table([words["rank"], words["team"], words["name"], words["points"]], rows,
-                    widths=[1, 3, 7, 2], right={0, 3}, bold={1})  # fmt: skip
+        rows = [
+            [str(team.rank), team.name, ", ".join(team.members), team.points]
+            for team in board.teams
+        ]
+        sheet.table(
+            [words["rank"], words["team"], words["name"], words["points"]],
+            rows,
+            widths=[1, 3, 7, 2],
+            right={0, 3},
+            bold={1},
+        )
     return sheet.pdf(), sheet.missing
 
 

@@ -19,18 +19,25 @@ from walltopo_gym.publishing.models import Route
 _SOFT: Final = ("Soft for the grade.", "Felt a grade easier to me.", "A gift. Thank you!")
 _HARD: Final = ("That last move is hard for the grade.", "Sandbagged!", "Harder than it looks.")
 _GOOD: Final = (
-    "Lovely moves.", "Best one on this wall.", "The start is clever.", "Please leave it up!",
+    "Lovely moves.",
+    "Best one on this wall.",
+    "The start is clever.",
+    "Please leave it up!",
     "Flows really well.",
-)  # fmt: skip
+)
 _POOR: Final = ("The top hold spins a little.", "A bit scruffy in the middle.", "Not for me.")
 # Share of the tops that somebody rates, and of the ratings with words.
 _RATED, _COMMENTED = 0.45, 0.09
 
 
 def give_opinions(
-    session: Session, person: Person, climber: Climber, routes: Sequence[Route],
-    topped: Mapping[int, datetime], rng: np.random.Generator,
-) -> None:  # fmt: skip
+    session: Session,
+    person: Person,
+    climber: Climber,
+    routes: Sequence[Route],
+    topped: Mapping[int, datetime],
+    rng: np.random.Generator,
+) -> None:
     """Add stars and grade votes of a climber on some of their topped routes.
 
     A route that suits a climber feels easier to them than its grade, and better.
@@ -49,11 +56,15 @@ def give_opinions(
         wish = "keep" if stars == 5 else "renew" if stars < 3 else ""
         session.add(
             Opinion(
-                person_id=person.id, route_id=route.id, grade=FONT[felt], stars=stars, wish=wish,
+                person_id=person.id,
+                route_id=route.id,
+                grade=FONT[felt],
+                stars=stars,
+                wish=wish,
                 comment=_comment(session, route, felt - own, stars, rng),
                 changed_at=at + timedelta(minutes=1),
             )
-        )  # fmt: skip
+        )
     session.flush()
 
 

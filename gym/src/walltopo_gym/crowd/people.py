@@ -24,12 +24,47 @@ from walltopo_gym.publishing.models import Route
 DAYS: Final = 70
 _SEED: Final = 20260301
 _NAMES: Final = (
-    "Ada L.", "Ben K.", "Chiara M.", "Dana S.", "Emil P.", "Fay O.", "Goran V.", "Hana N.",
-    "Ines R.", "Jan H.", "Kim T.", "Lars B.", "Mina A.", "Noel D.", "Olga F.", "Petr Z.",
-    "Quentin G.", "Rosa C.", "Sami J.", "Tereza K.", "Uli W.", "Vera I.", "Wanda B.", "Xaver E.",
-    "Yuki M.", "Zoe L.", "Amir H.", "Bea F.", "Cyril D.", "Doris N.", "Eva S.", "Filip R.",
-    "Greta P.", "Hugo V.", "Iris T.", "Jonas M.", "Klara C.", "Leo A.", "Maja O.", "Nico G.",
-)  # fmt: skip
+    "Ada L.",
+    "Ben K.",
+    "Chiara M.",
+    "Dana S.",
+    "Emil P.",
+    "Fay O.",
+    "Goran V.",
+    "Hana N.",
+    "Ines R.",
+    "Jan H.",
+    "Kim T.",
+    "Lars B.",
+    "Mina A.",
+    "Noel D.",
+    "Olga F.",
+    "Petr Z.",
+    "Quentin G.",
+    "Rosa C.",
+    "Sami J.",
+    "Tereza K.",
+    "Uli W.",
+    "Vera I.",
+    "Wanda B.",
+    "Xaver E.",
+    "Yuki M.",
+    "Zoe L.",
+    "Amir H.",
+    "Bea F.",
+    "Cyril D.",
+    "Doris N.",
+    "Eva S.",
+    "Filip R.",
+    "Greta P.",
+    "Hugo V.",
+    "Iris T.",
+    "Jonas M.",
+    "Klara C.",
+    "Leo A.",
+    "Maja O.",
+    "Nico G.",
+)
 CLIMBERS: Final = len(_NAMES)
 _OWN_ABILITY: Final = 0.8
 
@@ -96,9 +131,15 @@ def email_of(gym: Gym, number: int) -> str:
 
 
 def _log(
-    session: Session, gym: Gym, person: Person, climber: Climber, routes: Sequence[Route],
-    days: Sequence[int], until: datetime, rng: np.random.Generator,
-) -> None:  # fmt: skip
+    session: Session,
+    gym: Gym,
+    person: Person,
+    climber: Climber,
+    routes: Sequence[Route],
+    days: Sequence[int],
+    until: datetime,
+    rng: np.random.Generator,
+) -> None:
     """Add a person's ascents on these days, and their opinions of what they topped."""
     hardness = np.array([FONT.index(route.grade) for route in routes], float)
     visitor = Visitor(climber, hardness, rng)
@@ -112,11 +153,18 @@ def _log(
             route = routes[done.route]
             session.add(
                 Ascent(
-                    created_at=at, person_id=person.id,
-                    gym_id=gym.id, route_id=route.id, gym_name=gym.name, route_name=route.name,
-                    grade=route.grade, kind=done.kind, tries=done.tries, climbed_at=at,
+                    created_at=at,
+                    person_id=person.id,
+                    gym_id=gym.id,
+                    route_id=route.id,
+                    gym_name=gym.name,
+                    route_name=route.name,
+                    grade=route.grade,
+                    kind=done.kind,
+                    tries=done.tries,
+                    climbed_at=at,
                 )
-            )  # fmt: skip
+            )
             if done.kind in ("flash", "top"):
                 topped.setdefault(done.route, at)
     give_opinions(session, person, climber, routes, topped, rng)
@@ -124,14 +172,14 @@ def _log(
 
 def _person(session: Session, gym: Gym, number: int, since: datetime) -> Person:
     person = Person(
-        email=email_of(gym, number), name=_NAMES[number], password_hash=NO_PASSWORD,
+        email=email_of(gym, number),
+        name=_NAMES[number],
+        password_hash=NO_PASSWORD,
         created_at=since,
-    )  # fmt: skip
+    )
     session.add(person)
     session.flush()
-    membership = Membership(
-        gym_id=gym.id, person_id=person.id, role=Role.MEMBER, created_at=since
-    )  # fmt: skip
+    membership = Membership(gym_id=gym.id, person_id=person.id, role=Role.MEMBER, created_at=since)
     session.add(membership)
     return person
 
@@ -142,7 +190,11 @@ def _profile(person: Person, number: int) -> Profile:
     shown = Audience.GYM if is_open else Audience.NOBODY
     categories = (Category.WOMEN, Category.MEN, Category.UNSAID, Category.OTHER)
     return Profile(
-        person_id=person.id, on_boards=is_open, on_screens=is_open, show_ascents=shown,
-        show_pins=shown, category=categories[number % 3 if number % 10 else 3],
+        person_id=person.id,
+        on_boards=is_open,
+        on_screens=is_open,
+        show_ascents=shown,
+        show_pins=shown,
+        category=categories[number % 3 if number % 10 else 3],
         birth_year=1965 + number,
-    )  # fmt: skip
+    )

@@ -115,18 +115,24 @@ def take_turn(session: Session, subject: str) -> None:
 def _postgres(url: str) -> Engine:
     # Values of a statement that failed stay out of the log: they are people's.
     return create_engine(
-        url, pool_size=CONNECTIONS, max_overflow=CONNECTIONS, pool_pre_ping=True,
+        url,
+        pool_size=CONNECTIONS,
+        max_overflow=CONNECTIONS,
+        pool_pre_ping=True,
         hide_parameters=True,
-    )  # fmt: skip
+    )
 
 
 def _sqlite(url: str) -> Engine:
     # isolation_level None: BEGIN is ours (see `_begin`), not the driver's.
     how = {"timeout": _BUSY_S, "isolation_level": None}
     engine = create_engine(
-        url, pool_size=CONNECTIONS, max_overflow=CONNECTIONS, connect_args=how,
+        url,
+        pool_size=CONNECTIONS,
+        max_overflow=CONNECTIONS,
+        connect_args=how,
         hide_parameters=True,
-    )  # fmt: skip
+    )
     turn = Lock()
 
     def begin(connection: Connection) -> None:

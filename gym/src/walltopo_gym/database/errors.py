@@ -15,9 +15,16 @@ _FULL: Final = ("disk is full", "no space left", "could not extend file", "disk 
 _READ_ONLY: Final = ("readonly database", "read-only")
 _DAMAGED: Final = ("malformed", "file is not a database", "invalid page in block")
 _AWAY: Final = (
-    "database is locked", "unable to open database file", "disk i/o error", "connection",
-    "server closed", "starting up", "shutting down", "too many clients", "timeout",
-)  # fmt: skip
+    "database is locked",
+    "unable to open database file",
+    "disk i/o error",
+    "connection",
+    "server closed",
+    "starting up",
+    "shutting down",
+    "too many clients",
+    "timeout",
+)
 
 
 def explain(error: BaseException) -> RequestError | None:

@@ -55,10 +55,23 @@ _WALLS: Final = ("Corner", "Harbour")
 # Days since the routes of each wall were set, one after the other.
 _SET: Final = ((69, 62), (33, 9))
 _NAMES: Final = (
-    "Moonshine", "Left Turn", "Cold Coffee", "The Plum", "Paperclip", "Slow Motion",
-    "Half a Sandwich", "Sunday", "Old Friend", "Quiet Feet", "Night Bus", "Tin Roof",
-    "Second Breakfast", "Salt", "Low Tide", "Postcard",
-)  # fmt: skip
+    "Moonshine",
+    "Left Turn",
+    "Cold Coffee",
+    "The Plum",
+    "Paperclip",
+    "Slow Motion",
+    "Half a Sandwich",
+    "Sunday",
+    "Old Friend",
+    "Quiet Feet",
+    "Night Bus",
+    "Tin Roof",
+    "Second Breakfast",
+    "Salt",
+    "Low Tide",
+    "Postcard",
+)
 _EASIEST, _HARDEST = "4", "7A"
 _SETTERS: Final = ("Demo setter", "Nadia", "Tomas")
 _LOOK_S: Final = 0.5
@@ -124,8 +137,9 @@ class Hall:
             published = {wall: session.get_one(Wall, wall).published_scan_id for wall in walls}
         return {
             wall: version_holds(self.store, scan)
-            for wall, scan in published.items() if scan is not None
-        }  # fmt: skip
+            for wall, scan in published.items()
+            if scan is not None
+        }
 
     def _accounts(self) -> dict[str, str]:
         """Create the two accounts. Their passwords belong to this folder and are kept for the next
@@ -161,9 +175,14 @@ class Hall:
             gym = session.scalar(select(Gym).where(Gym.slug == SLUG))
             if gym is None:
                 gym = open_gym(
-                    session, setter, NAME, SLUG, visibility="public", joining="open",
+                    session,
+                    setter,
+                    NAME,
+                    SLUG,
+                    visibility="public",
+                    joining="open",
                     place="Walls scanned from rendered photos",
-                )  # fmt: skip
+                )
                 add_member(session, gym.id, climber, Role.MEMBER, setter)
             return [self._wall(session, gym, setter, number) for number in range(walls)]
 
@@ -188,9 +207,13 @@ class Hall:
         for file in files:
             with self.database.writing() as session:
                 photo, _ = announce(
-                    session, scan, file.name, file.stat().st_size, hash_of_file(file),
+                    session,
+                    scan,
+                    file.name,
+                    file.stat().st_size,
+                    hash_of_file(file),
                     self.settings.max_photos,
-                )  # fmt: skip
+                )
             if photo.state == "receiving":
                 incoming.drop(photo.id)
                 incoming.begin(photo.id, photo.size)
@@ -238,12 +261,17 @@ class Hall:
                 ).one()
                 days = _SET[place % len(_SET)]
                 entries = [
-                    Entry(number, None, {
-                        **fields, "grade_system_id": system.id,
-                        "set_on": (now() - timedelta(days=days[turn % len(days)])).date(),
-                    })
+                    Entry(
+                        number,
+                        None,
+                        {
+                            **fields,
+                            "grade_system_id": system.id,
+                            "set_on": (now() - timedelta(days=days[turn % len(days)])).date(),
+                        },
+                    )
                     for turn, (number, fields) in enumerate(facts.items())
-                ]  # fmt: skip
+                ]
                 known = {number: Placed.of(route) for number, route in found[scan].items()}
                 publish(session, row, wall.revision, entries, known, now().date())
 

@@ -102,9 +102,11 @@ def read_edit_state(scan: UUID, services: ServicesOf, access: PublisherMay) -> R
 
 @router.get("/gyms/{gym}/scans/{scan}/editor/photos", response_model=None)
 def read_edit_photos(
-    scan: UUID, services: ServicesOf, access: PublisherMay,
+    scan: UUID,
+    services: ServicesOf,
+    access: PublisherMay,
     at: Annotated[str, Query(max_length=100, description="x,y,z in metres")] = "",
-) -> Response:  # fmt: skip
+) -> Response:
     """Return crops of the photos that show a point of the wall best."""
     opened = _opened(services, access, scan)
     place = parse_place(at)

@@ -64,8 +64,13 @@ class EditLogTable:
         with self._database.writing() as session:
             revision = save_log(session, self._scan, log, int(version))
             check_unplanned(session, self._scan)
-            log_change(session, "scan.edit", person=self._author,
-                       gym=gym_of(session, self._scan), subject=str(self._scan))  # fmt: skip
+            log_change(
+                session,
+                "scan.edit",
+                person=self._author,
+                gym=gym_of(session, self._scan),
+                subject=str(self._scan),
+            )
         return str(revision)
 
     def copy_to_folder(self) -> str:
@@ -113,9 +118,12 @@ class OpenScan:
             self.session.rebuild()
             now = self.session.status()
         return RebuildStatus(
-            stale=saved.is_pending, running=now.running, done_version=str(saved.shown),
-            problem=now.problem, key=now.key,
-        )  # fmt: skip
+            stale=saved.is_pending,
+            running=now.running,
+            done_version=str(saved.shown),
+            problem=now.problem,
+            key=now.key,
+        )
 
     @property
     def is_idle(self) -> bool:

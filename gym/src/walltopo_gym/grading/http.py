@@ -51,8 +51,13 @@ def read_grade_ranges(scan: UUID, session: Db, access: PublisherMay) -> GradeRan
         GradeRange(number=number, **GradeBounds.of(one).model_dump())
         for number, one in sorted(found.found.items())
     ]
-    return GradeRanges(state="ready", graded=found.graded, voted=found.voted,
-                       coverage=found.coverage, routes=routes)  # fmt: skip
+    return GradeRanges(
+        state="ready",
+        graded=found.graded,
+        voted=found.voted,
+        coverage=found.coverage,
+        routes=routes,
+    )
 
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (router,)

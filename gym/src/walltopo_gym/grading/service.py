@@ -107,9 +107,12 @@ def scale_routes(session: Session, gym: UUID, model: str) -> list[ScaleRoute]:
     spans = _spans(session, gym)
     placed = _placed(session, gym, model)
     graded = {key: _span(spans, row.grade_system_id, row.grade) for key, row in placed.items()}
-    votes = _votes(session, gym, spans, {
-        key: (row.grade_system_id, graded[key]) for key, row in placed.items()
-    })  # fmt: skip
+    votes = _votes(
+        session,
+        gym,
+        spans,
+        {key: (row.grade_system_id, graded[key]) for key, row in placed.items()},
+    )
     off = shrunk({key: one.off for key, one in votes.items()})
     scaled = []
     for key, row in placed.items():
@@ -151,26 +154,36 @@ def _span(spans: Mapping[UUID, Mapping[str, Span]], system: UUID | None, grade: 
 def _placed(session: Session, gym: UUID, model: str) -> dict[UUID, Any]:
     """Return routes with an estimate, each by its last published scan."""
     rows = session.execute(
-        select(Route.id, Route.grade_system_id, Route.grade, Route.stripped_at, PlacedRoute.place,
-               PlacedRoute.known)
+        select(
+            Route.id,
+            Route.grade_system_id,
+            Route.grade,
+            Route.stripped_at,
+            PlacedRoute.place,
+            PlacedRoute.known,
+        )
         .join(Wall, Wall.id == Route.wall_id)
         .join(Placement, Placement.route_id == Route.id)
         .join(Scan, Scan.id == Placement.scan_id)
         .join(ScanPlaces, ScanPlaces.scan_id == Scan.id)
-        .join(PlacedRoute, and_(PlacedRoute.scan_id == Placement.scan_id,
-                                PlacedRoute.number == Placement.number))
+        .join(
+            PlacedRoute,
+            and_(PlacedRoute.scan_id == Placement.scan_id, PlacedRoute.number == Placement.number),
+        )
         .where(Wall.gym_id == gym, ScanPlaces.model == model)
         .where(Scan.state.in_((State.PUBLISHED, State.SUPERSEDED)))
         .where(or_(Route.stripped_at.is_(None), Route.stripped_at >= now() - _REMEMBERED))
         .order_by(Scan.published_at, Route.id)
-    )  # fmt: skip
+    )
     return {row.id: row for row in rows}
 
 
 def _votes(
-    session: Session, gym: UUID, spans: Mapping[UUID, Mapping[str, Span]],
+    session: Session,
+    gym: UUID,
+    spans: Mapping[UUID, Mapping[str, Span]],
     graded: Mapping[UUID, tuple[UUID | None, Span | None]],
-) -> dict[UUID, _Votes]:  # fmt: skip
+) -> dict[UUID, _Votes]:
     """Return the votes of routes that enough people voted on."""
     rows = session.execute(
         select(Opinion.route_id, Opinion.grade, func.count())
@@ -199,9 +212,10 @@ def _counted(votes: Sequence[tuple[Span, int]], setter: Span | None) -> _Votes:
     mean, width = (
         sum(value * n for value, n in values) / number
         for values in (
-            [(span.middle, n) for span, n in votes], [(span.width, n) for span, n in votes]
+            [(span.middle, n) for span, n in votes],
+            [(span.width, n) for span, n in votes],
         )
-    )  # fmt: skip
+    )
     return _Votes(number, mean, width, off)
 
 
@@ -268,9 +282,10 @@ def grade_outliers(session: Session, gym: UUID) -> GradeOutliers:
     found = [
         outlier
         for number, one in enumerate(graded_routes)
-        if one.is_current and one.span is not None
+        if one.is_current
+        and one.span is not None
         and (outlier := _outlier(one.id, one.span, scale.range_by_others(number, one.known)))
-    ]  # fmt: skip
+    ]
     return GradeOutliers(
         len(graded_routes),
         OWN_ERRORS,

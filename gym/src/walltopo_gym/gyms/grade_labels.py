@@ -38,8 +38,10 @@ def spelled(kind: str, labels: Sequence[str]) -> list[str]:
     if not labels:
         raise RequestError("grades-none")
     scale = SCALES.get(kind)
-    grades = [ScaleGrade(label, 0, label) if scale is None else _read(kind, scale, label)
-              for label in labels]  # fmt: skip
+    grades = [
+        ScaleGrade(label, 0, label) if scale is None else _read(kind, scale, label)
+        for label in labels
+    ]
     keys = Counter(grade.key for grade in grades)
     twice = sorted(grade.label for grade in grades if keys[grade.key] > 1)
     if twice:

@@ -144,9 +144,11 @@ def _member(session: Session, gym: UUID, person: UUID) -> Membership:
 def _keep_an_owner(session: Session, gym: UUID) -> None:
     # The gym's row is locked, so that two owners cannot leave at the same moment.
     session.execute(select(Gym.id).where(Gym.id == gym).with_for_update())
-    owners = select(func.count()).select_from(Membership).where(
-        Membership.gym_id == gym, Membership.role == Role.OWNER
-    )  # fmt: skip
+    owners = (
+        select(func.count())
+        .select_from(Membership)
+        .where(Membership.gym_id == gym, Membership.role == Role.OWNER)
+    )
     if (session.scalar(owners) or 0) <= 1:
         raise ConflictError("gym-needs-owner", "another-owner-first")
 

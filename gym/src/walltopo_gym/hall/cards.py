@@ -21,8 +21,11 @@ _MM: Final = 72 / 25.4
 CardPaper = Literal["a4", "letter"]
 # Across and down on a sheet; each cut halves, which gives these sizes on A4.
 _GRID: Final[dict[CardSize, tuple[int, int]]] = {
-    "a4": (1, 1), "a5": (1, 2), "a6": (2, 2), "a7": (2, 4),
-}  # fmt: skip
+    "a4": (1, 1),
+    "a5": (1, 2),
+    "a6": (2, 2),
+    "a7": (2, 4),
+}
 _INK: Final = "#14181f"
 _QUIET: Final = "#566070"
 
@@ -103,8 +106,13 @@ class _Card:
         # On a wide card the code is at the right, else below; the text gets the rest.
         wide = self.width > self.height
         code = 40 * unit if wide else 46 * unit
-        draw_code(canvas, f"{self.of.base}/r/{code_of(self.route.id)}",
-                  self.width - edge - code, edge + (0 if wide else 5 * unit), code)  # fmt: skip
+        draw_code(
+            canvas,
+            f"{self.of.base}/r/{code_of(self.route.id)}",
+            self.width - edge - code,
+            edge + (0 if wide else 5 * unit),
+            code,
+        )
         beside = room - code if wide else room
         # The text ends above the gym's name, and above a code that is below it.
         floor = edge + (7 if wide else 53) * unit
@@ -147,8 +155,9 @@ class _Card:
         canvas.setLineWidth(0.5)
         canvas.rect(edge, edge, band, self.height - 2 * edge, stroke=1, fill=1)
         size = band * 0.5
-        shown = self.letters.cut(self.words.colour(self.route.colour), self.height - 4 * edge, size,
-                                 bold=True)  # fmt: skip
+        shown = self.letters.cut(
+            self.words.colour(self.route.colour), self.height - 4 * edge, size, bold=True
+        )
         canvas.saveState()
         canvas.translate(edge + band * 0.67, 2 * edge)
         canvas.rotate(90)
@@ -158,9 +167,17 @@ class _Card:
         canvas.restoreState()
 
     def _lines(
-        self, canvas: Any, words: str, left: float, top: float, room: float, size: float,
-        most: int, *, bold: bool = False,
-    ) -> float:  # fmt: skip
+        self,
+        canvas: Any,
+        words: str,
+        left: float,
+        top: float,
+        room: float,
+        size: float,
+        most: int,
+        *,
+        bold: bool = False,
+    ) -> float:
         """Draw text below `top` and return where the next text begins."""
         canvas.setFillColor(_INK if bold else _QUIET)
         canvas.setFont(BOLD if bold else PLAIN, size)

@@ -58,11 +58,17 @@ def _strips(session: Session, gym: Gym) -> list[GymDate]:
         .group_by(Route.strip_on, Wall.id)
     )
     return [
-        GymDate("strip", f"strip-{wall.id}-{on}", on, wall.name, f"/g/{gym.slug}/w/{wall.id}",
-             number=number)
+        GymDate(
+            "strip",
+            f"strip-{wall.id}-{on}",
+            on,
+            wall.name,
+            f"/g/{gym.slug}/w/{wall.id}",
+            number=number,
+        )
         for on, wall, number in going
         if on is not None
-    ]  # fmt: skip
+    ]
 
 
 def climbers_today(session: Session, gym: Gym) -> int | None:

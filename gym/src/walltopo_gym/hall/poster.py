@@ -44,10 +44,15 @@ class Poster:
         home = f"{self.base}/g/{self.gym.slug}"
         period = words.say("since", **{"from": words.day(self.since), "to": words.day(self.until)})
         sheet = Sheet(
-            f"{self.gym.name}: {words.say('new')}", period, foot=f"{self.gym.name} · {home}",
-            page=words.say("page", page="{page}", pages="{pages}"), code=home,
-            code_note=words.say("scan"), size=size, lacks=words.say("lacks", scripts="{scripts}"),
-        )  # fmt: skip
+            f"{self.gym.name}: {words.say('new')}",
+            period,
+            foot=f"{self.gym.name} · {home}",
+            page=words.say("page", page="{page}", pages="{pages}"),
+            code=home,
+            code_note=words.say("scan"),
+            size=size,
+            lacks=words.say("lacks", scripts="{scripts}"),
+        )
         if not self.walls:
             sheet.text(words.say("nothing"))
         for wall, routes in self.walls:
@@ -57,9 +62,12 @@ class Poster:
                 sheet.picture(shown, f"{home}/w/{wall.id}", words.say("see"))
             sheet.table(
                 [],
-                [[route.name or words.colour(route.colour), route.grade, route.setter]
-                 for route in routes],
-                widths=[6, 2, 3], bold={1},
+                [
+                    [route.name or words.colour(route.colour), route.grade, route.setter]
+                    for route in routes
+                ],
+                widths=[6, 2, 3],
+                bold={1},
                 dots=[PAINT.get(route.colour, _NO_PAINT) for route in routes],
-            )  # fmt: skip
+            )
         return sheet

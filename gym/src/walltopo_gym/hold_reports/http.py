@@ -116,10 +116,11 @@ def put_hold_report(
 
 @router.get("/gyms/{gym}/hold-reports")
 def list_hold_reports(
-    session: Db, access: CheckerMay,
+    session: Db,
+    access: CheckerMay,
     wall: Annotated[UUID | None, Query(description="only of this wall")] = None,
     done: Annotated[bool, Query(description="those done in the last 30 days")] = False,
-) -> list[HoldToCheck]:  # fmt: skip
+) -> list[HoldToCheck]:
     """Return the holds to check, the first reported first. Holds of stripped routes are absent."""
     if wall is not None:
         wall_of(session, access.gym.id, wall)
@@ -161,19 +162,33 @@ def _to_check(reports: list[Open]) -> HoldToCheck:
     people = {one.report.person_id or one.report.id for one in reports}
     route = first.route
     return HoldToCheck(
-        wall_id=first.wall.id, wall_name=first.wall.name, scan_id=last.report.scan_id,
-        hold=first.report.hold, current_hold=last.current_hold, earlier=not last.is_current,
-        route_id=first.report.route_id, route_name="" if route is None else route.name,
-        grade="" if route is None else route.grade, colour=first.report.colour,
-        people=len(people), done_at=first.report.done_at,
-        reports=[HoldReportFacts.model_validate(one.report, from_attributes=True)
-                 for one in reports],
-    )  # fmt: skip
+        wall_id=first.wall.id,
+        wall_name=first.wall.name,
+        scan_id=last.report.scan_id,
+        hold=first.report.hold,
+        current_hold=last.current_hold,
+        earlier=not last.is_current,
+        route_id=first.report.route_id,
+        route_name="" if route is None else route.name,
+        grade="" if route is None else route.grade,
+        colour=first.report.colour,
+        people=len(people),
+        done_at=first.report.done_at,
+        reports=[
+            HoldReportFacts.model_validate(one.report, from_attributes=True) for one in reports
+        ],
+    )
 
 
 def _log(session: Session, access: Access, action: str, row: HoldReport) -> None:
-    log_change(session, action, person=access.actor.known, gym=access.gym.id, subject=str(row.id),
-               wall=str(row.wall_id))  # fmt: skip
+    log_change(
+        session,
+        action,
+        person=access.actor.known,
+        gym=access.gym.id,
+        subject=str(row.id),
+        wall=str(row.wall_id),
+    )
 
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (router,)

@@ -85,9 +85,13 @@ class Open:
 
 
 def keep_report(
-    session: Session, report: UUID, person: UUID, wall: Wall, fault: Fault,
+    session: Session,
+    report: UUID,
+    person: UUID,
+    wall: Wall,
+    fault: Fault,
     holds: Mapping[int, Hold],
-) -> tuple[HoldReport, bool]:  # fmt: skip
+) -> tuple[HoldReport, bool]:
     """Store a report; return it and whether it is new.
 
     A second open report of the same person, hold and kind is answered with the first.
@@ -111,10 +115,16 @@ def keep_report(
     check_version(session, wall, fault.scan)
     route, colour = _route_and_colour(session, fault, holds)
     row = HoldReport(
-        id=report, wall_id=wall.id, scan_id=fault.scan, hold=fault.hold, person_id=person,
-        route_id=None if route is None else route.id, colour=colour, kind=fault.kind,
+        id=report,
+        wall_id=wall.id,
+        scan_id=fault.scan,
+        hold=fault.hold,
+        person_id=person,
+        route_id=None if route is None else route.id,
+        colour=colour,
+        kind=fault.kind,
         note=fault.note,
-    )  # fmt: skip
+    )
     first = _same_of(session, row)
     if first is not None:
         return first, False
@@ -149,13 +159,16 @@ def _route_and_colour(
 def _same_of(session: Session, row: HoldReport) -> HoldReport | None:
     """Return the person's open report of the same hold and kind."""
     mine = select(HoldReport).where(
-        HoldReport.person_id == row.person_id, HoldReport.wall_id == row.wall_id,
-        HoldReport.kind == row.kind, HoldReport.done_at.is_(None),
-    )  # fmt: skip
+        HoldReport.person_id == row.person_id,
+        HoldReport.wall_id == row.wall_id,
+        HoldReport.kind == row.kind,
+        HoldReport.done_at.is_(None),
+    )
     same = (
-        HoldReport.route_id == row.route_id if row.hold is None
+        HoldReport.route_id == row.route_id
+        if row.hold is None
         else HoldReport.scan_id.in_(_same_mesh(session, row.wall_id, row.scan_id))
-    )  # fmt: skip
+    )
     hold = HoldReport.hold.is_(None) if row.hold is None else HoldReport.hold == row.hold
     return session.scalar(mine.where(same, hold).order_by(HoldReport.created_at).limit(1))
 
@@ -216,9 +229,10 @@ def mark_done(session: Session, gym: UUID, report: HoldReport, *, done: bool) ->
     if report.hold is None:
         of = HoldReport.route_id == report.route_id, HoldReport.hold.is_(None)
     rows: Sequence[HoldReport] = session.scalars(
-        select(HoldReport).where(*of, HoldReport.done_at.is_(None) if done
-                                 else HoldReport.done_at == at)
-    ).all()  # fmt: skip
+        select(HoldReport).where(
+            *of, HoldReport.done_at.is_(None) if done else HoldReport.done_at == at
+        )
+    ).all()
     same = _same_mesh(session, report.wall_id, report.scan_id)
     closed: datetime | None = now() if done else None
     for row in rows:

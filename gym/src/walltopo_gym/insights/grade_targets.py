@@ -79,37 +79,48 @@ def grade_targets(
     Targets of grades that were removed from the gym's systems do not count.
     """
     targets = {
-        (UUID(cell["system"]) if cell["system"] else None, cell["grade"], cell["steepness"]):
-            int(cell["routes"])
+        (UUID(cell["system"]) if cell["system"] else None, cell["grade"], cell["steepness"]): int(
+            cell["routes"]
+        )
         for cell in aims.targets
-    }  # fmt: skip
+    }
     current: Counter[tuple[UUID | None, str, str]] = Counter()
     for route in routes:
         graded = (route.system, route.grade) if route.grade else (None, "")
         current.update({(*graded, ""), (None, "", route.steepness), (*graded, route.steepness)})
     grades = [
         (system.id, str(grade["label"]), str(grade.get("colour") or ""))
-        for system in _systems(session, gym) for grade in system.grades
-    ]  # fmt: skip
+        for system in _systems(session, gym)
+        for grade in system.grades
+    ]
     no_grade, kinds = (None, "", ""), tuple(STEEPNESS)
     cells: list[tuple[UUID | None, str, str, str]] = [(*grade, "") for grade in grades]
     cells += [(*no_grade, kind) for kind in kinds]
     cells += [(*grade, kind) for kind in kinds for grade in grades]
     return [
-        GradeTarget(system, grade, colour, kind, current[system, grade, kind],
-               targets.get((system, grade, kind)))
+        GradeTarget(
+            system,
+            grade,
+            colour,
+            kind,
+            current[system, grade, kind],
+            targets.get((system, grade, kind)),
+        )
         for system, grade, colour, kind in cells
         if current[system, grade, kind] or (system, grade, kind) in targets
-    ]  # fmt: skip
+    ]
 
 
 def lacking_grades(rows: Iterable[GradeTarget]) -> list[LackingGrade]:
     """Return what the targets of grades lack, without those of one kind of wall."""
     return [
-        LackingGrade(row.system, row.grade, row.target - row.current) for row in rows
-        if row.system is not None and not row.steepness
-        and row.target is not None and row.target > row.current
-    ]  # fmt: skip
+        LackingGrade(row.system, row.grade, row.target - row.current)
+        for row in rows
+        if row.system is not None
+        and not row.steepness
+        and row.target is not None
+        and row.target > row.current
+    ]
 
 
 def _systems(session: Session, gym: UUID) -> Sequence[GradeSystem]:

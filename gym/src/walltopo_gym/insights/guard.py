@@ -69,9 +69,11 @@ def _fewest(people: People, routes: Iterable[str]) -> int:
 
 
 def _first_left_over(
-    shown: set[Style], styles: Mapping[Style, frozenset[str]], people: People,
+    shown: set[Style],
+    styles: Mapping[Style, frozenset[str]],
+    people: People,
     whole: frozenset[str],
-) -> list[Style]:  # fmt: skip
+) -> list[Style]:
     """Apply rule 2: return the styles of a kind that leave too few people over."""
     for kind in sorted({style.kind for style in shown}):
         mine = [style for style in shown if style.kind == kind]
@@ -81,9 +83,11 @@ def _first_left_over(
 
 
 def _first_found_out(
-    shown: set[Style], styles: Mapping[Style, frozenset[str]], people: People,
+    shown: set[Style],
+    styles: Mapping[Style, frozenset[str]],
+    people: People,
     whole: frozenset[str],
-) -> list[Style]:  # fmt: skip
+) -> list[Style]:
     """Apply rules 3 and 4: return styles one of which must go, so that a set of routes stays
     hidden."""
     order = sorted(shown)

@@ -73,9 +73,10 @@ def current_holds(session: Session, store: FileStore, gym: UUID) -> list[HoldCou
     )
     return [
         HoldCount(wall, *kind, number)
-        for wall, scan in walls if scan is not None
+        for wall, scan in walls
+        if scan is not None
         for kind, number in _counted(store, scan)
-    ]  # fmt: skip
+    ]
 
 
 def stock(aims: Aims, current: Sequence[HoldCount]) -> list[Stock]:
@@ -86,10 +87,14 @@ def stock(aims: Aims, current: Sequence[HoldCount]) -> list[Stock]:
         there[one.colour, ""] += one.holds
     totals = {(row["colour"], row["type"]): int(row["total"]) for row in aims.stock}
     return [
-        Stock(*kind, there[kind], totals.get(kind),
-              None if kind not in totals else totals[kind] - there[kind])
+        Stock(
+            *kind,
+            there[kind],
+            totals.get(kind),
+            None if kind not in totals else totals[kind] - there[kind],
+        )
         for kind in sorted({*there, *totals})
-    ]  # fmt: skip
+    ]
 
 
 def wear(session: Session, gym: UUID, wash_after: int, routes: Sequence[OfRoute]) -> list[Wear]:
@@ -112,14 +117,16 @@ def wear(session: Session, gym: UUID, wash_after: int, routes: Sequence[OfRoute]
     for wall in dict.fromkeys(route.wall_id for route in routes):
         mine = [route for route in routes if route.wall_id == wall]
         washing = washings.get(wall)
-        found.append(Wear(
-            wall_id=wall,
-            washed_at=None if washing is None else washing.washed_at,
-            washing_id=None if washing is None else washing.id,
-            tries=tries.get(wall, 0),
-            routes=len(mine),
-            due=sum(route.use.worn >= wash_after for route in mine),
-        ))  # fmt: skip
+        found.append(
+            Wear(
+                wall_id=wall,
+                washed_at=None if washing is None else washing.washed_at,
+                washing_id=None if washing is None else washing.id,
+                tries=tries.get(wall, 0),
+                routes=len(mine),
+                due=sum(route.use.worn >= wash_after for route in mine),
+            )
+        )
     return found
 
 
@@ -131,10 +138,13 @@ def _counted(store: FileStore, scan: UUID) -> list[tuple[tuple[str, str, str], i
         download_files(store, scan, folder, folder.holds)
         found = Holds.load(folder.holds)
     kinds = Counter(
-        (hold.colour, "volume" if hold.kind == "volume" else hold.type,
-         _size(hold.size / found.unit))
+        (
+            hold.colour,
+            "volume" if hold.kind == "volume" else hold.type,
+            _size(hold.size / found.unit),
+        )
         for hold in found.holds
-    )  # fmt: skip
+    )
     return sorted(kinds.items())
 
 

@@ -169,21 +169,31 @@ def list_lacking_grades(wall: UUID, session: Db, access: LearnerMay) -> list[Lac
 
 @router.get("/gyms/{gym}/insights/{part}.csv", response_class=CsvFile)
 def read_insights_table(
-    part: Part, session: Db, services: ServicesOf, access: LearnerMay, dialect: CsvDialectOf,
+    part: Part,
+    session: Db,
+    services: ServicesOf,
+    access: LearnerMay,
+    dialect: CsvDialectOf,
     by: Annotated[By, Query(description="of styles")] = "bands",
-) -> CsvFile:  # fmt: skip
+) -> CsvFile:
     """Return one part of the insights as CSV."""
     if part == "styles":
         table = _styles_table(_styles(session, access.gym, by), dialect)
     else:
         kinds: dict[Part, Any] = {
-            "targets": GradeTarget, "routes": RouteInsight, "setters": SetterInsight,
-            "strip": Suggestion, "holds": HoldCount, "stock": Stock, "wear": Wear,
-        }  # fmt: skip
+            "targets": GradeTarget,
+            "routes": RouteInsight,
+            "setters": SetterInsight,
+            "strip": Suggestion,
+            "holds": HoldCount,
+            "stock": Stock,
+            "wear": Wear,
+        }
         whole: BaseModel = (
             hold_insights(session, services.store, access.gym)
-            if part in ("holds", "stock", "wear") else route_insights(session, access.gym)
-        )  # fmt: skip
+            if part in ("holds", "stock", "wear")
+            else route_insights(session, access.gym)
+        )
         columns = [field.name for field in fields(kinds[part])] if part != "outliers" else _OUTLIER
         table = csv_table(columns, map(vars, getattr(whole, part)), dialect)
     return CsvFile.of(part, table)
@@ -342,8 +352,13 @@ def _aims(session: Session, access: Access) -> Aims:
 
 def _log(session: Session, access: Access, action: str, subject: str = "") -> None:
     session.flush()
-    log_change(session, action, person=access.actor.known, gym=access.gym.id,
-               subject=subject or access.gym.slug)  # fmt: skip
+    log_change(
+        session,
+        action,
+        person=access.actor.known,
+        gym=access.gym.id,
+        subject=subject or access.gym.slug,
+    )
 
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (router,)

@@ -27,8 +27,9 @@ class Aims(Base):
 
     __tablename__ = "gym_aims"
 
-    gym_id: Mapped[UUID] = mapped_column(ForeignKey("gyms.id", ondelete="CASCADE"),
-                                         primary_key=True)  # fmt: skip
+    gym_id: Mapped[UUID] = mapped_column(
+        ForeignKey("gyms.id", ondelete="CASCADE"), primary_key=True
+    )
     targets: Mapped[list[dict[str, Any]]] = mapped_column(
         JSON, default=list, info={GRADE_ROWS: ("system", "grade")}
     )

@@ -84,25 +84,34 @@ def _reset(session: Session, wall: Wall, before: Scan, after: Scan, end: datetim
     new = {route.id: facts["grade"] for _, route, facts in routes_as_they_were(session, after.id)}
     span = weeks * _WEEK
     return Reset(
-        wall_id=wall.id, weeks=weeks, stayed=len(old.keys() & new.keys()),
-        came=len(new.keys() - old.keys()), went=len(old.keys() - new.keys()),
+        wall_id=wall.id,
+        weeks=weeks,
+        stayed=len(old.keys() & new.keys()),
+        came=len(new.keys() - old.keys()),
+        went=len(old.keys() - new.keys()),
         before=_side(session, wall, before, old, (moment - span, moment), old.keys() - new.keys()),
         after=_side(session, wall, after, new, (moment, moment + span), new.keys() - old.keys()),
-    )  # fmt: skip
+    )
 
 
 def _side(
-    session: Session, wall: Wall, scan: Scan, grades: dict[UUID, str],
-    span: tuple[datetime, datetime], changed: Iterable[UUID],
-) -> Side:  # fmt: skip
+    session: Session,
+    wall: Wall,
+    scan: Scan,
+    grades: dict[UUID, str],
+    span: tuple[datetime, datetime],
+    changed: Iterable[UUID],
+) -> Side:
     climbed = (
         select(func.count(), func.count(Ascent.person_id.distinct()))
         .join(Route, Route.id == Ascent.route_id)
         .where(
-            what_counts(wall.gym_id), Route.wall_id == wall.id, Ascent.climbed_at >= span[0],
+            what_counts(wall.gym_id),
+            Route.wall_id == wall.id,
+            Ascent.climbed_at >= span[0],
             Ascent.climbed_at < span[1],
         )
-    )  # fmt: skip
+    )
     ascents, people = session.execute(climbed).one()
     given = session.scalars(
         select(Opinion.stars).where(Opinion.route_id.in_(list(changed)), Opinion.stars.is_not(None))
@@ -111,7 +120,11 @@ def _side(
     mean = Sample(len(stars), sum(stars), 0.0).mean if len(stars) >= 3 else None
     assert scan.published_at is not None
     return Side(
-        scan_id=scan.id, published_at=scan.published_at, routes=len(grades),
-        grades=dict(Counter(grades.values())), ascents=count_if_safe(ascents, people),
-        stars=None if mean is None else round(mean, 2), votes=len(stars),
-    )  # fmt: skip
+        scan_id=scan.id,
+        published_at=scan.published_at,
+        routes=len(grades),
+        grades=dict(Counter(grades.values())),
+        ascents=count_if_safe(ascents, people),
+        stars=None if mean is None else round(mean, 2),
+        votes=len(stars),
+    )

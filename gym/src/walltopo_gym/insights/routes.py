@@ -143,9 +143,12 @@ def of_routes(session: Session, gym: Gym, at: datetime) -> RoutesInsight:
 
 
 def _current_routes(
-    session: Session, gym: UUID, today: date, used: Mapping[UUID, Usage],
+    session: Session,
+    gym: UUID,
+    today: date,
+    used: Mapping[UUID, Usage],
     opinions: Mapping[UUID, _Votes],
-) -> list[OfRoute]:  # fmt: skip
+) -> list[OfRoute]:
     placed = [
         (route, None, None) if found is None else (route, found.number, found.steepness_deg)
         for route, found in gym_routes(session, gym)
@@ -157,24 +160,44 @@ def _current_routes(
     for route, number, degrees in placed:
         use, opinion = used.get(route.id, Usage()), opinions.get(route.id, _Votes())
         enough = use.climbers >= ENOUGH
-        listed.append(OfRoute(
-            id=route.id, wall_id=route.wall_id, number=number, name=route.name,
-            colour=route.colour, system=route.grade_system_id, grade=route.grade,
-            setter=route.setter, steepness=steepness_of(degrees), set_on=route.set_on,
-            strip_on=route.strip_on, age=max(0, (today - route.set_on).days), use=use,
-            ascents=use.ascents, climbers=use.climbers, recent=use.recent_shown,
-            flash_rate=_rounded(flashes.get(route.id), 3) if enough else None,
-            stars=_rounded(stars.get(route.id)), votes=opinion.stars.n, crowd=opinion.crowd,
-            grade_votes=opinion.off.n, off=_rounded(off.get(route.id)), keep=opinion.keep,
-            renew=opinion.renew,
-        ))  # fmt: skip
+        listed.append(
+            OfRoute(
+                id=route.id,
+                wall_id=route.wall_id,
+                number=number,
+                name=route.name,
+                colour=route.colour,
+                system=route.grade_system_id,
+                grade=route.grade,
+                setter=route.setter,
+                steepness=steepness_of(degrees),
+                set_on=route.set_on,
+                strip_on=route.strip_on,
+                age=max(0, (today - route.set_on).days),
+                use=use,
+                ascents=use.ascents,
+                climbers=use.climbers,
+                recent=use.recent_shown,
+                flash_rate=_rounded(flashes.get(route.id), 3) if enough else None,
+                stars=_rounded(stars.get(route.id)),
+                votes=opinion.stars.n,
+                crowd=opinion.crowd,
+                grade_votes=opinion.off.n,
+                off=_rounded(off.get(route.id)),
+                keep=opinion.keep,
+                renew=opinion.renew,
+            )
+        )
     return listed
 
 
 def _setters(
-    of_setter: Mapping[UUID, str], current: set[UUID], used: Mapping[UUID, Usage],
-    opinions: Mapping[UUID, _Votes], climbers: Mapping[str, int],
-) -> list[SetterInsight]:  # fmt: skip
+    of_setter: Mapping[UUID, str],
+    current: set[UUID],
+    used: Mapping[UUID, Usage],
+    opinions: Mapping[UUID, _Votes],
+    climbers: Mapping[str, int],
+) -> list[SetterInsight]:
     routes: dict[str, list[UUID]] = defaultdict(list)
     for route, setter in of_setter.items():
         if setter:
@@ -196,16 +219,22 @@ def _setters(
     found = []
     for setter, mine in sorted(routes.items()):
         enough = climbers.get(setter, 0) >= ENOUGH
-        found.append(SetterInsight(
-            setter=setter, current=len(current.intersection(mine)), routes=len(mine),
-            ascents=sum(u.ascents for u in uses[setter]) if enough else None,
-            climbers=climbers[setter] if enough else None,
-            flash_rate=_rounded(shrunk_flashes.get(setter), 3) if enough else None,
-            stars=_rounded(shrunk_stars.get(setter)), votes=stars[setter].n,
-            off=_rounded(shrunk_off.get(setter)), grade_votes=off[setter].n,
-            keep=sum(opinions[r].keep for r in mine if r in opinions),
-            renew=sum(opinions[r].renew for r in mine if r in opinions),
-        ))  # fmt: skip
+        found.append(
+            SetterInsight(
+                setter=setter,
+                current=len(current.intersection(mine)),
+                routes=len(mine),
+                ascents=sum(u.ascents for u in uses[setter]) if enough else None,
+                climbers=climbers[setter] if enough else None,
+                flash_rate=_rounded(shrunk_flashes.get(setter), 3) if enough else None,
+                stars=_rounded(shrunk_stars.get(setter)),
+                votes=stars[setter].n,
+                off=_rounded(shrunk_off.get(setter)),
+                grade_votes=off[setter].n,
+                keep=sum(opinions[r].keep for r in mine if r in opinions),
+                renew=sum(opinions[r].renew for r in mine if r in opinions),
+            )
+        )
     return found
 
 
@@ -218,9 +247,12 @@ def _votes(
     }
     of = Opinion.route_id, Opinion.grade, Opinion.stars, Opinion.wish
     votes = (
-        select(*of, func.count()).join(Route, Route.id == Opinion.route_id)
-        .join(Wall, Wall.id == Route.wall_id).where(Wall.gym_id == gym).group_by(*of)
-    )  # fmt: skip
+        select(*of, func.count())
+        .join(Route, Route.id == Opinion.route_id)
+        .join(Wall, Wall.id == Route.wall_id)
+        .where(Wall.gym_id == gym)
+        .group_by(*of)
+    )
     found: dict[UUID, _Votes] = defaultdict(_Votes)
     grades: dict[UUID, dict[str, int]] = defaultdict(lambda: defaultdict(int))
     for route, grade, stars, wish, number in session.execute(votes):

@@ -40,9 +40,7 @@ class Suggestion:
     against: tuple[str, ...]
 
 
-def what_to_strip(
-    routes: Sequence[OfRoute], today: date, wash_after: int
-) -> list[Suggestion]:  # fmt: skip
+def what_to_strip(routes: Sequence[OfRoute], today: date, wash_after: int) -> list[Suggestion]:
     """Return the routes to strip, the most urgent first.
 
     Parameters
@@ -60,11 +58,13 @@ def what_to_strip(
             "planned": route.strip_on is not None and route.strip_on <= today + _SOON,
             "old": route.age >= OLD,
             "quiet": route.age >= RECENT.days and 2 * route.use.recent < usual,
-            "disliked": route.stars is not None and route.votes >= _VOTES
-            and route.stars <= lowest and route.stars < middle,
+            "disliked": route.stars is not None
+            and route.votes >= _VOTES
+            and route.stars <= lowest
+            and route.stars < middle,
             "renew": route.renew > route.keep,
             "worn": route.use.worn >= wash_after,
-        }  # fmt: skip
+        }
         reasons = tuple(name for name, is_so in stands.items() if is_so)
         against = ("keep",) if route.keep > route.renew else ()
         if len(reasons) > len(against):

@@ -116,9 +116,10 @@ def styles(session: Session, gym: Gym, at: datetime, by: str) -> Styles:
     of_person = {person: group.key for group, people in groups.items() for person in people}
     numbers = {person: number for number, person in enumerate(of_person)}
     votes = [
-        (route, person, stars) for route, person, stars in _votes(session, gym, since, until)
+        (route, person, stars)
+        for route, person, stars in _votes(session, gym, since, until)
         if person in of_person
-    ]  # fmt: skip
+    ]
     tried = _people(((one.route, one.person) for one in climbed), of_person, numbers)
     voted = _people(((route, person) for route, person, _ in votes), of_person, numbers)
     lines = _lines(routes, climbed, votes, of_person, [group.key for group in groups])
@@ -162,17 +163,19 @@ def _climbed(session: Session, gym: Gym, since: datetime, until: datetime) -> li
     is_top = Ascent.kind.in_(_TOPS)
     rows = session.execute(
         select(
-            cast(Ascent.route_id, String), cast(Ascent.person_id, String),
+            cast(Ascent.route_id, String),
+            cast(Ascent.person_id, String),
             func.max(case((is_top, 1), else_=0)),
             func.max(case((is_top, func.coalesce(Ascent.worth, 0)), else_=0)),
         )
         .where(what_counts(gym.id), Ascent.climbed_at >= since, Ascent.climbed_at < until)
         .group_by(Ascent.route_id, Ascent.person_id)
-    )  # fmt: skip
+    )
     return [
-        _Climbed(route, person, bool(topped), int(worth)) for route, person, topped, worth in rows
+        _Climbed(route, person, bool(topped), int(worth))
+        for route, person, topped, worth in rows
         if route is not None
-    ]  # fmt: skip
+    ]
 
 
 def _votes(
@@ -183,31 +186,40 @@ def _votes(
         .join(Route, Route.id == Opinion.route_id)
         .join(Wall, Wall.id == Route.wall_id)
         .where(
-            Wall.gym_id == gym.id, Opinion.stars.is_not(None), Opinion.changed_at >= since,
+            Wall.gym_id == gym.id,
+            Opinion.stars.is_not(None),
+            Opinion.changed_at >= since,
             Opinion.changed_at < until,
         )
-    )  # fmt: skip
+    )
     return [(route, person, stars) for route, person, stars in rows if stars is not None]
 
 
 def _styled(session: Session, gym: Gym) -> dict[Style, frozenset[str]]:
     """Return the styles of the gym's routes, from each route's latest scan."""
     rows = session.execute(
-        select(cast(Route.id, String), Route.colour, Placement.steepness_deg, Placement.hold_types,
-               Placement.holds)
+        select(
+            cast(Route.id, String),
+            Route.colour,
+            Placement.steepness_deg,
+            Placement.hold_types,
+            Placement.holds,
+        )
         .join(Wall, Wall.id == Route.wall_id)
         .join(Placement, Placement.route_id == Route.id)
         .join(Scan, Scan.id == Placement.scan_id)
         .where(Wall.gym_id == gym.id)
         .order_by(Scan.created_at)
-    )  # fmt: skip
+    )
     last = {
         route: {
-            "steepness": steepness_of(degrees), "hold": main_hold(types or {}), "colour": colour,
+            "steepness": steepness_of(degrees),
+            "hold": main_hold(types or {}),
+            "colour": colour,
             "length": length_of(len(holds)),
         }
         for route, colour, degrees, types, holds in rows
-    }  # fmt: skip
+    }
     found: dict[Style, set[str]] = defaultdict(set)
     for route, of in last.items():
         for kind, value in of.items():
@@ -216,9 +228,7 @@ def _styled(session: Session, gym: Gym) -> dict[Style, frozenset[str]]:
     return {style: frozenset(found[style]) for style in sorted(found)}
 
 
-def _groups(
-    session: Session, gym: Gym, climbed: list[_Climbed], by: str
-) -> dict[Group, list[str]]:  # fmt: skip
+def _groups(session: Session, gym: Gym, climbed: list[_Climbed], by: str) -> dict[Group, list[str]]:
     """Return each person's group; a small one joins the next (the last: the one before)."""
     if by == "bands":
         sorted_in = _by_band(climbed)
@@ -273,20 +283,29 @@ def _people(
 
 
 def _lines(
-    routes: Mapping[Style, frozenset[str]], climbed: list[_Climbed],
-    votes: list[tuple[str, str, int]], of_person: Mapping[str, str], groups: list[str],
-) -> list[StyleInsight]:  # fmt: skip
+    routes: Mapping[Style, frozenset[str]],
+    climbed: list[_Climbed],
+    votes: list[tuple[str, str, int]],
+    of_person: Mapping[str, str],
+    groups: list[str],
+) -> list[StyleInsight]:
     of_route: dict[str, list[Style]] = defaultdict(list)
     for style, these in routes.items():
         for route in these:
             of_route[route].append(style)
     lines = {
         style: StyleInsight(
-            style.kind, style.value, len(these), 0, 0, 0, None,
+            style.kind,
+            style.value,
+            len(these),
+            0,
+            0,
+            0,
+            None,
             {key: StyleCell(0, 0, 0, None) for key in groups} if len(groups) > 1 else {},
         )
         for style, these in routes.items()
-    }  # fmt: skip
+    }
     for one in climbed:
         for style in of_route[one.route]:
             line = lines[style]

@@ -81,10 +81,17 @@ def usage(session: Session, gym: UUID, since: datetime) -> dict[UUID, Usage]:
     )
     of = pairs.c
     sums = select(
-        of.route_id, func.sum(of.ascents), func.sum(of.topped), func.count(), func.sum(of.flashed),
-        func.sum(of.tries), func.sum(of.recent), _number(of.recent > 0),
-        _number(of.recent < of.ascents), func.sum(of.worn),
-    ).group_by(of.route_id)  # fmt: skip
+        of.route_id,
+        func.sum(of.ascents),
+        func.sum(of.topped),
+        func.count(),
+        func.sum(of.flashed),
+        func.sum(of.tries),
+        func.sum(of.recent),
+        _number(of.recent > 0),
+        _number(of.recent < of.ascents),
+        func.sum(of.worn),
+    ).group_by(of.route_id)
     return {
         route: Usage(*(int(value) for value in values)) for route, *values in session.execute(sums)
     }
@@ -141,9 +148,11 @@ def last_washed() -> Any:
 def what_counts(gym: UUID) -> ColumnElement[bool]:
     """Return the condition of ascents that count into sums."""
     return and_(
-        Ascent.gym_id == gym, Ascent.taken_back_at.is_(None), Ascent.kind != "project",
+        Ascent.gym_id == gym,
+        Ascent.taken_back_at.is_(None),
+        Ascent.kind != "project",
         Ascent.route_id.is_not(None),
-    )  # fmt: skip
+    )
 
 
 def _some(condition: ColumnElement[bool]) -> ColumnElement[int]:

@@ -97,9 +97,15 @@ class Task:
 
 
 def enqueue(
-    session: Session, job: Job, *args: str | int, gym: UUID | str, key: str = "",
-    priority: int = 1, delay: timedelta = timedelta(), tries: int = 0,
-) -> None:  # fmt: skip
+    session: Session,
+    job: Job,
+    *args: str | int,
+    gym: UUID | str,
+    key: str = "",
+    priority: int = 1,
+    delay: timedelta = timedelta(),
+    tries: int = 0,
+) -> None:
     """Queue a job in the session's transaction.
 
     Parameters

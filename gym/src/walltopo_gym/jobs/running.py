@@ -47,9 +47,12 @@ def open_queue(task: Task) -> None:
     """Declare a job's queue to DBOS after DBOS is launched."""
     job = task.job
     DBOS.register_queue(
-        job.name, worker_concurrency=job.at_once, partition_worker_concurrency=job.of_one_gym,
-        polling_interval_sec=job.poll_s, on_conflict="always_update",
-    )  # fmt: skip
+        job.name,
+        worker_concurrency=job.at_once,
+        partition_worker_concurrency=job.of_one_gym,
+        polling_interval_sec=job.poll_s,
+        on_conflict="always_update",
+    )
 
 
 def run_once(database: Database, task: Task, tries: int, *args: str | int) -> None:
@@ -72,17 +75,22 @@ def run_once(database: Database, task: Task, tries: int, *args: str | int) -> No
     except Exception as error:
         is_known = isinstance(error, WalltopoError | OSError | InterruptedTryError)
         failure = failure_of(task.job, begun, error)
-        _LOG.warning("%s %s: %s", task.job.name, args, failure.error,
-                     exc_info=None if is_known else error)  # fmt: skip
+        _LOG.warning(
+            "%s %s: %s", task.job.name, args, failure.error, exc_info=None if is_known else error
+        )
         _end_try(database, task, status, begun, failure, args)
         if failure.again_at is None:
             raise SetAsideError(f"{failure.error} ({begun} tries)") from None
 
 
 def _end_try(
-    database: Database, task: Task, status: WorkflowStatus, tries: int,
-    why: Failure | NotYetError, args: tuple[str | int, ...],
-) -> None:  # fmt: skip
+    database: Database,
+    task: Task,
+    status: WorkflowStatus,
+    tries: int,
+    why: Failure | NotYetError,
+    args: tuple[str | int, ...],
+) -> None:
     """Write a failure as `_write` does, waiting for the database if it is away."""
     while True:
         try:
@@ -95,9 +103,13 @@ def _end_try(
 
 
 def _write(
-    database: Database, task: Task, status: WorkflowStatus, tries: int,
-    why: Failure | NotYetError, args: tuple[str | int, ...],
-) -> None:  # fmt: skip
+    database: Database,
+    task: Task,
+    status: WorkflowStatus,
+    tries: int,
+    why: Failure | NotYetError,
+    args: tuple[str | int, ...],
+) -> None:
     """Write a failure into the item's row and queue the next try, in one transaction."""
     at = why.at if isinstance(why, NotYetError) else why.again_at
     # The next key follows from this one: a workflow that is run again queues no second try.
@@ -106,6 +118,13 @@ def _write(
         if isinstance(why, Failure) and task.note is not None:
             task.note(session, why, *args)
         if at is not None:
-            enqueue(session, task.job, *args, gym=status.queue_partition_key or "",
-                    key=f"{root}/{int(number or 1) + 1}", priority=status.priority or 1,
-                    delay=at - now(), tries=tries)  # fmt: skip
+            enqueue(
+                session,
+                task.job,
+                *args,
+                gym=status.queue_partition_key or "",
+                key=f"{root}/{int(number or 1) + 1}",
+                priority=status.priority or 1,
+                delay=at - now(),
+                tries=tries,
+            )

@@ -24,9 +24,12 @@ _SHAPE: Final = "1"
 _LAST_WORDS_S: Final = 5  # for writing down what has just ended; what runs is let go of at once
 _LOOK_S: Final = 1.0
 # So long DBOS keeps what is done, and what was set aside.
-_KEPT: Final = {"SUCCESS": timedelta(days=1), "CANCELLED": timedelta(days=1),
-                "ERROR": timedelta(days=30),
-                "MAX_RECOVERY_ATTEMPTS_EXCEEDED": timedelta(days=30)}  # fmt: skip
+_KEPT: Final = {
+    "SUCCESS": timedelta(days=1),
+    "CANCELLED": timedelta(days=1),
+    "ERROR": timedelta(days=30),
+    "MAX_RECOVERY_ATTEMPTS_EXCEEDED": timedelta(days=30),
+}
 _TOGETHER: Final = 500
 
 
@@ -89,9 +92,12 @@ def tidy(database: Database) -> None:
     for status, age in _KEPT.items():
         before = (now() - age).isoformat()
         while ended := database.jobs.list_workflows(
-            status=status, completed_before=before, limit=_TOGETHER, load_input=False,
+            status=status,
+            completed_before=before,
+            limit=_TOGETHER,
+            load_input=False,
             load_output=False,
-        ):  # fmt: skip
+        ):
             database.jobs.delete_workflows([workflow.workflow_id for workflow in ended])
 
 
@@ -105,12 +111,14 @@ def _scheduled(chore: Chore) -> Callable[[datetime, object], None]:
 
 def _keep_schedules(
     schedules: Mapping[str, tuple[str, Callable[[datetime, object], None]]],
-) -> None:  # fmt: skip
+) -> None:
     """Set the schedules to exactly these; those of disabled features are deleted."""
     for row in DBOS.list_schedules():
         if row["schedule_name"] not in schedules:
             DBOS.delete_schedule(row["schedule_name"])
     DBOS.apply_schedules(
-        [{"schedule_name": name, "workflow_fn": run, "schedule": at}
-         for name, (at, run) in schedules.items()]
-    )  # fmt: skip
+        [
+            {"schedule_name": name, "workflow_fn": run, "schedule": at}
+            for name, (at, run) in schedules.items()
+        ]
+    )

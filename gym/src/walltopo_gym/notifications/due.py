@@ -137,8 +137,11 @@ def _new_routes(session: Session, gym: Gym, to: list[NotificationPreferences]) -
     if not to or not moments or max(moments) > now() - _SETTLED:
         return
     # Set by these publications, not named in one that only corrects.
-    new = [route for route, _ in gym_routes(session, gym.id)
-           if route.created_at >= min(moments) - _SETTLED]  # fmt: skip
+    new = [
+        route
+        for route, _ in gym_routes(session, gym.id)
+        if route.created_at >= min(moments) - _SETTLED
+    ]
     if not new:
         return
     names = {wall.id: wall.name for wall in session.scalars(select(Wall).filter_by(gym_id=gym.id))}

@@ -53,11 +53,13 @@ def _chores(settings: GymSettings, database: Database) -> Sequence[Chore]:
 
 
 def _own_tables(session: Session, question: OwnTables) -> None:
-    question.found.extend([
-        ("notification_preferences", NotificationPreferences),
-        ("push_addresses", PushAddress),
-        ("messages", Message),
-    ])  # fmt: skip
+    question.found.extend(
+        [
+            ("notification_preferences", NotificationPreferences),
+            ("push_addresses", PushAddress),
+            ("messages", Message),
+        ]
+    )
 
 
 FEATURE = Feature(

@@ -128,18 +128,27 @@ def try_push(browser: UUID, services: ServicesOf, actor: SignedInMay) -> None:
         count_document(session, actor.known)
         row = _own(session, actor.known, browser)
         words = words_in(preferences_of(session, actor.known).language)
-    body = {"title": words.say("push_try"), "text": words.say("push_try_text"),
-            "path": "/me/messages", "tag": "trial"}  # fmt: skip
+    body = {
+        "title": words.say("push_try"),
+        "text": words.say("push_try_text"),
+        "path": "/me/messages",
+        "tag": "trial",
+    }
     settings = services.settings
     try:
-        push(row, body, push_key(services.database), sender_of(settings),
-             private=settings.webhooks_to_private)  # fmt: skip
+        push(
+            row,
+            body,
+            push_key(services.database),
+            sender_of(settings),
+            private=settings.webhooks_to_private,
+        )
     except NotFoundError:
         with services.database.writing() as session:
             session.delete(_own(session, actor.known, browser))
         raise
     except OSError as error:
-        raise ConflictError("push-not-taken", "push-later") from error  # fmt: skip
+        raise ConflictError("push-not-taken", "push-later") from error
 
 
 def _whose(token: Annotated[str, Path(max_length=60)], services: ServicesOf) -> UUID:
@@ -147,7 +156,7 @@ def _whose(token: Annotated[str, Path(max_length=60)], services: ServicesOf) -> 
     person = person_of(services.database, token)
     with services.database.reading() as session:
         if person is None or session.get(Person, person) is None:
-            raise NotFoundError("mail-link-unknown", "mails-link-newer")  # fmt: skip
+            raise NotFoundError("mail-link-unknown", "mails-link-newer")
     return person
 
 

@@ -103,9 +103,17 @@ def message_row(
 ) -> Row:
     """Return the row of a message through a channel: `MAIL`, or the id of a browser."""
     return {
-        "id": uuid4(), "created_at": now(), "person_id": person, "gym_id": gym.id, "kind": kind,
-        "subject": subject, "target": target, "body": body, "sent_at": None, "error": "",
-    }  # fmt: skip
+        "id": uuid4(),
+        "created_at": now(),
+        "person_id": person,
+        "gym_id": gym.id,
+        "kind": kind,
+        "subject": subject,
+        "target": target,
+        "body": body,
+        "sent_at": None,
+        "error": "",
+    }
 
 
 def unknown(session: Session, rows: Iterable[Row]) -> list[Row]:

@@ -21,9 +21,17 @@ def preferences_of(session: Session, person: UUID) -> NotificationPreferences:
     if kept is not None:
         return kept
     return NotificationPreferences(
-        person_id=person, language="en", digest=False, new_routes=False, soon=False,
-        competitions=False, hold_reports=False, forerun=False, quiet_from=22, quiet_to=8,
-    )  # fmt: skip
+        person_id=person,
+        language="en",
+        digest=False,
+        new_routes=False,
+        soon=False,
+        competitions=False,
+        hold_reports=False,
+        forerun=False,
+        quiet_from=22,
+        quiet_to=8,
+    )
 
 
 def awake_at(preferences: NotificationPreferences, at: datetime, zone: ZoneInfo) -> datetime:

@@ -42,8 +42,9 @@ def check_address(endpoint: str, public_key: str, secret: str, *, private: bool)
         raise RequestError("push-keys-wrong")
 
 
-def push(address: PushAddress, body: dict[str, Any], key: str, sender: str, *,
-         private: bool) -> None:  # fmt: skip
+def push(
+    address: PushAddress, body: dict[str, Any], key: str, sender: str, *, private: bool
+) -> None:
     """Send a message.
 
     Parameters
@@ -62,14 +63,18 @@ def push(address: PushAddress, body: dict[str, Any], key: str, sender: str, *,
 
     content = json.dumps(body).encode()[:_MAX]
     sealed = http_ece.encrypt(
-        content, private_key=generate_private_key(SECP256R1()), dh=_bytes(address.public_key),
-        auth_secret=_bytes(address.secret), version="aes128gcm",
-    )  # fmt: skip
+        content,
+        private_key=generate_private_key(SECP256R1()),
+        dh=_bytes(address.public_key),
+        auth_secret=_bytes(address.secret),
+        version="aes128gcm",
+    )
     parts = urlsplit(address.endpoint)
     claims = {
-        "sub": f"mailto:{sender}", "aud": f"{parts.scheme}://{parts.netloc}",
+        "sub": f"mailto:{sender}",
+        "aud": f"{parts.scheme}://{parts.netloc}",
         "exp": int(time.time()) + _DAY_S // 2,
-    }  # fmt: skip
+    }
     headers = Vapid02.from_pem(key.encode()).sign(claims) | {
         "content-encoding": "aes128gcm",
         "content-type": "application/octet-stream",

@@ -111,8 +111,13 @@ class MessageSender:
             address = session.get(PushAddress, UUID(row.target))
         if address is None:
             return
-        push(address, row.body, push_key(self.database), sender_of(self.settings),
-             private=self.settings.webhooks_to_private)  # fmt: skip
+        push(
+            address,
+            row.body,
+            push_key(self.database),
+            sender_of(self.settings),
+            private=self.settings.webhooks_to_private,
+        )
 
 
 def note_failure(session: Session, failure: Failure, message: str) -> None:

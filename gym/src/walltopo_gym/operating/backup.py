@@ -41,9 +41,13 @@ from walltopo_gym.storage.files import FileStore, hash_of_file, private_folder
 
 
 def back_up(
-    settings: GymSettings, database: Database, store: FileStore, to: Path, *,
+    settings: GymSettings,
+    database: Database,
+    store: FileStore,
+    to: Path,
+    *,
     overwrite: bool = False,
-) -> int:  # fmt: skip
+) -> int:
     """Write a backup to `to`, whole or not at all; return its number of files.
 
     Only its owner can read it, because it holds personal data.
@@ -196,8 +200,13 @@ def _dump(database: Database, to: Path) -> None:
         ):
             source.backup(copy)
     else:
-        _run("pg_dump", "--format=custom", "--no-owner", f"--file={to}",
-             f"--dbname={_libpq(database)}")  # fmt: skip
+        _run(
+            "pg_dump",
+            "--format=custom",
+            "--no-owner",
+            f"--file={to}",
+            f"--dbname={_libpq(database)}",
+        )
 
 
 def _load(database: Database, source: Path) -> None:
@@ -208,8 +217,14 @@ def _load(database: Database, source: Path) -> None:
         ):
             copy.backup(target)
     else:
-        _run("pg_restore", "--no-owner", "--exit-on-error", "--single-transaction",
-             f"--dbname={_libpq(database)}", str(source))  # fmt: skip
+        _run(
+            "pg_restore",
+            "--no-owner",
+            "--exit-on-error",
+            "--single-transaction",
+            f"--dbname={_libpq(database)}",
+            str(source),
+        )
 
 
 def _libpq(database: Database) -> str:

@@ -29,9 +29,17 @@ _STAGED: Final = re.compile(r"#\d+$")  # obstore's own files while it writes
 
 # `tarfile` and its decompressors raise these on damaged files.
 _DAMAGE: Final = (
-    OSError, EOFError, ValueError, OverflowError, MemoryError, RecursionError,
-    tarfile.TarError, zlib.error, lzma.LZMAError, msgspec.MsgspecError,
-)  # fmt: skip
+    OSError,
+    EOFError,
+    ValueError,
+    OverflowError,
+    MemoryError,
+    RecursionError,
+    tarfile.TarError,
+    zlib.error,
+    lzma.LZMAError,
+    msgspec.MsgspecError,
+)
 
 
 class Contents(msgspec.Struct):

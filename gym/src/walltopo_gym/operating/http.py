@@ -50,9 +50,12 @@ def read_ascents_table(session: Db, actor: SignedInMay, dialect: CsvDialectOf) -
 
 @router.post("/me/delete", status_code=204)
 def delete_me(
-    body: DeleteAccount, response: Response, services: ServicesOf, notify: NotifyOwner,
+    body: DeleteAccount,
+    response: Response,
+    services: ServicesOf,
+    notify: NotifyOwner,
     actor: SignedInMay,
-) -> None:  # fmt: skip
+) -> None:
     """Delete one's account with all of its data. The owner gets a mail."""
     check_own_password(services, actor.known, body.password)
     with services.database.writing() as session:

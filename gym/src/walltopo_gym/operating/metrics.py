@@ -29,9 +29,12 @@ class Metrics:
             "walltopo_requests", "Requests", ("endpoint", "status"), registry=self.registry
         )
         self._seconds = Histogram(
-            "walltopo_request_seconds", "Time to the end of the answer", ("endpoint",),
-            buckets=_BOUNDS, registry=self.registry,
-        )  # fmt: skip
+            "walltopo_request_seconds",
+            "Time to the end of the answer",
+            ("endpoint",),
+            buckets=_BOUNDS,
+            registry=self.registry,
+        )
 
     def note(self, endpoint: str, status: int, seconds: float) -> None:
         """Count one request."""

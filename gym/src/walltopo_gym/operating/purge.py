@@ -38,8 +38,16 @@ from walltopo_gym.walls.models import FloorPlan
 
 # A file is written before its row names it: younger ones may be waiting for theirs.
 _YOUNG: Final = timedelta(days=1)
-_EXPIRING: Final = (SignIn, ApiToken, Challenge, KnownBrowser, MailedLink, OidcAttempt,
-                    DeviceSignIn, Invitation)  # fmt: skip
+_EXPIRING: Final = (
+    SignIn,
+    ApiToken,
+    Challenge,
+    KnownBrowser,
+    MailedLink,
+    OidcAttempt,
+    DeviceSignIn,
+    Invitation,
+)
 
 
 @dataclass

@@ -32,8 +32,12 @@ def draw_code(canvas: Any, text: str, left: float, bottom: float, size: float) -
             while end < len(row) and row[end]:
                 end += 1
             if end > at:  # one rectangle for each run: no hairlines between modules
-                path.rect(left + (_QUIET + at) * step, top - (number + 1) * step,
-                          (end - at) * step, step * 1.002)  # fmt: skip
+                path.rect(
+                    left + (_QUIET + at) * step,
+                    top - (number + 1) * step,
+                    (end - at) * step,
+                    step * 1.002,
+                )
             at = max(end, at + 1)
     canvas.drawPath(path, stroke=0, fill=1)
     canvas.restoreState()

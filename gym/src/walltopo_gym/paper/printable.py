@@ -39,9 +39,10 @@ def scripts_of(characters: Collection[str]) -> list[str]:
     """Return the scripts of letters by their names in Unicode, and "symbols" for all others."""
     names = {
         unicodedata.name(one, "symbols").partition(" ")[0].partition("-")[0].capitalize()
-        if unicodedata.category(one)[0] in "LM" else "symbols"
+        if unicodedata.category(one)[0] in "LM"
+        else "symbols"
         for one in characters
-    }  # fmt: skip
+    }
     return sorted(names)
 
 

@@ -22,9 +22,14 @@ Paper = Literal["a3", "a4", "a5", "a6", "a7", "letter", "tabloid"]
 _MM: Final = 72 / 25.4
 # ISO 216 and ANSI/ASME Y14.1, millimetres, upright.
 SIZES: Final[dict[Paper, tuple[int, int]]] = {
-    "a3": (297, 420), "a4": (210, 297), "a5": (148, 210), "a6": (105, 148), "a7": (74, 105),
-    "letter": (216, 279), "tabloid": (279, 432),
-}  # fmt: skip
+    "a3": (297, 420),
+    "a4": (210, 297),
+    "a5": (148, 210),
+    "a6": (105, 148),
+    "a7": (74, 105),
+    "letter": (216, 279),
+    "tabloid": (279, 432),
+}
 # All lengths below are those of A4; other sizes scale the same page.
 _MARGIN: Final = 15 * _MM
 _PICTURE: Final = 0.68  # of the page's width
@@ -44,9 +49,17 @@ class Sheet:
     """
 
     def __init__(
-        self, title: str, subtitle: str = "", *, foot: str = "", page: str = "{page} / {pages}",
-        code: str = "", code_note: str = "", size: Paper = "a4", lacks: str = "",
-    ) -> None:  # fmt: skip
+        self,
+        title: str,
+        subtitle: str = "",
+        *,
+        foot: str = "",
+        page: str = "{page} / {pages}",
+        code: str = "",
+        code_note: str = "",
+        size: Paper = "a4",
+        lacks: str = "",
+    ) -> None:
         self._letters = PrintableText()
         self._lacks = lacks
         self._title, self._foot, self._page = title, foot, page
@@ -73,9 +86,15 @@ class Sheet:
         self._parts.append(self._paragraph(words, 9.5, colour=_QUIET if quiet else _INK, before=3))
 
     def table(
-        self, head: Sequence[str], rows: Sequence[Sequence[str]], *, widths: Sequence[float],
-        right: Collection[int] = (), bold: Collection[int] = (), dots: Sequence[str] = (),
-    ) -> None:  # fmt: skip
+        self,
+        head: Sequence[str],
+        rows: Sequence[Sequence[str]],
+        *,
+        widths: Sequence[float],
+        right: Collection[int] = (),
+        bold: Collection[int] = (),
+        dots: Sequence[str] = (),
+    ) -> None:
         """Add rows below a heading that is repeated on each page; an empty one is left out.
 
         Parameters
@@ -86,23 +105,36 @@ class Sheet:
         from reportlab.platypus import Table
 
         scale = self._room / sum(widths)
-        cells = [[self._paragraph(cell, 8, colour=_QUIET, right=at in right)
-                  for at, cell in enumerate(head)]] if head else []  # fmt: skip
+        cells = (
+            [
+                [
+                    self._paragraph(cell, 8, colour=_QUIET, right=at in right)
+                    for at, cell in enumerate(head)
+                ]
+            ]
+            if head
+            else []
+        )
         cells += [
-            [self._paragraph(cell, 9.5, bold=at in bold, right=at in right)
-             for at, cell in enumerate(row)]
+            [
+                self._paragraph(cell, 9.5, bold=at in bold, right=at in right)
+                for at, cell in enumerate(row)
+            ]
             for row in rows
-        ]  # fmt: skip
+        ]
         columns = [width * scale for width in widths]
         if dots:
             first = [*([""] if head else []), *map(_dot, dots)]
             cells = [[left, *row] for left, row in zip(first, cells, strict=True)]
             columns = [16, columns[0] - 16, *columns[1:]]
         style = [
-            ("LINEBELOW", (0, 0), (-1, -1), 0.5, _LINE), ("VALIGN", (0, 0), (-1, -1), "MIDDLE"),
-            ("LEFTPADDING", (0, 0), (-1, -1), 3), ("RIGHTPADDING", (0, 0), (-1, -1), 3),
-            ("TOPPADDING", (0, 0), (-1, -1), 3), ("BOTTOMPADDING", (0, 0), (-1, -1), 4),
-        ]  # fmt: skip
+            ("LINEBELOW", (0, 0), (-1, -1), 0.5, _LINE),
+            ("VALIGN", (0, 0), (-1, -1), "MIDDLE"),
+            ("LEFTPADDING", (0, 0), (-1, -1), 3),
+            ("RIGHTPADDING", (0, 0), (-1, -1), 3),
+            ("TOPPADDING", (0, 0), (-1, -1), 3),
+            ("BOTTOMPADDING", (0, 0), (-1, -1), 4),
+        ]
         self._parts.append(Table(cells, columns, repeatRows=bool(head), style=style, spaceBefore=5))
 
     def picture(self, content: bytes, code: str, note: str = "") -> None:
@@ -116,9 +148,11 @@ class Sheet:
         shown = Image(BytesIO(content), width, width * high / across)
         side = [_code(code, size), self._paragraph(note, 7, colour=_QUIET, right=True)]
         style = [
-            ("VALIGN", (0, 0), (-1, -1), "TOP"), ("LEFTPADDING", (0, 0), (-1, -1), 0),
-            ("RIGHTPADDING", (0, 0), (-1, -1), 0), ("ALIGN", (1, 0), (1, 0), "RIGHT"),
-        ]  # fmt: skip
+            ("VALIGN", (0, 0), (-1, -1), "TOP"),
+            ("LEFTPADDING", (0, 0), (-1, -1), 0),
+            ("RIGHTPADDING", (0, 0), (-1, -1), 0),
+            ("ALIGN", (1, 0), (1, 0), "RIGHT"),
+        ]
         table = Table([[shown, side]], [width, self._room - width], style=style, spaceBefore=4)
         self._parts.append(table)
 
@@ -133,10 +167,16 @@ class Sheet:
 
         out = BytesIO()
         document = SimpleDocTemplate(
-            out, pagesize=self._size, leftMargin=_MARGIN - 6, rightMargin=_MARGIN - 6,
-            topMargin=_MARGIN, bottomMargin=_MARGIN + 8, invariant=1,
-            title=self._letters.text(self._title), creator="walltopo",
-        )  # fmt: skip
+            out,
+            pagesize=self._size,
+            leftMargin=_MARGIN - 6,
+            rightMargin=_MARGIN - 6,
+            topMargin=_MARGIN,
+            bottomMargin=_MARGIN + 8,
+            invariant=1,
+            title=self._letters.text(self._title),
+            creator="walltopo",
+        )
         if self._lacks and self.missing:
             scripts = ", ".join(scripts_of(self.missing))
             self.text(self._lacks.format(scripts=scripts), quiet=True)
@@ -157,25 +197,38 @@ class Sheet:
         if note:
             side.append(self._paragraph(note, 7, colour=_QUIET, right=True))
         style = [
-            ("VALIGN", (0, 0), (-1, -1), "TOP"), ("LEFTPADDING", (0, 0), (-1, -1), 0),
-            ("RIGHTPADDING", (0, 0), (-1, -1), 0), ("ALIGN", (1, 0), (1, 0), "RIGHT"),
-        ]  # fmt: skip
+            ("VALIGN", (0, 0), (-1, -1), "TOP"),
+            ("LEFTPADDING", (0, 0), (-1, -1), 0),
+            ("RIGHTPADDING", (0, 0), (-1, -1), 0),
+            ("ALIGN", (1, 0), (1, 0), "RIGHT"),
+        ]
         columns = [self._room - 1.4 * size, 1.4 * size]
         self._parts.append(Table([[words, side]], columns, style=style))
 
     def _paragraph(
-        self, words: str, size: float, *, bold: bool = False, colour: str = _INK,
-        right: bool = False, before: float = 0,
-    ) -> Any:  # fmt: skip
+        self,
+        words: str,
+        size: float,
+        *,
+        bold: bool = False,
+        colour: str = _INK,
+        right: bool = False,
+        before: float = 0,
+    ) -> Any:
         from reportlab.lib.enums import TA_LEFT, TA_RIGHT
         from reportlab.lib.styles import ParagraphStyle
         from reportlab.platypus import Paragraph
 
         style = ParagraphStyle(
-            f"{size} {bold} {colour} {right} {before}", fontName=BOLD if bold else PLAIN,
-            fontSize=size, leading=size * 1.3, textColor=colour, spaceBefore=before,
-            alignment=TA_RIGHT if right else TA_LEFT, splitLongWords=1,
-        )  # fmt: skip
+            f"{size} {bold} {colour} {right} {before}",
+            fontName=BOLD if bold else PLAIN,
+            fontSize=size,
+            leading=size * 1.3,
+            textColor=colour,
+            spaceBefore=before,
+            alignment=TA_RIGHT if right else TA_LEFT,
+            splitLongWords=1,
+        )
         return Paragraph(escape(self._letters.text(words), quote=False), style)
 
     def _draw_foot(self, canvas: Any, page: int, pages: int) -> None:

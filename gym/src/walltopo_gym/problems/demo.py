@@ -19,9 +19,15 @@ from walltopo_gym.problems.models import Problem, ProblemAscent
 
 _SEED: Final = 20260302
 _NAMES: Final = (
-    "Left hand only", "Warm-up", "The long way", "No pinks", "Feet first", "Lunch break",
-    "Sidestep", "Slow and steady",
-)  # fmt: skip
+    "Left hand only",
+    "Warm-up",
+    "The long way",
+    "No pinks",
+    "Feet first",
+    "Lunch break",
+    "Sidestep",
+    "Slow and steady",
+)
 _STEP_M: Final = (0.25, 0.9)  # from one hand hold up to the next
 
 
@@ -44,10 +50,15 @@ def make_problems(session: Session, event: DemoFilled) -> None:
         author = _climber(session, gym, int(rng.integers(CLIMBERS)))
         at = event.at - timedelta(days=number + 1)
         problem = Problem(
-            wall_id=wall.id, scan_id=wall.published_scan_id, person_id=author.id, name=name,
-            share="gym", matching=bool(number % 3), created_at=at,
+            wall_id=wall.id,
+            scan_id=wall.published_scan_id,
+            person_id=author.id,
+            name=name,
+            share="gym",
+            matching=bool(number % 3),
+            created_at=at,
             holds=[{"hold": hold.id, "use": use} for hold, use in zip(line, uses, strict=True)],
-        )  # fmt: skip
+        )
         session.add(problem)
         session.flush()
         _climbed(session, gym, problem, at, rng)
@@ -64,9 +75,10 @@ def _line(holds: Sequence[Hold], unit: float, rng: np.random.Generator) -> list[
         here = np.array(line[-1].position)
         steps = [np.array(hold.position) - here for hold in upwards]
         near = [
-            hold for hold, step in zip(upwards, steps, strict=True)
+            hold
+            for hold, step in zip(upwards, steps, strict=True)
             if step[2] > low and float(np.linalg.norm(step)) < high
-        ]  # fmt: skip
+        ]
         if not near:
             return line
         line.append(near[int(rng.integers(len(near)))])

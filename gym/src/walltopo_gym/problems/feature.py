@@ -31,11 +31,13 @@ def _parts(database: Database) -> Sequence[object]:
 
 
 def _own_tables(session: Session, question: OwnTables) -> None:
-    question.found.extend([
-        ("problems", Problem),
-        ("problem_ascents", ProblemAscent),
-        ("problem_reports", ProblemReport),
-    ])  # fmt: skip
+    question.found.extend(
+        [
+            ("problems", Problem),
+            ("problem_ascents", ProblemAscent),
+            ("problem_reports", ProblemReport),
+        ]
+    )
 
 
 FEATURE = Feature(

@@ -135,9 +135,15 @@ def put_problem(
         wall = wall_of(session, access.gym.id, body.wall_id)
         words = _words(session, access, body)
         row, is_new = keep_problem(
-            session, problem, me, wall, words, known, edit,
+            session,
+            problem,
+            me,
+            wall,
+            words,
+            known,
+            edit,
             is_setter=access.role.covers(Role.SETTER),
-        )  # fmt: skip
+        )
     response.status_code = 201 if is_new else 200
     with services.database.reading() as session:
         return _one(session, services.store, access, row)
@@ -145,9 +151,14 @@ def put_problem(
 
 @router.get("/gyms/{gym}/walls/{wall}/problems")
 def list_problems(
-    wall: UUID, session: Db, services: ServicesOf, access: ReaderMay, cursor: Cursor = None,
-    size: Size = 50, mine: Annotated[bool, Query(description="only one's own")] = False,
-) -> Page[ClimberProblem]:  # fmt: skip
+    wall: UUID,
+    session: Db,
+    services: ServicesOf,
+    access: ReaderMay,
+    cursor: Cursor = None,
+    size: Size = 50,
+    mine: Annotated[bool, Query(description="only one's own")] = False,
+) -> Page[ClimberProblem]:
     """Return a wall's problems that all members see, and one's own, the newest first."""
     found = wall_of(session, access.gym.id, wall)
     me = access.actor.known
@@ -229,8 +240,12 @@ def estimate_problem(
     grades = None
     if made.place is not None:
         with services.database.reading() as session:
-            ranges = ask(session, GradeRangeOf(access.gym.id, body.scan_id, shipped_identity(),
-                                               made.place, made.known))  # fmt: skip
+            ranges = ask(
+                session,
+                GradeRangeOf(
+                    access.gym.id, body.scan_id, shipped_identity(), made.place, made.known
+                ),
+            )
         grades = ranges[0] if ranges else None
     return ProblemEstimate(
         grades=None if grades is None else GradeBounds.of(grades),
@@ -300,11 +315,17 @@ def list_problem_reports(
     found, following = page_by(session, rows, order, cursor, size)
     items = [
         ProblemReportFacts(
-            id=report.id, problem_id=row.id, wall_id=row.wall_id, author_id=row.person_id,
-            author=name, text=report.text, reason=report.reason, created_at=report.created_at,
+            id=report.id,
+            problem_id=row.id,
+            wall_id=row.wall_id,
+            author_id=row.person_id,
+            author=name,
+            text=report.text,
+            reason=report.reason,
+            created_at=report.created_at,
         )
         for report, row, name, *_ in found
-    ]  # fmt: skip
+    ]
     return Page(items=items, next=following)
 
 
@@ -340,9 +361,16 @@ def show_problem(problem: UUID, session: Db, access: SetterMay) -> None:
 def _words(session: Session, access: Access, body: NewProblem) -> ProblemWords:
     grade = grade_of(session, access.gym.id, body.grade_system_id, body.grade)
     return ProblemWords(
-        body.scan_id, _used(body.holds), body.name, body.grade_system_id, grade, body.share,
-        body.matching, body.note, body.remix_of,
-    )  # fmt: skip
+        body.scan_id,
+        _used(body.holds),
+        body.name,
+        body.grade_system_id,
+        grade,
+        body.share,
+        body.matching,
+        body.note,
+        body.remix_of,
+    )
 
 
 def _used(holds: list[HoldUse]) -> list[UsedHold]:
@@ -351,9 +379,13 @@ def _used(holds: list[HoldUse]) -> list[UsedHold]:
 
 def _problem(session: Session, access: Access, problem: UUID) -> Problem:
     return problem_of(
-        session, access.gym.id, problem, access.actor.person,
-        is_member=access.role.covers(Role.MEMBER), is_setter=access.role.covers(Role.SETTER),
-    )  # fmt: skip
+        session,
+        access.gym.id,
+        problem,
+        access.actor.person,
+        is_member=access.role.covers(Role.MEMBER),
+        is_setter=access.role.covers(Role.SETTER),
+    )
 
 
 def _one(session: Session, store: FileStore, access: Access, row: Problem) -> ClimberProblem:
@@ -365,18 +397,31 @@ def _one(session: Session, store: FileStore, access: Access, row: Problem) -> Cl
 def _facts(access: Access, one: Shown) -> ClimberProblem:
     row, is_member = one.problem, access.role.covers(Role.MEMBER)
     return ClimberProblem(
-        id=row.id, wall_id=row.wall_id, name=row.name, grade_system_id=row.grade_system_id,
-        grade=row.grade, share=Share(row.share), matching=row.matching, note=row.note,
-        holds=[HoldUse(hold=each.hold, use=each.use) for each in one.holds], gone=one.gone,
-        author_id=row.person_id if is_member else None, author=one.author if is_member else "",
-        climbers=one.climbers, climbed_at=one.climbed_at, remix_of=row.remix_of,
-        route_id=row.route_id, hidden=row.hidden_at is not None, created_at=row.created_at,
-    )  # fmt: skip
+        id=row.id,
+        wall_id=row.wall_id,
+        name=row.name,
+        grade_system_id=row.grade_system_id,
+        grade=row.grade,
+        share=Share(row.share),
+        matching=row.matching,
+        note=row.note,
+        holds=[HoldUse(hold=each.hold, use=each.use) for each in one.holds],
+        gone=one.gone,
+        author_id=row.person_id if is_member else None,
+        author=one.author if is_member else "",
+        climbers=one.climbers,
+        climbed_at=one.climbed_at,
+        remix_of=row.remix_of,
+        route_id=row.route_id,
+        hidden=row.hidden_at is not None,
+        created_at=row.created_at,
+    )
 
 
 def _log(session: Session, access: Access, action: str, row: Problem, **facts: str) -> None:
-    log_change(session, action, person=access.actor.known, gym=access.gym.id, subject=str(row.id),
-               **facts)  # fmt: skip
+    log_change(
+        session, action, person=access.actor.known, gym=access.gym.id, subject=str(row.id), **facts
+    )
 
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (router,)

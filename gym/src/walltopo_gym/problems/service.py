@@ -111,9 +111,16 @@ def check_holds(known: Container[int], holds: Sequence[UsedHold]) -> None:
 
 
 def keep_problem(
-    session: Session, problem: UUID, person: UUID, wall: Wall, words: ProblemWords,
-    known: Container[int], edit: Edit | None, *, is_setter: bool = False,
-) -> tuple[Problem, bool]:  # fmt: skip
+    session: Session,
+    problem: UUID,
+    person: UUID,
+    wall: Wall,
+    words: ProblemWords,
+    known: Container[int],
+    edit: Edit | None,
+    *,
+    is_setter: bool = False,
+) -> tuple[Problem, bool]:
     """Store or change a member's problem; return it and whether it is new.
 
     A deleted problem stays deleted, and a newer edit stays.
@@ -176,9 +183,14 @@ def _check_remix(
 
 
 def problem_of(
-    session: Session, gym: UUID, problem: UUID, person: UUID | None, *, is_member: bool,
+    session: Session,
+    gym: UUID,
+    problem: UUID,
+    person: UUID | None,
+    *,
+    is_member: bool,
     is_setter: bool = False,
-) -> Problem:  # fmt: skip
+) -> Problem:
     """Return a problem of this gym that the person may see.
 
     Raises
@@ -238,12 +250,19 @@ def shown(
         now_at = current[row.scan_id]
         there = [
             UsedHold(now_at[used["hold"]], Use(used["use"]))
-            for used in row.holds if used["hold"] in now_at
-        ]  # fmt: skip
+            for used in row.holds
+            if used["hold"] in now_at
+        ]
         found.append(
-            Shown(row, names.get(row.person_id, ""), counts.get(row.id, 0), mine.get(row.id),
-                  there, len(row.holds) - len(there))
-        )  # fmt: skip
+            Shown(
+                row,
+                names.get(row.person_id, ""),
+                counts.get(row.id, 0),
+                mine.get(row.id),
+                there,
+                len(row.holds) - len(there),
+            )
+        )
     return found
 
 
@@ -255,9 +274,13 @@ def take_back(session: Session, problem: Problem) -> None:
 
 
 def set_climbed(
-    session: Session, gym: Gym, problem: Problem, person: UUID, climbed_at: datetime | None,
+    session: Session,
+    gym: Gym,
+    problem: Problem,
+    person: UUID,
+    climbed_at: datetime | None,
     edit: Edit | None,
-) -> None:  # fmt: skip
+) -> None:
     """Store whether a person has climbed a problem; a late copy of an older edit changes nothing.
 
     Parameters
@@ -293,10 +316,15 @@ def promote(session: Session, wall: Wall, problem: Problem) -> Route:
     if problem.share == Share.PRIVATE:
         raise ConflictError("problem-private")
     facts: dict[str, Any] = {
-        "name": problem.name, "colour": "", "grade_system_id": problem.grade_system_id,
-        "grade": problem.grade, "setter": "", "tags": [], "set_on": now().date(),
+        "name": problem.name,
+        "colour": "",
+        "grade_system_id": problem.grade_system_id,
+        "grade": problem.grade,
+        "setter": "",
+        "tags": [],
+        "set_on": now().date(),
         "strip_on": None,
-    }  # fmt: skip
+    }
     [route] = add_routes(session, wall, [HandRoute(problem.id, facts)])
     problem.route_id = route.id
     return route

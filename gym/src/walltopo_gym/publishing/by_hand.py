@@ -65,19 +65,23 @@ class Grades:
         among = [row for row in self._systems if not system or _is_same(row.name, system)]
         names = ", ".join(row.name for row in self._systems)
         if not among:
-            raise RequestError("cell-no-system", "cell-systems", name=system[:MAX_SHOWN],
-                               names=names)  # fmt: skip
+            raise RequestError(
+                "cell-no-system", "cell-systems", name=system[:MAX_SHOWN], names=names
+            )
         exact = [row for row in among if label in row.labels]
-        meant = [(row, own) for row in exact or among
-                 if (own := own_label(row.kind, row.labels, label)) is not None]  # fmt: skip
+        meant = [
+            (row, own)
+            for row in exact or among
+            if (own := own_label(row.kind, row.labels, label)) is not None
+        ]
         if not meant:
             grades = ", ".join(known for row in among for known in row.labels)
-            raise RequestError("cell-no-grade", "grade-known", grade=label[:MAX_SHOWN],
-                               grades=grades)  # fmt: skip
+            raise RequestError(
+                "cell-no-grade", "grade-known", grade=label[:MAX_SHOWN], grades=grades
+            )
         if len(meant) > 1:
             several = ", ".join(row.name for row, _ in meant)
-            raise RequestError("cell-grade-twice", "cell-system-column", grade=label,
-                               names=several)  # fmt: skip
+            raise RequestError("cell-grade-twice", "cell-system-column", grade=label, names=several)
         [(row, own)] = meant
         return row.id, own
 

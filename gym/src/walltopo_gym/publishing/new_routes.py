@@ -18,7 +18,8 @@ def new_routes(session: Session, gym: Gym, days: int, wall: UUID | None = None) 
     all."""
     since = today(gym) - timedelta(days=days - 1)
     found = [
-        route for route, _ in gym_routes(session, gym.id)
+        route
+        for route, _ in gym_routes(session, gym.id)
         if route.set_on >= since and wall in (None, route.wall_id)
-    ]  # fmt: skip
+    ]
     return sorted(found, key=lambda route: route.set_on, reverse=True)

@@ -139,8 +139,14 @@ def _carry_out(session: Session, scan: UUID) -> None:
     entries = [_entry(kept) for kept in plan.entries]
     found = {int(number): Placed(**row) for number, row in plan.found.items()}
     publish(session, row, wall.revision, entries, found, now().astimezone(zone).date())
-    log_change(session, "scan.publish", person=plan.made_by, gym=wall.gym_id, subject=str(scan),
-               planned=True)  # fmt: skip
+    log_change(
+        session,
+        "scan.publish",
+        person=plan.made_by,
+        gym=wall.gym_id,
+        subject=str(scan),
+        planned=True,
+    )
     session.delete(plan)
 
 

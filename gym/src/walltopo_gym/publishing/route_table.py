@@ -25,8 +25,7 @@ from walltopo_gym.publishing.versions import wall_routes
 from walltopo_gym.spreadsheets import MAX_FAULTS, MAX_SHOWN, Fault, check_cell, read_table
 from walltopo_gym.walls.models import Wall
 
-COLUMNS: Final = ("name", "grade", "grade_system", "colour", "setter", "tags", "set_on",
-                  "strip_on")  # fmt: skip
+COLUMNS: Final = ("name", "grade", "grade_system", "colour", "setter", "tags", "set_on", "strip_on")
 _DAYS: Final = ("set_on", "strip_on")
 _MAX_TEXT: Final = {"name": 80, "colour": 40, "setter": 80}
 _MAX_TAGS: Final = 20
@@ -87,8 +86,9 @@ def _facts(
 ) -> tuple[dict[str, Any], list[FactError]]:
     """Return the columns of a route, and what is wrong with its cells."""
     wrong: list[FactError] = []
-    words = {name: _text(cells.get(name, ""), name, most, wrong)
-             for name, most in _MAX_TEXT.items()}  # fmt: skip
+    words = {
+        name: _text(cells.get(name, ""), name, most, wrong) for name, most in _MAX_TEXT.items()
+    }
     facts: dict[str, Any] = words | {
         "colour": colour_of(words["colour"]),
         "tags": _tags(cells.get("tags", ""), wrong),
@@ -135,8 +135,10 @@ def _order(days: Sequence[str]) -> str:
     days : the cells of the columns of days.
     """
     found = [match.groups() for day in days if (match := _SLASHES.fullmatch(day))]
-    orders = {"dmy": any(int(first) > _MONTHS for first, _, _ in found),
-              "mdy": any(int(second) > _MONTHS for _, second, _ in found)}  # fmt: skip
+    orders = {
+        "dmy": any(int(first) > _MONTHS for first, _, _ in found),
+        "mdy": any(int(second) > _MONTHS for _, second, _ in found),
+    }
     sure = [order for order, is_sure in orders.items() if is_sure]
     return sure[0] if len(sure) == 1 else ""
 

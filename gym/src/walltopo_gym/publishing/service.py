@@ -66,9 +66,13 @@ class Placed:
 
 
 def publish(
-    session: Session, scan: Scan, expected: int, entries: Sequence[Entry],
-    found: Mapping[int, Placed], today: date,
-) -> None:  # fmt: skip
+    session: Session,
+    scan: Scan,
+    expected: int,
+    entries: Sequence[Entry],
+    found: Mapping[int, Placed],
+    today: date,
+) -> None:
     """Publish a scan in review.
 
     Current routes that no entry names are stripped, except those that were added by hand and were

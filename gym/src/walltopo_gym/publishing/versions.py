@@ -26,8 +26,12 @@ _CURRENT: Final = (
 )
 # Routes without a placement come last, in the order in which they were added.
 _BY_NUMBER: Final = (
-    Placement.number.is_(None), Placement.number, Route.created_at, Route.name, Route.id,
-)  # fmt: skip
+    Placement.number.is_(None),
+    Placement.number,
+    Route.created_at,
+    Route.name,
+    Route.id,
+)
 
 
 def wall_routes(session: Session, wall: Wall) -> list[tuple[Route, Placement | None]]:

@@ -22,11 +22,13 @@ def _routers() -> Sequence[APIRouter]:
 
 
 def _own_tables(session: Session, question: OwnTables) -> None:
-    question.found.extend([
-        ("reset_plans", ResetPerson),
-        ("grade_proposals", GradeProposal),
-        ("sign_offs", SignOff),
-    ])  # fmt: skip
+    question.found.extend(
+        [
+            ("reset_plans", ResetPerson),
+            ("grade_proposals", GradeProposal),
+            ("sign_offs", SignOff),
+        ]
+    )
 
 
 FEATURE = Feature(routers=_routers, data_listeners={OwnTables: (_own_tables,)})

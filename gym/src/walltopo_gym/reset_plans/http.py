@@ -209,9 +209,10 @@ def list_reset_plans(session: Db, access: MemberMay) -> list[ResetPlanFacts]:
 
 @router.get("/gyms/{gym}/reset-plans/people")
 def find_reset_people(
-    session: Db, access: PlannerMay,
+    session: Db,
+    access: PlannerMay,
     named: Annotated[Text, Query(description="part of a member's name")] = "",
-) -> list[ResetPersonFacts]:  # fmt: skip
+) -> list[ResetPersonFacts]:
     """Return everybody with the setter role; or, by two letters or more, the first members whose
     name has them."""
     found = select(Person.id, Person.name).join(Membership, Membership.person_id == Person.id)
@@ -233,10 +234,11 @@ def put_reset_plan(
     """Plan a reset under an id that the browser made, so that it is stored once; or change it."""
     wall = wall_of(session, access.gym.id, body.wall_id)
     words = PlanWords(
-        body.day, body.note,
+        body.day,
+        body.note,
         [Wish(wish.system, wish.grade, wish.routes) for wish in body.wishes],
         {Part.SETTER: frozenset(body.setters), Part.FORERUNNER: frozenset(body.forerunners)},
-    )  # fmt: skip
+    )
     row, is_new = keep_plan(session, access.gym, wall, plan, words)
     _log(session, access, "reset.plan" if is_new else "reset.change", str(row.id), wall=wall.name)
     response.status_code = 201 if is_new else 200
@@ -285,10 +287,13 @@ def read_forerun(plan: UUID, session: Db, access: MemberMay) -> ForerunSheet:
     }
     signed = sign_offs_of(session, keys)
     return ForerunSheet(
-        wall_id=known.wall.id, wall_name=known.wall.name, day=known.plan.day,
-        note=known.plan.note, state=known.state,
+        wall_id=known.wall.id,
+        wall_name=known.wall.name,
+        day=known.plan.day,
+        note=known.plan.note,
+        state=known.state,
         routes=[_to_forerun(route, signed, mine.get(route.id)) for route in routes],
-    )  # fmt: skip
+    )
 
 
 @router.put("/gyms/{gym}/reset-plans/{plan}/routes/{route}/proposal")
@@ -356,8 +361,13 @@ def _plan_facts(session: Session, plans: Sequence[Planned]) -> list[ResetPlanFac
 
     return [
         ResetPlanFacts(
-            id=one.plan.id, wall_id=one.wall.id, wall_name=one.wall.name, day=one.plan.day,
-            note=one.plan.note, state=one.state, published_at=one.published_at,
+            id=one.plan.id,
+            wall_id=one.wall.id,
+            wall_name=one.wall.name,
+            day=one.plan.day,
+            note=one.plan.note,
+            state=one.state,
+            published_at=one.published_at,
             wishes=[GradeWish(**wish) for wish in one.plan.wishes],
             setters=people(one.plan.id, Part.SETTER),
             forerunners=people(one.plan.id, Part.FORERUNNER),
@@ -365,7 +375,7 @@ def _plan_facts(session: Session, plans: Sequence[Planned]) -> list[ResetPlanFac
             signed_off=sum(route.id in signed for route in routes[one.plan.id]),
         )
         for one in plans
-    ]  # fmt: skip
+    ]
 
 
 def _with_routes(session: Session, access: Access, known: Planned) -> PlanWithRoutes:
@@ -392,17 +402,23 @@ def _to_forerun(
 ) -> RouteToForerun:
     sign, name = signed.get(route.id, (None, ""))
     return RouteToForerun(
-        id=route.id, name=route.name, colour=route.colour, setter=route.setter,
-        grade_system_id=route.grade_system_id, grade=route.grade,
-        sign_off=None if sign is None else
-        SignOffFacts(person_name=name, grade=sign.grade, signed_at=sign.signed_at),
+        id=route.id,
+        name=route.name,
+        colour=route.colour,
+        setter=route.setter,
+        grade_system_id=route.grade_system_id,
+        grade=route.grade,
+        sign_off=None
+        if sign is None
+        else SignOffFacts(person_name=name, grade=sign.grade, signed_at=sign.signed_at),
         own=None if own is None else OwnProposal.model_validate(own, from_attributes=True),
-    )  # fmt: skip
+    )
 
 
 def _log(session: Session, access: Access, action: str, subject: str, **details: str) -> None:
-    log_change(session, action, person=access.actor.known, gym=access.gym.id, subject=subject,
-               **details)  # fmt: skip
+    log_change(
+        session, action, person=access.actor.known, gym=access.gym.id, subject=subject, **details
+    )
 
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (router,)

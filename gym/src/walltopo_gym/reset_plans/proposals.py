@@ -94,9 +94,10 @@ def median_of(
     if not proposals:
         return None
     graded = [
-        (row.grade_system_id, row.grade) for row in proposals
+        (row.grade_system_id, row.grade)
+        for row in proposals
         if row.grade_system_id is not None and row.grade in systems.get(row.grade_system_id, ())
-    ]  # fmt: skip
+    ]
     system, grade = None, ""
     if graded:
         system = Counter(used for used, _ in graded).most_common(1)[0][0]
@@ -104,9 +105,13 @@ def median_of(
         places = [labels.index(label) for used, label in graded if used == system]
         grade = labels[median_low(places)]
     return ProposalMedian(
-        len(proposals), system, grade, _middle(row.risk for row in proposals),
-        _middle(row.intensity for row in proposals), _middle(row.complexity for row in proposals),
-    )  # fmt: skip
+        len(proposals),
+        system,
+        grade,
+        _middle(row.risk for row in proposals),
+        _middle(row.intensity for row in proposals),
+        _middle(row.complexity for row in proposals),
+    )
 
 
 def _middle(values: Iterable[int | None]) -> float | None:

@@ -116,10 +116,13 @@ def keep_plan(
     if row is not None and row.wall_id != wall.id:
         raise ConflictError("id-taken", "id-another")
     wishes = [
-        {"system": str(wish.system), "routes": wish.routes,
-         "grade": grade_of(session, gym.id, wish.system, wish.grade)}
+        {
+            "system": str(wish.system),
+            "routes": wish.routes,
+            "grade": grade_of(session, gym.id, wish.system, wish.grade),
+        }
         for wish in words.wishes
-    ]  # fmt: skip
+    ]
     if len({(wish["system"], wish["grade"]) for wish in wishes}) < len(wishes):
         raise RequestError("reset-wish-twice")
     is_new = row is None
@@ -156,8 +159,9 @@ def _name_people(
     session.execute(delete(ResetPerson).where(ResetPerson.plan_id == plan.id))
     session.add_all(
         ResetPerson(plan_id=plan.id, person_id=person, part=part)
-        for part, named in people.items() for person in named
-    )  # fmt: skip
+        for part, named in people.items()
+        for person in named
+    )
     session.flush()
 
 

@@ -56,13 +56,21 @@ def _begin(session: Session, wall: UUID, person: UUID) -> Scan:
     before = session.get_one(Scan, published)
     # An amendment gets its own moves when it is published.
     files = {path: file for path, file in before.files.items() if path != MOVES_FILE}
-    row = Scan(wall_id=wall, made_by=person, state=State.UPLOADING, reference_id=published,
-               amends_id=published, files=files, scale=before.scale)  # fmt: skip
+    row = Scan(
+        wall_id=wall,
+        made_by=person,
+        state=State.UPLOADING,
+        reference_id=published,
+        amends_id=published,
+        files=files,
+        scale=before.scale,
+    )
     session.add(row)
     session.flush()
     log_change(session, "scan.amend", person=person, gym=amended.gym_id, subject=str(row.id))
     edits = session.get(ScanEdits, published)
     if edits is not None:
-        session.add(ScanEdits(scan_id=row.id, revision=edits.revision, shown=edits.shown,
-                              log=edits.log))  # fmt: skip
+        session.add(
+            ScanEdits(scan_id=row.id, revision=edits.revision, shown=edits.shown, log=edits.log)
+        )
     return row

@@ -58,9 +58,12 @@ def note_failure(session: Session, failure: Failure, scan: str, number: int) -> 
 
 
 def _say(
-    session: Session, scan: UUID, number: int, groups: list[list[str]],
+    session: Session,
+    scan: UUID,
+    number: int,
+    groups: list[list[str]],
     shifts: list[dict[str, Any]],
-) -> None:  # fmt: skip
+) -> None:
     later = PhotoOverlap.scan_id == scan, PhotoOverlap.answered < number
     change = update(PhotoOverlap).where(*later)
     session.execute(change.values(answered=number, groups=groups, shifts=shifts))
@@ -69,11 +72,15 @@ def _say(
 def _between_photos(shifts: Sequence[Shift], photo_of: list[UUID]) -> list[dict[str, Any]]:
     """Return the shifts between two photos as plain values, without those inside of a video."""
     return [
-        {"before": str(photo_of[shift.before]), "after": str(photo_of[shift.after]),
-         "right": round(shift.right, 3), "up": round(shift.up, 3)}
+        {
+            "before": str(photo_of[shift.before]),
+            "after": str(photo_of[shift.after]),
+            "right": round(shift.right, 3),
+            "up": round(shift.up, 3),
+        }
         for shift in shifts
         if photo_of[shift.before] != photo_of[shift.after]
-    ]  # fmt: skip
+    ]
 
 
 def _grey(content: bytes) -> NDArray[np.uint8]:

@@ -75,9 +75,10 @@ def want(session: Session, gym: UUID, wanted: bool) -> OwnNetwork:
     row = session.get(OwnNetwork, gym)
     if row is None or not wanted:
         row = session.merge(
-            OwnNetwork(gym_id=gym, wanted=wanted, basis=[], trained_at=None, result=None,
-                       key="", error="")
-        )  # fmt: skip
+            OwnNetwork(
+                gym_id=gym, wanted=wanted, basis=[], trained_at=None, result=None, key="", error=""
+            )
+        )
     row.wanted = wanted
     return row
 
@@ -166,8 +167,7 @@ class OwnNetworks:
             code = child.wait()
         if code == 0:
             return ""
-        _LOG.warning("own network: %s\n%s", ending(code), "\n".join(lines[-20:]),
-                     extra=OWN_LINES)  # fmt: skip
+        _LOG.warning("own network: %s\n%s", ending(code), "\n".join(lines[-20:]), extra=OWN_LINES)
         first = next((line for line in lines if line.startswith("error: ")), ending(code))
         return without_folders(first.removeprefix("error: "))[:500]
 

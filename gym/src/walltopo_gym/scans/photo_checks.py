@@ -168,8 +168,12 @@ def _keep(database: Database, store: FileStore, photo: Photo, done: Done, made: 
     facts: dict[str, object] = {}
     if done.photos:
         sharpest = max(done.photos, key=lambda stored: stored.sharpness)
-        facts = {"width": sharpest.width, "height": sharpest.height,
-                 "sharpness": sharpest.sharpness, "frames": len(done.photos)}  # fmt: skip
+        facts = {
+            "width": sharpest.width,
+            "height": sharpest.height,
+            "sharpness": sharpest.sharpness,
+            "frames": len(done.photos),
+        }
         places = np.linspace(0, len(done.photos) - 1, min(len(done.photos), MAX_THUMBNAILS))
         shown = [made / done.photos[place].file for place in places.round().astype(int).tolist()]
         for number, path in enumerate(shown):

@@ -40,8 +40,9 @@ def keep_front(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
     from walltopo.publish.wall_data import read_wall
 
     wall = read_wall(folder)
-    canvas = paper_view(wall.mesh.vertices, wall.mesh.faces, -front_direction(wall.mesh), _UP,
-                        _DRAWN)  # fmt: skip
+    canvas = paper_view(
+        wall.mesh.vertices, wall.mesh.faces, -front_direction(wall.mesh), _UP, _DRAWN
+    )
     colours = np.full((len(wall.mesh.faces), 3), 160, dtype=np.uint8)
     if wall.uv is not None and wall.texture is not None:
         with Image.open(wall.texture) as atlas:

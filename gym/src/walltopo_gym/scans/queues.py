@@ -37,8 +37,15 @@ def queue_scan(session: Session, scan: Scan) -> None:
         .join(Wall, Wall.id == Scan.wall_id)
         .where(Wall.gym_id == gym, Scan.state.in_(("queued", "running")), Scan.id != scan.id)
     )
-    enqueue(session, SCANS, str(scan.id), scan.run, gym=gym, key=f"{scan.id}-{scan.run}",
-            priority=1 + (session.scalar(before) or 0))  # fmt: skip
+    enqueue(
+        session,
+        SCANS,
+        str(scan.id),
+        scan.run,
+        gym=gym,
+        key=f"{scan.id}-{scan.run}",
+        priority=1 + (session.scalar(before) or 0),
+    )
 
 
 def queue_batch(session: Session, scan: UUID) -> None:
@@ -47,8 +54,14 @@ def queue_batch(session: Session, scan: UUID) -> None:
     number = select(Scan.batches).where(Scan.id == scan).with_for_update(key_share=True)
     batch = session.scalar(number)
     if batch is not None:
-        enqueue(session, BATCHES, str(scan), batch, gym=gym_of(session, scan),
-                key=f"photo-batch-{scan}-{batch}")  # fmt: skip
+        enqueue(
+            session,
+            BATCHES,
+            str(scan),
+            batch,
+            gym=gym_of(session, scan),
+            key=f"photo-batch-{scan}-{batch}",
+        )
 
 
 def queue_photo(session: Session, photo: Photo) -> None:
@@ -69,8 +82,14 @@ def photos_changed(session: Session, scan: UUID) -> None:
     number = session.scalar(again.returning(PhotoOverlap.requested))
     assert number is not None
     if not session.scalar(select(are_coming(scan))):
-        enqueue(session, OVERLAPS, str(scan), number, gym=gym_of(session, scan),
-                key=f"overlap-{scan}-{number}")  # fmt: skip
+        enqueue(
+            session,
+            OVERLAPS,
+            str(scan),
+            number,
+            gym=gym_of(session, scan),
+            key=f"overlap-{scan}-{number}",
+        )
 
 
 def are_coming(scan: UUID) -> ColumnElement[bool]:
@@ -85,8 +104,9 @@ def routes_changed(session: Session, scan: UUID) -> None:
 
 def queue_moves(session: Session, scan: UUID, priority: int = 1) -> None:
     """Queue the suggested moves of a published version; once per version."""
-    enqueue(session, MOVES, str(scan), gym=gym_of(session, scan), key=f"moves-{scan}",
-            priority=priority)  # fmt: skip
+    enqueue(
+        session, MOVES, str(scan), gym=gym_of(session, scan), key=f"moves-{scan}", priority=priority
+    )
 
 
 def gym_of(session: Session, scan: UUID) -> UUID:

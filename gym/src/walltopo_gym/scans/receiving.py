@@ -32,8 +32,10 @@ def suffix_of(name: str) -> str:
     """
     suffix = PurePosixPath(name.replace("\\", "/")).suffix.lower()
     if suffix not in PHOTO_SUFFIXES | VIDEO_SUFFIXES:
-        photos, videos = (", ".join(sorted(kind.lstrip(".").upper() for kind in kinds))
-                          for kinds in (PHOTO_SUFFIXES, VIDEO_SUFFIXES))  # fmt: skip
+        photos, videos = (
+            ", ".join(sorted(kind.lstrip(".").upper() for kind in kinds))
+            for kinds in (PHOTO_SUFFIXES, VIDEO_SUFFIXES)
+        )
         raise RequestError(
             "no-photo-by-name", "photos-are", name=name, photos=photos, videos=videos
         )

@@ -203,9 +203,14 @@ class ScanSteps:
         if isinstance(state, tuple):
             step, done, notes = state
             row_now = ScanProgress(
-                scan_id=scan, stage=step.stage, doing=step.doing[:200], done=done,
-                total=step.total, notes=list(notes), at=now(),
-            )  # fmt: skip
+                scan_id=scan,
+                stage=step.stage,
+                doing=step.doing[:200],
+                done=done,
+                total=step.total,
+                notes=list(notes),
+                at=now(),
+            )
             with self.database.writing() as session:
                 if session.get(Scan, scan) is not None:
                     session.merge(row_now)

@@ -92,7 +92,10 @@ def note_failure(session: Session, failure: Failure, scan: str, run: int) -> Non
     """Mark a scan as failed because every worker that ran it died."""
     at_work = Scan.state.in_((State.QUEUED, State.RUNNING))
     change = update(Scan).where(Scan.id == UUID(scan), Scan.run == run, at_work)
-    session.execute(change.values(
-        state=State.FAILED, error="the scan failed by a fault of the program",
-        hint="The operator's log has it.",
-    ))  # fmt: skip
+    session.execute(
+        change.values(
+            state=State.FAILED,
+            error="the scan failed by a fault of the program",
+            hint="The operator's log has it.",
+        )
+    )

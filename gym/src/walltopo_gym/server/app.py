@@ -44,9 +44,15 @@ _THREADS: Final = 200  # an idle one costs next to nothing
 _LONGER_BODIES: Final = ((re.compile(rf"PATCH {PREFIX}/gyms/[^/]+/photos/[^/]+"), LONGEST_PHOTO),)
 # Routes are matched in this order: what a whole hall uses at once comes first.
 _CORE: Final = (
-    climbing.ROUTERS, publishing.ROUTERS, walls.ROUTERS, gyms.ROUTERS, scans.ROUTERS,
-    accounts.ROUTERS, editing.ROUTERS, operating.ROUTERS,
-)  # fmt: skip
+    climbing.ROUTERS,
+    publishing.ROUTERS,
+    walls.ROUTERS,
+    gyms.ROUTERS,
+    scans.ROUTERS,
+    accounts.ROUTERS,
+    editing.ROUTERS,
+    operating.ROUTERS,
+)
 
 
 def open_services(settings: GymSettings) -> Services:

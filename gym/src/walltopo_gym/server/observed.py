@@ -76,10 +76,18 @@ class Observed:
         self._metrics.note(name, status, seconds)
         client, path = scope.get("client"), _raw_path(scope)
         _LOG.info(
-            "%s %s %s", scope["method"], path, status,
-            extra={"method": scope["method"], "path": path, "status": status,
-                   "ms": round(1000 * seconds, 1), "client": client[0] if client else ""},
-        )  # fmt: skip
+            "%s %s %s",
+            scope["method"],
+            path,
+            status,
+            extra={
+                "method": scope["method"],
+                "path": path,
+                "status": status,
+                "ms": round(1000 * seconds, 1),
+                "client": client[0] if client else "",
+            },
+        )
 
 
 def _raw_path(scope: Scope) -> str:

@@ -59,9 +59,21 @@ _WORKER_POLICY: Final = (
 
 # The first part of each address of the app (gym/web/src/routes.ts).
 _PLACES: Final = {
-    "", "embed", "g", "invitation", "kiosk", "me", "new-gym", "new-password", "people", "r",
-    "selftest", "sign-in", "sign-up", "unsubscribe",
-}  # fmt: skip
+    "",
+    "embed",
+    "g",
+    "invitation",
+    "kiosk",
+    "me",
+    "new-gym",
+    "new-password",
+    "people",
+    "r",
+    "selftest",
+    "sign-in",
+    "sign-up",
+    "unsubscribe",
+}
 
 
 @dataclass(frozen=True)

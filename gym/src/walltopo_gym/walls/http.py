@@ -116,8 +116,14 @@ def _refuse_taken(session: Session, gym: UUID, name: str) -> None:
 
 
 def _log(session: Session, access: Access, action: str, row: Wall) -> None:
-    log_change(session, action, person=access.actor.known, gym=access.gym.id, subject=row.name,
-               wall=str(row.id))  # fmt: skip
+    log_change(
+        session,
+        action,
+        person=access.actor.known,
+        gym=access.gym.id,
+        subject=row.name,
+        wall=str(row.id),
+    )
 
 
 Part = Annotated[float, Field(ge=0, le=1)]
@@ -242,8 +248,9 @@ def _plan_facts(session: Session, access: Access) -> FloorPlanFacts:
 
 
 def _log_plan(session: Session, access: Access, action: str) -> None:
-    log_change(session, action, person=access.actor.known, gym=access.gym.id,
-               subject=access.gym.slug)  # fmt: skip
+    log_change(
+        session, action, person=access.actor.known, gym=access.gym.id, subject=access.gym.slug
+    )
 
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (router,)

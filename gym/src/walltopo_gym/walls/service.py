@@ -70,8 +70,14 @@ def _decoded(content: bytes) -> Image.Image:
                         megapixels=_MAX_PIXELS // 1000000,
                     )
                 upright = ImageOps.exif_transpose(image).convert("RGB")
-    except (UnidentifiedImageError, Image.DecompressionBombError, Image.DecompressionBombWarning,
-            OSError, ValueError, SyntaxError) as error:  # fmt: skip
+    except (
+        UnidentifiedImageError,
+        Image.DecompressionBombError,
+        Image.DecompressionBombWarning,
+        OSError,
+        ValueError,
+        SyntaxError,
+    ) as error:
         raise RequestError("floor-not-picture", "floor-send") from error
     upright.thumbnail((_KEPT, _KEPT))
     return upright

@@ -82,8 +82,9 @@ def make_webhook(
     row = Webhook(gym_id=access.gym.id, url=body.url, secret=new_signing_secret())
     session.add(row)
     session.flush()
-    log_change(session, "webhook.create", person=access.actor.known, gym=access.gym.id,
-               subject=body.url)  # fmt: skip
+    log_change(
+        session, "webhook.create", person=access.actor.known, gym=access.gym.id, subject=body.url
+    )
     return MadeWebhook(id=row.id, secret=row.secret)
 
 
@@ -94,8 +95,9 @@ def drop_webhook(webhook: UUID, session: Db, access: OwnerMay) -> None:
     if row is None or row.gym_id != access.gym.id:
         raise NotFoundError("not-there-webhook")
     session.delete(row)
-    log_change(session, "webhook.delete", person=access.actor.known, gym=access.gym.id,
-               subject=row.url)  # fmt: skip
+    log_change(
+        session, "webhook.delete", person=access.actor.known, gym=access.gym.id, subject=row.url
+    )
 
 
 def _facts(session: Session, row: Webhook) -> WebhookFacts:
@@ -103,15 +105,24 @@ def _facts(session: Session, row: Webhook) -> WebhookFacts:
     events = session.scalars(waiting.order_by(WebhookEvent.created_at.desc())).all()
     error = next((event.error for event in events if event.error), "")
     return WebhookFacts(
-        id=row.id, url=row.url, created_at=row.created_at, error=error,
+        id=row.id,
+        url=row.url,
+        created_at=row.created_at,
+        error=error,
         waiting=sum(event.tries < DELIVERY.max_tries for event in events),
         last_delivered_at=row.last_delivered_at,
         deliveries=[
-            Delivery(id=event.id, type=str(event.body.get("type", "")), tries=event.tries,
-                     created_at=event.created_at, next_at=event.next_at, error=event.error)
+            Delivery(
+                id=event.id,
+                type=str(event.body.get("type", "")),
+                tries=event.tries,
+                created_at=event.created_at,
+                next_at=event.next_at,
+                error=event.error,
+            )
             for event in events[:_SHOWN]
         ],
-    )  # fmt: skip
+    )
 
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (router,)

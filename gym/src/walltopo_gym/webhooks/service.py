@@ -81,10 +81,12 @@ def drop_given_up(session: Session, question: RowsExpired) -> None:
 
 
 LISTENERS: Final[Listeners] = {
-    WallPublished: (_wall_published,), RoutesAdded: (_routes_added,),
-    RouteStripped: (_route_stripped,), RouteRestored: (_route_restored,),
+    WallPublished: (_wall_published,),
+    RoutesAdded: (_routes_added,),
+    RouteStripped: (_route_stripped,),
+    RouteRestored: (_route_restored,),
     HoldReported: (_hold_reported,),
-}  # fmt: skip
+}
 
 
 def new_signing_secret() -> str:

@@ -49,18 +49,36 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
             help=option_help(field, field.default),
         )
     parser.add_argument(
-        "--set", action="append", default=[], metavar="KEY=VALUE", dest="changes",
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        dest="changes",
         help="any other setting of the gym or the photos (repeatable); --list names them",
-    )  # fmt: skip
+    )
     parser.add_argument("--list", action="store_true", help="list the settings and stop")
     parser.add_argument("--photo-seed", type=seed, default=None, help="another walk, same gym")
-    parser.add_argument("--reset-of", type=Path, default=None, metavar="DIR",
-                        help="the gym of DIR after a reset of routes")  # fmt: skip
+    parser.add_argument(
+        "--reset-of",
+        type=Path,
+        default=None,
+        metavar="DIR",
+        help="the gym of DIR after a reset of routes",
+    )
     parser.add_argument("--reset-seed", type=seed, default=None, help="seed of the new routes")
-    parser.add_argument("--reset-part", choices=("all", "left", "middle", "right"), default="all",
-                        help="where routes are replaced")  # fmt: skip
-    parser.add_argument("--holds", type=Path, default=None, metavar="DIR",
-                        help="use the scanned holds (OBJ, GLB, PLY, STL) of DIR")  # fmt: skip
+    parser.add_argument(
+        "--reset-part",
+        choices=("all", "left", "middle", "right"),
+        default="all",
+        help="where routes are replaced",
+    )
+    parser.add_argument(
+        "--holds",
+        type=Path,
+        default=None,
+        metavar="DIR",
+        help="use the scanned holds (OBJ, GLB, PLY, STL) of DIR",
+    )
     parser.set_defaults(run=run)
     add_needs(parser, lambda args: {} if args.list else SHAPES)
 

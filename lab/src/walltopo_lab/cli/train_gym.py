@@ -28,14 +28,19 @@ def gym_parser(prog: str) -> argparse.ArgumentParser:
     )
     parser.add_argument("scans", type=Path, nargs="+", help="scan folders with corrected holds")
     parser.add_argument(
-        "-o", "--out", type=Path, required=True,
+        "-o",
+        "--out",
+        type=Path,
+        required=True,
         help="folder of the run: holds.onnx, its card, and own.json with the comparison",
-    )  # fmt: skip
+    )
     add_overwrite(parser)
     parser.add_argument(
-        "--minutes", type=Number(float, low=0.01), default=_MINUTES,
+        "--minutes",
+        type=Number(float, low=0.01),
+        default=_MINUTES,
         help=f"time to train, all resumed parts together (default {_MINUTES:g})",
-    )  # fmt: skip
+    )
     parser.set_defaults(run=run)
     add_needs(parser, lambda _: {**of("train"), **PLOTS})
     return parser

@@ -33,18 +33,23 @@ def pack_parser(prog: str) -> argparse.ArgumentParser:
     parser.add_argument("-o", "--out", type=Path, required=True, help="file to write")
     add_overwrite(parser)
     parser.add_argument(
-        "--held-out", type=Number(float, low=0.0, high=0.5), default=_HELD_OUT,
+        "--held-out",
+        type=Number(float, low=0.0, high=0.5),
+        default=_HELD_OUT,
         help=f"share of the sources kept for choosing (default {_HELD_OUT})",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--quality", type=Number(int, low=1, high=100), default=_QUALITY,
+        "--quality",
+        type=Number(int, low=1, high=100),
+        default=_QUALITY,
         help=f"quality of the photos as WebP (default {_QUALITY})",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--outlines", metavar="FILE|onnx",
+        "--outlines",
+        metavar="FILE|onnx",
         help="a network of `walltopo train` (onnx: the shipped one) draws the masks in labelled "
         "boxes; default: colours do",
-    )  # fmt: skip
+    )
     parser.set_defaults(run=run)
     add_needs(parser, lambda _: of("train"))
     return parser

@@ -54,9 +54,11 @@ def add_detector(kinds: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
         "--augment", default="default", metavar="default|none|published|FILE", help="of all trials"
     )
     parser.add_argument(
-        "--pretrained", type=Path, metavar="DIR", help="folder of Ultralytics' weights, such as "
-        "yolo11s-seg.pt, to start from"
-    )  # fmt: skip
+        "--pretrained",
+        type=Path,
+        metavar="DIR",
+        help="folder of Ultralytics' weights, such as yolo11s-seg.pt, to start from",
+    )
     parser.add_argument(
         "--held-out",
         type=Number(float, low=0.001, high=0.9),

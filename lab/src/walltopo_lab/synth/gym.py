@@ -107,9 +107,13 @@ def _lanes(span: tuple[float, float], count: int, spray: bool) -> list[tuple[flo
 
 
 def _set_wall(
-    wall: SetWall, settings: GymSettings, seed: int, number: int, reset: Reset | None,
+    wall: SetWall,
+    settings: GymSettings,
+    seed: int,
+    number: int,
+    reset: Reset | None,
     make: MakeHold,
-) -> None:  # fmt: skip
+) -> None:
     """Set all routes; for a reset, remove those of its part and set new ones."""
     x = wall.sockets.points[:, 0]
     span = (float(x.min()), float(x.max()))
@@ -170,9 +174,13 @@ def set_up(
 
 
 def _one_wall(
-    settings: GymSettings, seed: int, number: int, plate_numbers: Sequence[int],
-    reset: Reset | None, make: MakeHold,
-) -> SetUp:  # fmt: skip
+    settings: GymSettings,
+    seed: int,
+    number: int,
+    plate_numbers: Sequence[int],
+    reset: Reset | None,
+    make: MakeHold,
+) -> SetUp:
     """Return one complete wall in its own frame, without a hall around it."""
     # A trailing 0 leaves a seed unchanged, so a hall's first wall equals the single-wall gym of
     # that seed.
@@ -267,6 +275,17 @@ def make_gym(
     lamps = _lamps(built.sections, settings, seed)
     baked = bake(surface, tracer, lamps, settings, _LAMP_REACH if settings.walls > 1 else np.inf)
     return Gym(
-        settings, seed, reset, built.sections, built.facets, built.wall, built.plates,
-        built.instances, work.tags, surface, atlas, baked, tracer,
-    )  # fmt: skip
+        settings,
+        seed,
+        reset,
+        built.sections,
+        built.facets,
+        built.wall,
+        built.plates,
+        built.instances,
+        work.tags,
+        surface,
+        atlas,
+        baked,
+        tracer,
+    )

@@ -27,9 +27,12 @@ def tnut_holes(canvas: Canvas, facet: Facet, rng: np.random.Generator) -> None:
 
 
 def chalk_halo(
-    canvas: Canvas, facet: Facet, holds: Sequence[GymInstance], amount: float,
+    canvas: Canvas,
+    facet: Facet,
+    holds: Sequence[GymInstance],
+    amount: float,
     rng: np.random.Generator,
-) -> None:  # fmt: skip
+) -> None:
     """Paint chalk and rubber around the holds: hands brush above them, feet scrape below."""
     import cv2
 

@@ -48,9 +48,15 @@ class Renderer:
         self.threads = threads
         s, a, b = gym.surface, gym.atlas, gym.baked
         self._shell = Shell(
-            s.faces, s.face_facet, s.face_instance, s.normals, s.own, s.marks,
-            b.irradiance, b.towards,
-        )  # fmt: skip
+            s.faces,
+            s.face_facet,
+            s.face_instance,
+            s.normals,
+            s.own,
+            s.marks,
+            b.irradiance,
+            b.towards,
+        )
         self._bitmaps = Bitmaps(
             a.texels, a.levels, a.charts, linear32_from_srgb8(np.arange(256, dtype=np.uint8))
         )
@@ -94,9 +100,17 @@ class Renderer:
         band_ids = np.zeros(len(way), np.int32)
         flat = np.zeros(((y1 - y0) * camera.width, 3), np.float32)
         shade(
-            hits, centre, samples * samples, 1.0 / camera.fx, _FOG,
-            self._shell, self._bitmaps, self._finish, flat, band_ids,
-        )  # fmt: skip
+            hits,
+            centre,
+            samples * samples,
+            1.0 / camera.fx,
+            _FOG,
+            self._shell,
+            self._bitmaps,
+            self._finish,
+            flat,
+            band_ids,
+        )
         image[y0:y1] = flat.reshape(y1 - y0, camera.width, 3)
         ids[y0:y1] = _majority(band_ids.reshape(y1 - y0, camera.width, samples * samples))
 

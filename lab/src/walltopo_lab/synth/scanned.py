@@ -85,8 +85,13 @@ def scanned_holds(folder: Path) -> MakeHold:
         if scale == 1.0:
             return body
         return Body(
-            body.vertices * scale, body.faces, body.normals, body.chalk, body.gloss, body.steel,
+            body.vertices * scale,
+            body.faces,
+            body.normals,
+            body.chalk,
+            body.gloss,
+            body.steel,
             body.radius * scale,
-        )  # fmt: skip
+        )
 
     return make

@@ -149,9 +149,16 @@ def _set_one(
         style = route.styles[int(rng.integers(len(route.styles)))]
         body = make(kind, style, rng, settings.hold_scale * route.scale)
         hold = wall.bolt(
-            target, body, rng, 0.45, kind=kind, colour=route.colour, rgb=route.rgb,
-            route=route.number, role=role,
-        )  # fmt: skip
+            target,
+            body,
+            rng,
+            0.45,
+            kind=kind,
+            colour=route.colour,
+            rgb=route.rgb,
+            route=route.number,
+            role=role,
+        )
         if hold is not None:
             placed.append(hold)
     for _ in range(round(len(placed) * settings.footholds)):
@@ -162,9 +169,16 @@ def _set_one(
         body = make("foot", route.styles[0], rng, settings.hold_scale)
         if target[2] > 0.25:
             wall.bolt(
-                target, body, rng, 0.3, kind="foot", colour=route.colour, rgb=route.rgb,
-                route=route.number, role="foot",
-            )  # fmt: skip
+                target,
+                body,
+                rng,
+                0.3,
+                kind="foot",
+                colour=route.colour,
+                rgb=route.rgb,
+                route=route.number,
+                role="foot",
+            )
 
 
 def _on_wall(sockets: Sockets, x: float, z: float) -> Floats:
@@ -220,6 +234,13 @@ def set_downclimbs(
         )
         body = make("jug", "smooth", rng, settings.hold_scale * 1.15)
         wall.bolt(
-            target, body, rng, 0.6, kind="jug", colour="grey", rgb=DOWNCLIMB_GREY,
-            route=-2, role="downclimb",
-        )  # fmt: skip
+            target,
+            body,
+            rng,
+            0.6,
+            kind="jug",
+            colour="grey",
+            rgb=DOWNCLIMB_GREY,
+            route=-2,
+            role="downclimb",
+        )

@@ -184,10 +184,13 @@ def write_cameras(
     model = pycolmap.Reconstruction()
     model.add_camera_with_trivial_rig(
         pycolmap.Camera(
-            camera_id=1, model=camera.model, width=camera.width, height=camera.height,
+            camera_id=1,
+            model=camera.model,
+            width=camera.width,
+            height=camera.height,
             params=list(camera.params),
         )
-    )  # fmt: skip
+    )
     for number, (name, pose) in enumerate(zip(names, poses, strict=True), start=1):
         image = pycolmap.Image(name=name, camera_id=1, image_id=number)
         rigid = pycolmap.Rigid3d(np.ascontiguousarray(pose))

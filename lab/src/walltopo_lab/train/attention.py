@@ -76,11 +76,15 @@ def _attention(queries: str, keys: str, values: str, result: str, factor: float)
     return [
         *(helper.make_node("Squeeze", [sources[k], _AXIS], [flat[k]]) for k in sources),
         helper.make_node(
-            "MultiHeadAttention", list(flat.values()), [f"{result}_flat"],
-            domain="com.microsoft", num_heads=1, scale=factor,
+            "MultiHeadAttention",
+            list(flat.values()),
+            [f"{result}_flat"],
+            domain="com.microsoft",
+            num_heads=1,
+            scale=factor,
         ),
         helper.make_node("Unsqueeze", [f"{result}_flat", _AXIS], [result]),
-    ]  # fmt: skip
+    ]
 
 
 def _replace(graph: Any, nodes: dict[str, list[Any]]) -> None:

@@ -175,9 +175,15 @@ def fine_tune(train: Dataset, out: Path, minutes: float, progress: Progress) -> 
     if not model.is_file():
         write_dataset(out / "photos", train, "coco-rle")
         settings = TrainSettings(
-            minutes=minutes, rate=1e-4, batch=4, encoder_rate=0.0, held_out=0.0, audit=0.0,
-            check_every=1e3, check_photos=2,
-        )  # fmt: skip
+            minutes=minutes,
+            rate=1e-4,
+            batch=4,
+            encoder_rate=0.0,
+            held_out=0.0,
+            audit=0.0,
+            check_every=1e3,
+            check_photos=2,
+        )
         labels = (out / "photos" / "annotations.json",)
         job = Job(labels, out, pretrained=shipped_model())
         train_detector(job, settings, AugmentSettings(), progress)

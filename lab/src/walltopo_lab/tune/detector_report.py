@@ -82,9 +82,12 @@ def _draw(
     for t in trials:
         course.plot(list(t.steps), list(t.steps.values()), color=COLOURS[t.stopped], marker=".")
     course.plot(
-        list(best.steps), list(best.steps.values()), color=COLOURS[2], lw=2,
+        list(best.steps),
+        list(best.steps.values()),
+        color=COLOURS[2],
+        lw=2,
         label=f"trial {best.number} (best)",
-    )  # fmt: skip
+    )
     course.set(title="trials", xlabel="check or epoch", ylabel="AP50")
     course.legend()
     for panel, name in zip(axes, ("rate", "momentum", "batch", "size", "network"), strict=True):

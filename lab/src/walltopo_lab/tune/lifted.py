@@ -91,13 +91,23 @@ class Lifted:
     def _robust(self, params: LiftParams) -> Instances:
         drop, on_top = params.drop_duplicates, params.on_top
         look = (
-            "robust", self._farthest, self._widest, params.mask_resolution, params.sample_px,
-            params.max_splits, drop, on_top,
-        )  # fmt: skip
-        sampling = Sampling(
-            self._farthest, 0.0, params.mask_resolution, self._widest, params.sample_px,
+            "robust",
+            self._farthest,
+            self._widest,
+            params.mask_resolution,
+            params.sample_px,
             params.max_splits,
-        )  # fmt: skip
+            drop,
+            on_top,
+        )
+        sampling = Sampling(
+            self._farthest,
+            0.0,
+            params.mask_resolution,
+            self._widest,
+            params.sample_px,
+            params.max_splits,
+        )
         seen: SeenOnce = self._step(
             "look",
             look,

@@ -99,9 +99,12 @@ def _create(optuna: Any, storage: str, name: str, sampler: Any) -> Any:
     while True:
         try:
             return optuna.create_study(
-                storage=storage, study_name=name, sampler=sampler, direction="maximize",
+                storage=storage,
+                study_name=name,
+                sampler=sampler,
+                direction="maximize",
                 load_if_exists=True,
-            )  # fmt: skip
+            )
         except Exception as error:  # each database driver raises its own exception types
             attempts += 1
             # Another worker is creating the tables; they exist at the next attempt.

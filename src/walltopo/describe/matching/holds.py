@@ -78,8 +78,9 @@ def _rigid(source: Floats, target: Floats) -> tuple[Floats, Floats]:
     return rotation, middle_t - rotation @ middle_s
 
 
-def _align(base: Floats, points: Floats, plausible: NDArray[np.bool_], change: Floats,
-           unit: float) -> Floats:  # fmt: skip
+def _align(
+    base: Floats, points: Floats, plausible: NDArray[np.bool_], change: Floats, unit: float
+) -> Floats:
     """Return the positions of the second scan, aligned with the first if that improves the match.
 
     A fit to chance pairs also brings some of them together. The transform is therefore accepted

@@ -91,8 +91,18 @@ def compare(
             matches.append(RouteMatch(RouteStatus.NEW, None, number))
             continue
         key = mine[number]
-        matches.append(_match(key, number, old_routes[key], new_routes[number], same, before, after,
-                              _MIN_SHIFT * unit))  # fmt: skip
+        matches.append(
+            _match(
+                key,
+                number,
+                old_routes[key],
+                new_routes[number],
+                same,
+                before,
+                after,
+                _MIN_SHIFT * unit,
+            )
+        )
     kept = set(mine.values())
     return matches + [
         RouteMatch(RouteStatus.STRIPPED, key, None) for key in keys if key not in kept
@@ -113,9 +123,15 @@ def _agreement(old: Sequence[int], new: Sequence[int], same: Mapping[int, int]) 
 
 
 def _match(
-    key: Key, number: int, old: Sequence[int], new: Sequence[int], same: Mapping[int, int],
-    before: Mapping[int, Hold], after: Mapping[int, Hold], moved_beyond: float,
-) -> RouteMatch[Key]:  # fmt: skip
+    key: Key,
+    number: int,
+    old: Sequence[int],
+    new: Sequence[int],
+    same: Mapping[int, int],
+    before: Mapping[int, Hold],
+    after: Mapping[int, Hold],
+    moved_beyond: float,
+) -> RouteMatch[Key]:
     shared = {hold: same[hold] for hold in old if same.get(hold) in set(new)}
     removed = tuple(sorted(set(old) - set(shared)))
     added = tuple(sorted(set(new) - set(shared.values())))

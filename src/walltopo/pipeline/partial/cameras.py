@@ -54,9 +54,11 @@ def without_points(model: pycolmap.Reconstruction, mesh: Mesh, stays: Flags) -> 
 
 
 def join_models(
-    old: pycolmap.Reconstruction, new: pycolmap.Reconstruction, old_names: Sequence[str],
+    old: pycolmap.Reconstruction,
+    new: pycolmap.Reconstruction,
+    old_names: Sequence[str],
     new_names: Mapping[str, str],
-) -> pycolmap.Reconstruction:  # fmt: skip
+) -> pycolmap.Reconstruction:
     """Return one model of some old photos and of all new ones; poses and intrinsics are copied.
 
     Parameters

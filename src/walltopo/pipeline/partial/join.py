@@ -108,9 +108,12 @@ class _Joint:
 
 
 def join_with_reference(
-    folder: ScanFolder, reference: ScanFolder, scratch: Path, progress: Progress,
+    folder: ScanFolder,
+    reference: ScanFolder,
+    scratch: Path,
+    progress: Progress,
     colours: tuple[str, ...] = (),
-) -> tuple[Joined, dict[str, Metrics]]:  # fmt: skip
+) -> tuple[Joined, dict[str, Metrics]]:
     """Replace the artifacts of a partial rescan by those of the whole wall.
 
     Returns
@@ -159,8 +162,12 @@ def join_with_reference(
     store("texture_uv", TextureUv(uv))
     store("detections", _joined_detections(joint))
     store("instances", _joined_instances(joint))
-    store("instance_records", InstanceRecords(classes=old.records.classes | new.records.classes,
-                                              instances=tables.records))  # fmt: skip
+    store(
+        "instance_records",
+        InstanceRecords(
+            classes=old.records.classes | new.records.classes, instances=tables.records
+        ),
+    )
     store("holds_raw", tables.holds)
     store("light", _joined_light(joint))
     store("cutouts", cutouts)
@@ -190,9 +197,14 @@ def _joint(old: _Scan, new: _Scan, choice: ColourChoice) -> _Joint:
     old.instances.check_fits(old.mesh)
     new.instances.check_fits(new.mesh)
     region = replaced_region(
-        old.mesh, old.instances.face_instance, new.mesh, new.instances.face_instance,
-        new.sparse.views, old.holds.unit, choice.exchange,
-    )  # fmt: skip
+        old.mesh,
+        old.instances.face_instance,
+        new.mesh,
+        new.instances.face_instance,
+        new.sparse.views,
+        old.holds.unit,
+        choice.exchange,
+    )
     if not region.new.any():
         raise StageError(
             "the new photos replace nothing of the wall: no part of it is in two of them",
@@ -375,7 +387,8 @@ def _figures(joint: _Joint, colours: tuple[str, ...]) -> Joined:
     return Joined(
         replaced_share=round(float(old.mesh.areas[~region.old].sum() / old.mesh.areas.sum()), 4),
         seam_mm=round(1000 * float(np.percentile(offsets, 95)) / old.holds.unit, 2)
-        if len(offsets) else None,
+        if len(offsets)
+        else None,
         photos_kept=len(joint.kept_photos),
         photos_new=len(joint.photo_of),
         stays=tuple(sorted({h.id for h in tables.holds.holds} - photographed)),
@@ -389,4 +402,4 @@ def _figures(joint: _Joint, colours: tuple[str, ...]) -> Joined:
         colours=colours,
         missing=tuple(joint.choice.missing(region, old.holds)),
         ignored=joint.choice.ignored(region, new.holds) if colours else 0,
-    )  # fmt: skip
+    )

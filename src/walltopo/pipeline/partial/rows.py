@@ -64,8 +64,9 @@ class JoinedTables:
     added: frozenset[int]
 
 
-def join_tables(old: Tables, new: Tables, photo_of: Mapping[str, str],
-                kept_photos: Collection[str]) -> JoinedTables:  # fmt: skip
+def join_tables(
+    old: Tables, new: Tables, photo_of: Mapping[str, str], kept_photos: Collection[str]
+) -> JoinedTables:
     """Return the tables of the joined wall.
 
     Parameters
@@ -81,10 +82,12 @@ def join_tables(old: Tables, new: Tables, photo_of: Mapping[str, str],
     arrived = [_moved(hold, number_of, photo_of) for hold in arrived]
     stays = [_with_photos(hold, kept_photos) for hold in stays]
     holds = sorted([*stays, *arrived], key=lambda hold: hold.id)
-    left_out = [_with_photos(hold, kept_photos) for hold in old.holds.left_out
-                if hold.id in old.present]  # fmt: skip
-    left_out += [_moved(hold, number_of, photo_of) for hold in new.holds.left_out
-                 if hold.id in new.present]  # fmt: skip
+    left_out = [
+        _with_photos(hold, kept_photos) for hold in old.holds.left_out if hold.id in old.present
+    ]
+    left_out += [
+        _moved(hold, number_of, photo_of) for hold in new.holds.left_out if hold.id in new.present
+    ]
     joined = replace(
         old.holds,
         holds=tuple(holds),

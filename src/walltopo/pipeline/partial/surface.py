@@ -111,9 +111,13 @@ def _side_for(extents: Floats) -> int:
 
 
 def _copy_chart(
-    source: Image, low: NDArray[np.int64], high: NDArray[np.int64], atlas: Image,
-    place: NDArray[np.int64], scale: float,
-) -> None:  # fmt: skip
+    source: Image,
+    low: NDArray[np.int64],
+    high: NDArray[np.int64],
+    atlas: Image,
+    place: NDArray[np.int64],
+    scale: float,
+) -> None:
     """Copy a chart with its gutter; beyond the source's border its last pixels are repeated."""
     import cv2
 
@@ -128,8 +132,11 @@ def _copy_chart(
         grid_x = np.broadcast_to((x + 0.5) / scale + low[0] - 0.5, (len(y), len(x)))
         grid_y = np.broadcast_to(((y + 0.5) / scale + low[1] - 0.5)[:, None], (len(y), len(x)))
         picture = cv2.remap(
-            source, grid_x.astype(np.float32), grid_y.astype(np.float32), cv2.INTER_AREA,
+            source,
+            grid_x.astype(np.float32),
+            grid_y.astype(np.float32),
+            cv2.INTER_AREA,
             borderMode=cv2.BORDER_REPLICATE,
-        )  # fmt: skip
+        )
     left, top = place - GUTTER
     atlas[top : top + len(y), left : left + len(x)] = picture

@@ -50,9 +50,17 @@ def _drawing(
 
 @kernel
 def _look_up(
-    begin: Any, end: Any, drawn: Any, face: Any, faces: Any, flat: Any, uv: Any, wide: Any,
-    tall: Any, where: Any,
-) -> None:  # fmt: skip
+    begin: Any,
+    end: Any,
+    drawn: Any,
+    face: Any,
+    faces: Any,
+    flat: Any,
+    uv: Any,
+    wide: Any,
+    tall: Any,
+    where: Any,
+) -> None:
     """Find the texture column and row of each pixel's centre, clamped to its face."""
     for row in range(begin, end):
         for column in range(drawn.shape[1]):

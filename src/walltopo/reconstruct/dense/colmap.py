@@ -65,9 +65,14 @@ class ColmapBackend:
         """Return the mesh; see `colmap_mesh`."""
         with work_folder(self.name, scan.cache) as work:
             return colmap_mesh(
-                scan.sparse.folder, scan.photos.folder, work, self.settings, scan.edge, scan.unit,
+                scan.sparse.folder,
+                scan.photos.folder,
+                work,
+                self.settings,
+                scan.edge,
+                scan.unit,
                 scan.progress,
-            )  # fmt: skip
+            )
 
 
 def colmap_mesh(

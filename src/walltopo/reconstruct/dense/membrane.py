@@ -205,15 +205,21 @@ def _best_thirds(points: Floats, outer: Floats, barred: NDArray[np.bool_]) -> In
             last = span == n - 1
             best_fold, best_area, best = np.float32(9.0), np.float32(np.inf), -1
             bx, by, bz = np.float32(0.0), np.float32(0.0), np.float32(0.0)
-            ux, uy, uz = (points[j, 0] - points[i, 0], points[j, 1] - points[i, 1],
-                          points[j, 2] - points[i, 2])  # fmt: skip
+            ux, uy, uz = (
+                points[j, 0] - points[i, 0],
+                points[j, 1] - points[i, 1],
+                points[j, 2] - points[i, 2],
+            )
             if last or not barred[i, j]:
                 for k in range(i + 1, j):
                     worst = max(fold[i, k], fold[j, k])
                     if worst > best_fold:
                         continue
-                    vx, vy, vz = (points[k, 0] - points[i, 0], points[k, 1] - points[i, 1],
-                                  points[k, 2] - points[i, 2])  # fmt: skip
+                    vx, vy, vz = (
+                        points[k, 0] - points[i, 0],
+                        points[k, 1] - points[i, 1],
+                        points[k, 2] - points[i, 2],
+                    )
                     # normal of the face (j, k, i)
                     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
                     size = np.sqrt(nx * nx + ny * ny + nz * nz)
@@ -224,8 +230,11 @@ def _best_thirds(points: Floats, outer: Floats, barred: NDArray[np.bool_]) -> In
                     b = 1.0 - (nx * normal[j, k, 0] + ny * normal[j, k, 1] + nz * normal[j, k, 2])
                     turn = max(a, b)
                     if last:
-                        turn = max(turn, 1.0 - (nx * outer[n - 1, 0] + ny * outer[n - 1, 1]
-                                                + nz * outer[n - 1, 2]))  # fmt: skip
+                        turn = max(
+                            turn,
+                            1.0
+                            - (nx * outer[n - 1, 0] + ny * outer[n - 1, 1] + nz * outer[n - 1, 2]),
+                        )
                     if turn > _FOLDED:
                         continue
                     worst = max(worst, np.float32(np.floor(turn / _FOLD_STEP) * _FOLD_STEP))

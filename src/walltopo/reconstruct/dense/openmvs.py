@@ -142,6 +142,11 @@ class OpenmvsBackend:
         """Return the mesh; see `openmvs_mesh`."""
         with work_folder(self.name, scan.cache) as work:
             return openmvs_mesh(
-                scan.sparse.folder, scan.photos.folder, work, self.settings, scan.edge, scan.unit,
+                scan.sparse.folder,
+                scan.photos.folder,
+                work,
+                self.settings,
+                scan.edge,
+                scan.unit,
                 scan.progress,
-            )  # fmt: skip
+            )

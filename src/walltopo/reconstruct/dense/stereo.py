@@ -171,17 +171,31 @@ def _to_photo(disparity: Depth, pair: Rectified, view: View) -> Depth:
     )
     depth = np.full(found.shape, np.nan, dtype=np.float32)
     in_ranges(
-        _depths, len(depth), found, nearest, (pair.plane @ pair.left).astype(np.float32),
-        pair.left[2].astype(np.float32), np.float32(pair.stretch), float(pair.scale), depth,
-    )  # fmt: skip
+        _depths,
+        len(depth),
+        found,
+        nearest,
+        (pair.plane @ pair.left).astype(np.float32),
+        pair.left[2].astype(np.float32),
+        np.float32(pair.stretch),
+        float(pair.scale),
+        depth,
+    )
     return depth
 
 
 @kernel
 def _depths(
-    begin: Any, end: Any, found: Any, nearest: Any, plane: Any, ahead: Any, stretch: Any,
-    scale: Any, depth: Any,
-) -> None:  # fmt: skip
+    begin: Any,
+    end: Any,
+    found: Any,
+    nearest: Any,
+    plane: Any,
+    ahead: Any,
+    stretch: Any,
+    scale: Any,
+    depth: Any,
+) -> None:
     """Fill rows of `depth` from the disparity, interpolated or at least from the nearest pixel.
 
     In homogeneous photo pixels q the rectified pixel is (left q) / (left q)_z, and a photo's ray of

@@ -19,9 +19,20 @@ from walltopo.scans.folder import ScanFolder
 from walltopo.scans.photos import SkippedFile, SourceFile, SourceList
 
 PHOTO_SUFFIXES: Final = {
-    ".jpg", ".jpeg", ".jfif", ".jpe", ".png", ".heic", ".heif", ".hif", ".avif", ".webp", ".tif",
-    ".tiff", ".bmp",
-}  # fmt: skip
+    ".jpg",
+    ".jpeg",
+    ".jfif",
+    ".jpe",
+    ".png",
+    ".heic",
+    ".heif",
+    ".hif",
+    ".avif",
+    ".webp",
+    ".tif",
+    ".tiff",
+    ".bmp",
+}
 
 VIDEO_SUFFIXES: Final = {".mp4", ".mov", ".m4v", ".avi", ".mkv", ".webm"}
 
@@ -161,8 +172,12 @@ def _skip_reason(path: Path) -> str:
 
 # Offsets and signatures of archives.
 _ARCHIVES: Final = (
-    (0, b"PK\x03\x04"), (0, b"7z\xbc\xaf\x27\x1c"), (0, b"Rar!"), (0, b"\x1f\x8b"), (257, b"ustar"),
-)  # fmt: skip
+    (0, b"PK\x03\x04"),
+    (0, b"7z\xbc\xaf\x27\x1c"),
+    (0, b"Rar!"),
+    (0, b"\x1f\x8b"),
+    (257, b"ustar"),
+)
 
 
 def _kind_by_content(path: Path) -> str:

@@ -181,9 +181,13 @@ def refine(fit: PlateFit, sightings: Sequence[Sighting]) -> PlateFit:
 
     limits = np.array([*[np.inf] * 7, *[_MAX_GROWTH] * grows])
     best = least_squares(
-        errors, np.zeros(len(limits)), loss="soft_l1", f_scale=_REFINE_PX, x_scale="jac",
+        errors,
+        np.zeros(len(limits)),
+        loss="soft_l1",
+        f_scale=_REFINE_PX,
+        x_scale="jac",
         bounds=(-limits, limits),
-    )  # fmt: skip
+    )
     back, growth = moved(best.x), float(best.x[7]) if grows else 0.0
     places = np.concatenate([fit.plate.corners(marker) for marker in fit.plate.ids])
     photos = set(fit.photos)

@@ -136,9 +136,16 @@ def find_candidates(
     for index, faces_seen in enumerate(ahead(drawn, views)):
         if faces_seen is not None:
             in_ranges(
-                _keep_best, len(faces_seen.which), index, views[index].camera.fx, *faces_seen,
-                tolerance, view, score, colour,
-            )  # fmt: skip
+                _keep_best,
+                len(faces_seen.which),
+                index,
+                views[index].camera.fx,
+                *faces_seen,
+                tolerance,
+                view,
+                score,
+                colour,
+            )
         progress.advance()
     return Candidates(view, score, colour)
 
@@ -211,8 +218,12 @@ def _smooth_normals(mesh: Mesh) -> Floats:
 def _framed(local: Floats, view: View) -> NDArray[np.bool_]:
     """Return (V,) whether points of the camera frame may lie in the photo: a slightly wide cone."""
     camera = view.camera
-    corner = np.array([max(camera.cx, camera.width - camera.cx) / camera.fx,
-                       max(camera.cy, camera.height - camera.cy) / camera.fy])  # fmt: skip
+    corner = np.array(
+        [
+            max(camera.cx, camera.width - camera.cx) / camera.fx,
+            max(camera.cy, camera.height - camera.cy) / camera.fy,
+        ]
+    )
     reach = _FRAME_SLACK * float(np.linalg.norm(corner))
     x, y, z = local.T
     return (z > 0) & (x * x + y * y < (reach * z) ** 2)

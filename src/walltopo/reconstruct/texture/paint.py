@@ -55,9 +55,19 @@ def paint_photo(
     # Both neighbours cover the texels on their common edge. Bands of rows, each painted in the
     # order of the triangles, make the result independent of the threads.
     in_ranges(
-        _paint_bands, (side + _BAND - 1) // _BAND,
-        photo, gain, which, rows, pixels, texels, node, correction, atlas, painted,
-    )  # fmt: skip
+        _paint_bands,
+        (side + _BAND - 1) // _BAND,
+        photo,
+        gain,
+        which,
+        rows,
+        pixels,
+        texels,
+        node,
+        correction,
+        atlas,
+        painted,
+    )
 
 
 @kernel

@@ -59,9 +59,17 @@ def blocks_of(mesh: Mesh) -> Blocks:
     faces, centroids = np.zeros((len(order), 3), dtype=np.int32), np.zeros((len(order), 3))
     areas, longest = np.zeros(len(order)), np.zeros(len(order))
     in_ranges(
-        _gather, blocks, mesh.vertices, mesh.faces, order, starts, vertex_starts, vertices, faces,
+        _gather,
+        blocks,
+        mesh.vertices,
+        mesh.faces,
+        order,
+        starts,
+        vertex_starts,
+        vertices,
+        faces,
         spheres,
-    )  # fmt: skip
+    )
     in_ranges(_measure, len(order), vertices, faces, centroids, areas, longest)
     return Blocks(vertices, faces, order, centroids, areas, longest, starts, vertex_starts, spheres)
 
@@ -178,9 +186,17 @@ def _count_vertices(
 
 @kernel
 def _gather(
-    begin_block: Any, end_block: Any, vertices: Any, faces: Any, order: Any, starts: Any,
-    vertex_starts: Any, gathered: Any, own: Any, spheres: Any,
-) -> None:  # fmt: skip
+    begin_block: Any,
+    end_block: Any,
+    vertices: Any,
+    faces: Any,
+    order: Any,
+    starts: Any,
+    vertex_starts: Any,
+    gathered: Any,
+    own: Any,
+    spheres: Any,
+) -> None:
     """Write the vertices block by block, faces that index them, and bounding spheres."""
     place = np.full(len(vertices), -1, dtype=np.int32)
     for b in range(begin_block, end_block):

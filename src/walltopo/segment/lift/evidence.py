@@ -215,11 +215,25 @@ class _ViewSampler:
         labels = self._draw(canvases.own(), 0.0).code
         windows = mask_windows(self.view, self.order, WINDOW_PX)
         mark_candidates(
-            self._in_photo(), blocks.starts, blocks.spheres, blocks.vertices, blocks.faces,
-            blocks.centroids, blocks.longest, self.pose, self.lens, self.reach,
-            self._size(labels), labels, sampling.visibility_distance, sampling.sample_px,
-            sampling.max_splits, windows, WINDOW_PX, mark,
-        )  # fmt: skip
+            self._in_photo(),
+            blocks.starts,
+            blocks.spheres,
+            blocks.vertices,
+            blocks.faces,
+            blocks.centroids,
+            blocks.longest,
+            self.pose,
+            self.lens,
+            self.reach,
+            self._size(labels),
+            labels,
+            sampling.visibility_distance,
+            sampling.sample_px,
+            sampling.max_splits,
+            windows,
+            WINDOW_PX,
+            mark,
+        )
 
     def observe(self, targets: _Targets) -> ViewEvidence:
         """Return the evidence of this view for the candidates that it sees."""
@@ -230,11 +244,27 @@ class _ViewSampler:
         labels, distance, size = canvas.code, canvas.distance, self._size(canvas.code)
         while True:
             count = place_samples(
-                in_photo, targets.starts, targets.candidates, blocks.vertices, blocks.faces,
-                blocks.centroids, blocks.longest, pose, self.lens, self.reach, size, labels,
-                distance, sampling.visibility_distance, sampling.sample_px, sampling.max_splits,
-                own.where, own.owner, own.label, own.border,
-            )  # fmt: skip
+                in_photo,
+                targets.starts,
+                targets.candidates,
+                blocks.vertices,
+                blocks.faces,
+                blocks.centroids,
+                blocks.longest,
+                pose,
+                self.lens,
+                self.reach,
+                size,
+                labels,
+                distance,
+                sampling.visibility_distance,
+                sampling.sample_px,
+                sampling.max_splits,
+                own.where,
+                own.owner,
+                own.label,
+                own.border,
+            )
             if count <= len(own.owner):
                 break
             own.where = np.zeros((count * 5 // 4, 3))
@@ -245,9 +275,18 @@ class _ViewSampler:
         hidden = np.zeros(0, dtype=np.bool_)
         if count:
             hidden = find_hidden(
-                in_photo, blocks.starts, blocks.vertex_starts, blocks.spheres, blocks.vertices,
-                blocks.faces, targets.number, pose, self.view.camera.fx, where, owner,
-            )  # fmt: skip
+                in_photo,
+                blocks.starts,
+                blocks.vertex_starts,
+                blocks.spheres,
+                blocks.vertices,
+                blocks.faces,
+                targets.number,
+                pose,
+                self.view.camera.fx,
+                where,
+                owner,
+            )
         face, label, share, border = sum_samples(
             owner, own.label[:count], own.border[:count], hidden
         )
@@ -256,9 +295,13 @@ class _ViewSampler:
         eased = ease(range_, sampling.visibility_distance, sampling.easing_power)
         focal = self.view.camera.fx * labels.shape[1] / self.view.camera.width
         return ViewEvidence(
-            face, label, share, eased.astype(np.float32), border / np.float32(STEPS),
+            face,
+            label,
+            share,
+            eased.astype(np.float32),
+            border / np.float32(STEPS),
             (focal / np.maximum(range_, 1e-300)).astype(np.float32),
-        )  # fmt: skip
+        )
 
 
 def slope_bounds(camera: Camera) -> Floats:

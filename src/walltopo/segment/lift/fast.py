@@ -62,9 +62,13 @@ def literal_clusters(
         number[members] = np.arange(len(members), dtype=np.int32)
         mine = evidence.label[first] == label
         found = partition(
-            len(members), number[first[mine]], number[second[mine]], weight[mine],
-            params.resolution, params.seed,
-        )  # fmt: skip
+            len(members),
+            number[first[mine]],
+            number[second[mine]],
+            weight[mine],
+            params.resolution,
+            params.seed,
+        )
         clusters[members] = used + found
         used += len(members)
     return renumber(clusters)
@@ -159,10 +163,17 @@ def keep_faces(evidence: Evidence, cluster: Ints, threshold: float) -> KeptFaces
     cluster : (P,) int32, cluster of each projection.
     """
     common = (
-        _keep, len(evidence.faces),
-        evidence.starts, evidence.projection, evidence.ease.astype(np.float64), evidence.score,
-        projection_scores(evidence), evidence.label, cluster, threshold,
-    )  # fmt: skip
+        _keep,
+        len(evidence.faces),
+        evidence.starts,
+        evidence.projection,
+        evidence.ease.astype(np.float64),
+        evidence.score,
+        projection_scores(evidence),
+        evidence.label,
+        cluster,
+        threshold,
+    )
     places = np.zeros(len(evidence.starts), dtype=np.int64)
     counts = np.zeros(len(evidence.faces), dtype=np.int64)
     empty = np.zeros(0, dtype=np.int32), np.zeros(0, dtype=np.float32)
@@ -179,10 +190,21 @@ def keep_faces(evidence: Evidence, cluster: Ints, threshold: float) -> KeptFaces
 
 @kernel
 def _keep(
-    first_face: Any, end_face: Any, starts: Any, projection: Any, ease: Any, score: Any,
-    mean: Any, label: Any, cluster: Any, threshold: Any, places: Any, counts: Any, owner: Any,
+    first_face: Any,
+    end_face: Any,
+    starts: Any,
+    projection: Any,
+    ease: Any,
+    score: Any,
+    mean: Any,
+    label: Any,
+    cluster: Any,
+    threshold: Any,
+    places: Any,
+    counts: Any,
+    owner: Any,
     share: Any,
-) -> None:  # fmt: skip
+) -> None:
     """Count the clusters that keep each face; if `owner` is not empty, store them in it."""
     for face in range(first_face, end_face):
         begin, end = starts[face], starts[face + 1]

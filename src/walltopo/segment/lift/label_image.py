@@ -313,11 +313,24 @@ def _count(begin: Any, end: Any, face: Any, label: Any, entries: Any, positive: 
 
 @kernel
 def _fill(
-    begin: Any, end: Any,
-    face: Any, label: Any, in_share: Any, in_ease: Any, in_border: Any, in_detail: Any,
-    number: Any, first: Any, place: Any,
-    projection: Any, view: Any, share: Any, eased: Any, border: Any, detail: Any,
-) -> None:  # fmt: skip
+    begin: Any,
+    end: Any,
+    face: Any,
+    label: Any,
+    in_share: Any,
+    in_ease: Any,
+    in_border: Any,
+    in_detail: Any,
+    number: Any,
+    first: Any,
+    place: Any,
+    projection: Any,
+    view: Any,
+    share: Any,
+    eased: Any,
+    border: Any,
+    detail: Any,
+) -> None:
     for k in range(_lower_bound(face, begin), _lower_bound(face, end)):
         at = place[face[k]]
         if at < 0:

@@ -77,9 +77,13 @@ def robust_evidence(
 ) -> Evidence:
     """Return the views' evidence, with soft borders and several samples per triangle."""
     sampling = Sampling(
-        params.visibility_distance, params.easing_power, params.mask_resolution,
-        params.border_band, params.sample_px, params.max_splits,
-    )  # fmt: skip
+        params.visibility_distance,
+        params.easing_power,
+        params.mask_resolution,
+        params.border_band,
+        params.sample_px,
+        params.max_splits,
+    )
 
     def drawing(view: View) -> list[int]:
         return tidy_order(view, params.on_top, params.drop_duplicates)

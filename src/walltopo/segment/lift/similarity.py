@@ -59,10 +59,20 @@ def compare_projections(evidence: Evidence) -> Covisible:
 
     def compared(begin: int, stop: int) -> Any:
         return _compare(
-            begin, stop, group_rows.starts, group_rows.number, group_rows.entry, groups.faces,
-            groups.areas, evidence.starts, evidence.projection, evidence.view, evidence.share,
-            count, views,
-        )  # fmt: skip
+            begin,
+            stop,
+            group_rows.starts,
+            group_rows.number,
+            group_rows.entry,
+            groups.faces,
+            groups.areas,
+            evidence.starts,
+            evidence.projection,
+            evidence.view,
+            evidence.share,
+            count,
+            views,
+        )
 
     area, sizes, q, shared, p_seen = in_chunks(group_rows.starts, compared)
     starts = np.zeros(count + 1, dtype=np.int64)
@@ -73,9 +83,20 @@ def compare_projections(evidence: Evidence) -> Covisible:
 
 @kernel
 def _compare(
-    first: Any, stop: Any, starts: Any, number: Any, entry: Any, faces: Any, areas: Any,
-    face_starts: Any, projection: Any, view: Any, share: Any, count: Any, views: Any,
-) -> Any:  # fmt: skip
+    first: Any,
+    stop: Any,
+    starts: Any,
+    number: Any,
+    entry: Any,
+    faces: Any,
+    areas: Any,
+    face_starts: Any,
+    projection: Any,
+    view: Any,
+    share: Any,
+    count: Any,
+    views: Any,
+) -> Any:
     """Return areas of projections, and the projections that each overlaps, with shared areas."""
     total, seen = np.zeros(count), np.zeros(views)
     area, sizes = np.zeros(stop - first), np.zeros(stop - first, dtype=np.int64)
@@ -148,9 +169,15 @@ def overlaps_of(evidence: Evidence) -> Overlaps:
 
     def compared(begin: int, stop: int) -> Any:
         return _pairs(
-            begin, stop, rows.starts, rows.number, groups.faces, groups.areas, evidence.starts,
+            begin,
+            stop,
+            rows.starts,
+            rows.number,
+            groups.faces,
+            groups.areas,
+            evidence.starts,
             evidence.projection,
-        )  # fmt: skip
+        )
 
     sizes, second, shared = in_chunks(rows.starts, compared)
     first = np.repeat(np.arange(count, dtype=np.int32), sizes)
@@ -206,9 +233,15 @@ def sort_part(values: Any, begin: Any, end: Any) -> None:
 
 @kernel
 def _pairs(
-    first: Any, stop: Any, starts: Any, number: Any, faces: Any, areas: Any, face_starts: Any,
+    first: Any,
+    stop: Any,
+    starts: Any,
+    number: Any,
+    faces: Any,
+    areas: Any,
+    face_starts: Any,
     projection: Any,
-) -> Any:  # fmt: skip
+) -> Any:
     """Return for each projection the number of later ones it overlaps, and the shared areas."""
     total, sizes = np.zeros(len(starts) - 1), np.zeros(stop - first, dtype=np.int64)
     second, shared = np.zeros(1024, dtype=np.int32), np.zeros(1024)

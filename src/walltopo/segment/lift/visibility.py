@@ -102,10 +102,25 @@ def _sample(corners: Any, k: Any, s: Any) -> Any:
 
 @kernel
 def mark_candidates(
-    blocks: Any, starts: Any, spheres: Any, vertices: Any, faces: Any, centroids: Any,
-    longest: Any, pose: Any, lens: Any, reach: Any, size: Any, labels: Any, limit: Any,
-    sample_px: Any, max_splits: Any, windows: Any, cell: Any, mark: Any,
-) -> None:  # fmt: skip
+    blocks: Any,
+    starts: Any,
+    spheres: Any,
+    vertices: Any,
+    faces: Any,
+    centroids: Any,
+    longest: Any,
+    pose: Any,
+    lens: Any,
+    reach: Any,
+    size: Any,
+    labels: Any,
+    limit: Any,
+    sample_px: Any,
+    max_splits: Any,
+    windows: Any,
+    cell: Any,
+    mark: Any,
+) -> None:
     """Set `mark` for faces with a sample under some mask, hidden or not.
 
     `windows` is the table of `mask_windows`. Blocks away from all masks are skipped if the lens has
@@ -156,10 +171,27 @@ def _corners(vertices: Any, faces: Any, f: Any, pose: Any) -> Any:
 
 @kernel
 def place_samples(
-    blocks: Any, block_starts: Any, candidates: Any, vertices: Any, faces: Any, centroids: Any,
-    longest: Any, pose: Any, lens: Any, reach: Any, size: Any, labels: Any, distance: Any,
-    limit: Any, sample_px: Any, max_splits: Any, where: Any, owner: Any, label: Any, border: Any,
-) -> Any:  # fmt: skip
+    blocks: Any,
+    block_starts: Any,
+    candidates: Any,
+    vertices: Any,
+    faces: Any,
+    centroids: Any,
+    longest: Any,
+    pose: Any,
+    lens: Any,
+    reach: Any,
+    size: Any,
+    labels: Any,
+    distance: Any,
+    limit: Any,
+    sample_px: Any,
+    max_splits: Any,
+    where: Any,
+    owner: Any,
+    label: Any,
+    border: Any,
+) -> Any:
     """Write the samples of candidate faces that lie in the photo into the buffers.
 
     Parameters
@@ -273,9 +305,18 @@ def _sum(table: Any, r0: Any, r1: Any, c0: Any, c1: Any) -> Any:
 
 @kernel
 def find_hidden(
-    blocks: Any, starts: Any, vertex_starts: Any, spheres: Any, vertices: Any, faces: Any,
-    candidate_of: Any, pose: Any, focal: Any, where: Any, owner: Any,
-) -> Any:  # fmt: skip
+    blocks: Any,
+    starts: Any,
+    vertex_starts: Any,
+    spheres: Any,
+    vertices: Any,
+    faces: Any,
+    candidate_of: Any,
+    pose: Any,
+    focal: Any,
+    where: Any,
+    owner: Any,
+) -> Any:
     """Return which samples another triangle hides.
 
     Parameters
@@ -353,9 +394,13 @@ def find_hidden(
                             limits[k] = np.inf
             elif az > 0 or bz > 0 or cz > 0:
                 _hide_behind_crossing(
-                    _corners(vertices, faces, f, pose), candidate_of[f],
-                    us, vs, limits, owners,
-                )  # fmt: skip
+                    _corners(vertices, faces, f, pose),
+                    candidate_of[f],
+                    us,
+                    vs,
+                    limits,
+                    owners,
+                )
     for k in range(len(order)):
         hidden[order[k]] = limits[k] == np.inf
     return hidden

@@ -54,17 +54,35 @@ def vote(evidence: Evidence, cluster: Ints, params: LiftParams) -> tuple[Ints, N
     winner = np.full(faces, -1, dtype=np.int32)
     shares = np.zeros(faces, dtype=np.float32)
     in_ranges(
-        _vote, faces, evidence.starts, evidence.projection, evidence.view, cluster,
-        params.threshold, weight, depth, present, PRIOR_VIEWS * mean, winner, shares,
-    )  # fmt: skip
+        _vote,
+        faces,
+        evidence.starts,
+        evidence.projection,
+        evidence.view,
+        cluster,
+        params.threshold,
+        weight,
+        depth,
+        present,
+        PRIOR_VIEWS * mean,
+        winner,
+        shares,
+    )
     return winner, shares
 
 
 @kernel
 def _tally(
-    begin: Any, end: Any, candidate: Any, projection: Any, view: Any, cluster: Any, weight: Any,
-    depth: Any, present: Any,
-) -> Any:  # fmt: skip
+    begin: Any,
+    end: Any,
+    candidate: Any,
+    projection: Any,
+    view: Any,
+    cluster: Any,
+    weight: Any,
+    depth: Any,
+    present: Any,
+) -> Any:
     """Return the evidence for a cluster on one face, and all evidence of views that vote on it."""
     mine, total = 0.0, 0.0
     for j in range(begin, end):
@@ -80,9 +98,20 @@ def _tally(
 
 @kernel
 def _vote(
-    begin_face: Any, end_face: Any, starts: Any, projection: Any, view: Any, cluster: Any,
-    threshold: Any, weight: Any, depth: Any, present: Any, prior: Any, winner: Any, shares: Any,
-) -> None:  # fmt: skip
+    begin_face: Any,
+    end_face: Any,
+    starts: Any,
+    projection: Any,
+    view: Any,
+    cluster: Any,
+    threshold: Any,
+    weight: Any,
+    depth: Any,
+    present: Any,
+    prior: Any,
+    winner: Any,
+    shares: Any,
+) -> None:
     for face in range(begin_face, end_face):
         begin, end = starts[face], starts[face + 1]
         best, last = 0.0, -1
@@ -140,9 +169,19 @@ def claims_of(evidence: Evidence, pairs: Covisible, winner: Ints, count: int) ->
     met = np.full(places[-1], -1, dtype=np.int32)
     shared = np.zeros(places[-1])
     in_ranges(
-        _write_overlaps, len(max_met), rows.starts, rows.number, rows.entry, evidence.share,
-        evidence.areas, winner, count, places, met, shared,
-    )  # fmt: skip
+        _write_overlaps,
+        len(max_met),
+        rows.starts,
+        rows.number,
+        rows.entry,
+        evidence.share,
+        evidence.areas,
+        winner,
+        count,
+        places,
+        met,
+        shared,
+    )
     used = met >= 0
     projection = np.repeat(np.arange(len(max_met), dtype=np.int32), max_met)[used]
     seen = visible[met[used], evidence.view_of[projection]]
@@ -163,9 +202,19 @@ def _visible(
 
 @kernel
 def _write_overlaps(
-    begin: Any, stop: Any, starts: Any, number: Any, entry: Any, share: Any, areas: Any,
-    winner: Any, clusters: Any, places: Any, met: Any, shared: Any,
-) -> None:  # fmt: skip
+    begin: Any,
+    stop: Any,
+    starts: Any,
+    number: Any,
+    entry: Any,
+    share: Any,
+    areas: Any,
+    winner: Any,
+    clusters: Any,
+    places: Any,
+    met: Any,
+    shared: Any,
+) -> None:
     """Write the clusters that each projection overlaps to `met`, and the shared areas to `shared`.
 
     `winner`: cluster of each triangle; `clusters`: their number; `places`: each projection's part

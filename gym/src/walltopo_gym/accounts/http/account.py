@@ -133,9 +133,13 @@ class ResetLink(Body):
 
 @router.put("/me/password", status_code=204)
 def change_password(
-    body: PasswordChange, request: Request, response: Response, services: ServicesOf,
-    notify: NotifyOwner, actor: SignedInMay,
-) -> None:  # fmt: skip
+    body: PasswordChange,
+    request: Request,
+    response: Response,
+    services: ServicesOf,
+    notify: NotifyOwner,
+    actor: SignedInMay,
+) -> None:
     """Change one's password. All other sign-ins and all tokens end. The owner gets a mail."""
     check_own_password(services, actor.known, body.old)
     with services.database.reading() as session:
@@ -173,21 +177,31 @@ def list_ways_in(body: ResetLink, services: ServicesOf, actor: AnyoneMay) -> lis
         passkeys = session.scalars(select(Passkey).where(Passkey.person_id == person.id))
         identities = session.scalars(select(Identity).where(Identity.person_id == person.id))
         return [
-            WayIn(id=row.id, kind="passkey", name=row.name, created_at=row.created_at,
-                  used_at=row.used_at)
+            WayIn(
+                id=row.id,
+                kind="passkey",
+                name=row.name,
+                created_at=row.created_at,
+                used_at=row.used_at,
+            )
             for row in passkeys
         ] + [
-            WayIn(id=row.id, kind="provider", name=row.issuer, created_at=row.created_at,
-                  used_at=None)
+            WayIn(
+                id=row.id, kind="provider", name=row.issuer, created_at=row.created_at, used_at=None
+            )
             for row in identities
-        ]  # fmt: skip
+        ]
 
 
 @router.post("/password-reset/confirm", status_code=204)
 def reset_password(
-    body: NewPassword, request: Request, response: Response, services: ServicesOf,
-    notify: NotifyOwner, actor: AnyoneMay,
-) -> None:  # fmt: skip
+    body: NewPassword,
+    request: Request,
+    response: Response,
+    services: ServicesOf,
+    notify: NotifyOwner,
+    actor: AnyoneMay,
+) -> None:
     """Choose a new password by a mailed link. All sign-ins and tokens end, and so do all other ways
     to sign in but those that are kept. The owner gets a mail.
 
@@ -329,8 +343,13 @@ def make_token(body: NewToken, session: Db, notify: NotifyOwner, actor: Confirme
     """Create an API token. The owner gets a mail."""
     secret, kept = new_secret(TOKEN_PREFIX)
     scopes = sorted({scope.value for scope in body.scopes})
-    row = ApiToken(person_id=actor.known, name=body.name, token_hash=kept, scopes=scopes,
-                   expires_at=now() + timedelta(days=body.days))  # fmt: skip
+    row = ApiToken(
+        person_id=actor.known,
+        name=body.name,
+        token_hash=kept,
+        scopes=scopes,
+        expires_at=now() + timedelta(days=body.days),
+    )
     session.add(row)
     session.flush()
     log_change(session, "token.create", person=actor.known, subject=str(row.id))

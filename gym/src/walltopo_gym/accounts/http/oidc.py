@@ -34,9 +34,11 @@ def _provider(settings: GymSettings) -> Provider:
     if not settings.oidc_issuer:
         raise NotFoundError("not-found")
     return Provider(
-        settings.oidc_issuer, settings.oidc_client_id, settings.oidc_client_secret,
+        settings.oidc_issuer,
+        settings.oidc_client_id,
+        settings.oidc_client_secret,
         settings.link_base + _CALLBACK,
-    )  # fmt: skip
+    )
 
 
 @router.get("/oidc/sign-in")
@@ -55,10 +57,12 @@ def go_to_provider(services: ServicesOf, _: ProviderTurn) -> RedirectResponse:
 
 @router.get(_CALLBACK)
 def come_back(
-    request: Request, services: ServicesOf, _: ProviderTurn,
+    request: Request,
+    services: ServicesOf,
+    _: ProviderTurn,
     state: Annotated[str, Query(max_length=200)] = "",
     code: Annotated[str, Query(max_length=4000)] = "",
-) -> RedirectResponse:  # fmt: skip
+) -> RedirectResponse:
     """Sign in the browser that comes back from the provider."""
     provider = _provider(services.settings)
     if not state or not hmac.compare_digest(

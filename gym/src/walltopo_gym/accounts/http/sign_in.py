@@ -99,10 +99,11 @@ def list_sessions(session: Db, actor: SignedInMay) -> list[Browser]:
         .order_by(SignIn.created_at.desc())
     )
     return [
-        Browser(id=row.id, browser=row.browser, created_at=row.created_at,
-                this=row.id == actor.sign_in)
+        Browser(
+            id=row.id, browser=row.browser, created_at=row.created_at, this=row.id == actor.sign_in
+        )
         for row in rows
-    ]  # fmt: skip
+    ]
 
 
 @router.delete("/me/sessions/{sign_in}", status_code=204)
@@ -136,9 +137,12 @@ def begin_passkey_session(session: Db, services: ServicesOf, actor: AnyoneMay) -
 
 @router.post("/session/passkey")
 def begin_session_by_passkey(
-    body: SignedChallenge, request: Request, response: Response, services: ServicesOf,
+    body: SignedChallenge,
+    request: Request,
+    response: Response,
+    services: ServicesOf,
     actor: AnyoneMay,
-) -> Me:  # fmt: skip
+) -> Me:
     """Sign in with a passkey."""
     with services.database.writing() as session:
         person = person_of(session, Site(services.settings.link_base), body.credential)
@@ -220,9 +224,13 @@ def claim_device_sign_in(
 
 @router.post("/session/device-sign-in")
 def begin_session_by_device_sign_in(
-    body: SecretOnly, request: Request, response: Response, session: Db, services: ServicesOf,
+    body: SecretOnly,
+    request: Request,
+    response: Response,
+    session: Db,
+    services: ServicesOf,
     actor: AnyoneMay,
-) -> SignedIn:  # fmt: skip
+) -> SignedIn:
     """Sign in by a claim once the other device has accepted."""
     person = finish(session, body.secret)
     if person is None:

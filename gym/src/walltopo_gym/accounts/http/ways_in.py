@@ -86,8 +86,7 @@ def make_passkey(
 def list_passkeys(session: Db, actor: SignedInMay) -> list[PasskeyFacts]:
     """Return one's passkeys."""
     mine = select(Passkey).where(Passkey.person_id == actor.known).order_by(Passkey.created_at)
-    return [PasskeyFacts.model_validate(row, from_attributes=True)
-            for row in session.scalars(mine)]  # fmt: skip
+    return [PasskeyFacts.model_validate(row, from_attributes=True) for row in session.scalars(mine)]
 
 
 @router.delete("/me/passkeys/{passkey}", status_code=204)

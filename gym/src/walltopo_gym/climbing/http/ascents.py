@@ -87,9 +87,12 @@ def put_ascent(
 
 @router.get("/me/ascents")
 def list_ascents(
-    session: Db, actor: SignedInMay, cursor: Cursor = None, size: Size = 50,
+    session: Db,
+    actor: SignedInMay,
+    cursor: Cursor = None,
+    size: Size = 50,
     wall: Annotated[UUID | None, Query(description="only of routes of this wall")] = None,
-) -> Page[OwnAscent]:  # fmt: skip
+) -> Page[OwnAscent]:
     """Return one's own ascents in order of arrival, the latest first."""
     rows = select(Ascent).where(Ascent.person_id == actor.known, Ascent.taken_back_at.is_(None))
     if wall is not None:
@@ -109,8 +112,9 @@ def drop_ascent(ascent: UUID, session: Db, actor: SignedInMay) -> None:
 def read_opinion(route: UUID, session: Db, access: ClimberMay) -> OpinionWords:
     """Return one's own opinion of a route; empty if there is none."""
     row = _opinion(session, route_of(session, access.gym.id, route).id, access.actor.known)
-    return OpinionWords.model_validate(row or Opinion(grade="", wish="", comment=""),
-                                       from_attributes=True)  # fmt: skip
+    return OpinionWords.model_validate(
+        row or Opinion(grade="", wish="", comment=""), from_attributes=True
+    )
 
 
 @router.put("/gyms/{gym}/routes/{route}/opinion", status_code=204)

@@ -107,8 +107,14 @@ def drop_route(route: UUID, session: Db, access: PublisherMay) -> None:
     """Delete a route that was added by hand by mistake, while no climber has used it."""
     row = route_of(session, access.gym.id, route)
     delete_route(session, row)
-    log_change(session, "route.delete", person=access.actor.known, gym=access.gym.id,
-               subject=row.name or row.colour, route=str(row.id))  # fmt: skip
+    log_change(
+        session,
+        "route.delete",
+        person=access.actor.known,
+        gym=access.gym.id,
+        subject=row.name or row.colour,
+        route=str(row.id),
+    )
 
 
 def _tally_facts(session: Session, access: Access, routes: Iterable[UUID]) -> list[TallyFacts]:
@@ -122,12 +128,17 @@ def _tally_facts(session: Session, access: Access, routes: Iterable[UUID]) -> li
     sees_all = access.role.covers(Role.SETTER)
     return [
         TallyFacts(
-            route_id=route, ascents=tally.ascents, climbers=tally.climbers, stars=tally.stars,
-            crowd=tally.crowd, votes=sum(tally.grades.values()), wishes=tally.wishes,
+            route_id=route,
+            ascents=tally.ascents,
+            climbers=tally.climbers,
+            stars=tally.stars,
+            crowd=tally.crowd,
+            votes=sum(tally.grades.values()),
+            wishes=tally.wishes,
             grades=tally.grades if sees_all or route in voted else {},
         )
         for route, tally in tallied.items()
-    ]  # fmt: skip
+    ]
 
 
 comments_router = APIRouter(tags=["comments"])
@@ -188,11 +199,12 @@ def _shown(access: Access, route: UUID) -> Select[*tuple[Any, ...]]:
     )
     banned = exists().where(Ban.gym_id == access.gym.id, Ban.person_id == Opinion.person_id)
     rows: Select[*tuple[Any, ...]] = (
-        select(Person.name, Opinion.comment, or_(hidden, banned), Opinion.changed_at,
-               Opinion.person_id)
+        select(
+            Person.name, Opinion.comment, or_(hidden, banned), Opinion.changed_at, Opinion.person_id
+        )
         .join(Person, Person.id == Opinion.person_id)
         .where(Opinion.route_id == route, Opinion.comment != "")
-    )  # fmt: skip
+    )
     if access.role.covers(Role.SETTER):
         return rows
     mine = Opinion.person_id == access.actor.known
@@ -230,12 +242,18 @@ def list_reports(
     found, following = page_by(session, rows, (Report.created_at, Report.id), cursor, size)
     items = [
         ReportFacts(
-            id=report.id, route_id=report.route_id, wall_id=wall, route_name=route_name,
-            person_id=report.author_id, name=name, comment=report.comment, reason=report.reason,
+            id=report.id,
+            route_id=report.route_id,
+            wall_id=wall,
+            route_name=route_name,
+            person_id=report.author_id,
+            name=name,
+            comment=report.comment,
+            reason=report.reason,
             created_at=report.created_at,
         )
         for report, route_name, wall, name, *_ in found
-    ]  # fmt: skip
+    ]
     return Page(items=items, next=following)
 
 
@@ -278,5 +296,11 @@ def _comment(session: Session, access: Access, route: UUID, person: UUID) -> Opi
 
 
 def _log(session: Session, access: Access, action: str, route: UUID, author: UUID) -> None:
-    log_change(session, action, person=access.actor.known, gym=access.gym.id, subject=str(route),
-               author=str(author))  # fmt: skip
+    log_change(
+        session,
+        action,
+        person=access.actor.known,
+        gym=access.gym.id,
+        subject=str(route),
+        author=str(author),
+    )

@@ -131,11 +131,14 @@ def read_person(person: UUID, session: Db, actor: SignedInMay) -> PersonFacts:
     shown = seen.body
     body = None if shown is None else BodyFacts.model_validate(shown, from_attributes=True)
     return PersonFacts(
-        id=seen.person.id, name=seen.person.name, since=seen.person.created_at,
+        id=seen.person.id,
+        name=seen.person.name,
+        since=seen.person.created_at,
         gyms=[GymName.model_validate(gym, from_attributes=True) for gym in seen.gyms],
         ascents=_seen_ascents(session, seen.ascents),
-        pins=_seen_ascents(session, seen.pins), body=body,
-    )  # fmt: skip
+        pins=_seen_ascents(session, seen.pins),
+        body=body,
+    )
 
 
 @router.put("/me/pins/{ascent}", status_code=204)
@@ -282,10 +285,11 @@ def set_feed(body: FeedIn, session: Db, actor: SignedInMay) -> None:
 
 @follows_router.get("/gyms/{gym}/feed")
 def read_feed(
-    session: Db, access: ReaderMay,
+    session: Db,
+    access: ReaderMay,
     before: Annotated[Moment | None, Query(description="begun before")] = None,
     size: Annotated[Digits, Query(ge=1, le=100)] = 30,
-) -> Feed:  # fmt: skip
+) -> Feed:
     """Return sessions of followed people in this gym."""
     me = access.actor.known
     if not profile_of(session, me).feed:
@@ -342,17 +346,22 @@ class BoardFacts(BaseModel):
 
 @boards_router.get("/gyms/{gym}/board")
 def read_board(
-    session: Db, access: ReaderMay,
-    period: Annotated[str, Query(
-        pattern=r"^([0-9]{4}(-(0[1-9]|1[0-2]))?|all)?$",
-        description='"2026-03", "2026" or "all"; empty: this month')] = "",
+    session: Db,
+    access: ReaderMay,
+    period: Annotated[
+        str,
+        Query(
+            pattern=r"^([0-9]{4}(-(0[1-9]|1[0-2]))?|all)?$",
+            description='"2026-03", "2026" or "all"; empty: this month',
+        ),
+    ] = "",
     circuit: Text = "",
     category: Literal["", "women", "men", "other"] = "",
     age: Age = "",
     friends: bool = False,
     size: Annotated[Digits, Query(ge=1, le=200)] = 50,
     skip: Annotated[Digits, Query(ge=0, le=1_000_000)] = 0,
-) -> BoardFacts:  # fmt: skip
+) -> BoardFacts:
     """Return the board by points: the sum of the best ten routes of a period, of people who agreed
     to be listed."""
     gym = session.get_one(Gym, access.gym.id)

@@ -75,10 +75,11 @@ class SessionPage(SessionFacts):
 
 @router.get("/gyms/{gym}/sessions")
 def list_climbing_sessions(
-    session: Db, access: ReaderMay,
+    session: Db,
+    access: ReaderMay,
     before: Annotated[Moment | None, Query(description="begun before")] = None,
     size: Annotated[Digits, Query(ge=1, le=200)] = 20,
-) -> list[SessionFacts]:  # fmt: skip
+) -> list[SessionFacts]:
     """Return one's own sessions in this gym, the latest first."""
     mine = select(ClimbingSession).where(
         ClimbingSession.person_id == access.actor.known, ClimbingSession.gym_id == access.gym.id

@@ -90,8 +90,14 @@ def list_competitions(session: Db, access: GuestMay) -> list[CompetitionFacts]:
 @router.post("/gyms/{gym}/competitions", status_code=201)
 def make_competition(body: NewCompetition, session: Db, access: SetterMay) -> CompetitionSheet:
     """Create a competition as a draft."""
-    row = Competition(gym_id=access.gym.id, format=body.format, state="draft", revision=0,
-                      last_seq=0, **body.facts())  # fmt: skip
+    row = Competition(
+        gym_id=access.gym.id,
+        format=body.format,
+        state="draft",
+        revision=0,
+        last_seq=0,
+        **body.facts(),
+    )
     _check_dates(row)
     session.add(row)
     session.flush()
@@ -195,11 +201,16 @@ def _sheet(session: Session, access: Access, row: Competition) -> CompetitionShe
     entries: dict[UUID, int] = dict(session.execute(in_category).all())
     me = access.actor.person
     mine = None if me is None else own_entry(session, row, me)
-    return CompetitionSheet.model_validate({
-        **_columns(row), "entries": sum(entries.values()), "time_zone": access.gym.time_zone,
-        "entered": mine is not None and not mine.withdrawn,
-        "categories": _categories(session, row, entries), "rounds": _rounds(session, row),
-    })  # fmt: skip
+    return CompetitionSheet.model_validate(
+        {
+            **_columns(row),
+            "entries": sum(entries.values()),
+            "time_zone": access.gym.time_zone,
+            "entered": mine is not None and not mine.withdrawn,
+            "categories": _categories(session, row, entries),
+            "rounds": _rounds(session, row),
+        }
+    )
 
 
 def _categories(
@@ -229,8 +240,14 @@ def _of(row: Category | Round) -> dict[str, object]:
 
 
 def _log(session: Session, access: Access, action: str, row: Competition) -> None:
-    log_change(session, action, person=access.actor.known, gym=access.gym.id, subject=row.name,
-               competition=str(row.id))  # fmt: skip
+    log_change(
+        session,
+        action,
+        person=access.actor.known,
+        gym=access.gym.id,
+        subject=row.name,
+        competition=str(row.id),
+    )
 
 
 class StarterFacts(BaseModel):
@@ -287,12 +304,23 @@ def draw_starters(
 
 def _order(session: Session, row: Competition, one: Round) -> list[StarterFacts]:
     return [
-        StarterFacts(category_id=entry.category_id, place=place, entry_id=entry.id, bib=entry.bib,
-                     name=entry.name)
+        StarterFacts(
+            category_id=entry.category_id,
+            place=place,
+            entry_id=entry.id,
+            bib=entry.bib,
+            name=entry.name,
+        )
         for entry, place in starters(session, row, one)
-    ]  # fmt: skip
+    ]
 
 
 def _log_order(session: Session, access: Access, row: Competition) -> None:
-    log_change(session, "round.order", person=access.actor.known, gym=access.gym.id,
-               subject=row.name, competition=str(row.id))  # fmt: skip
+    log_change(
+        session,
+        "round.order",
+        person=access.actor.known,
+        gym=access.gym.id,
+        subject=row.name,
+        competition=str(row.id),
+    )

@@ -183,15 +183,31 @@ def import_entries(
     entries, known, faults = read_start_list(session, row, body.csv, set(body.others))
     if body.really and not faults and entries:
         take_in(session, row, entries)
-        log_change(session, "entry.import", person=access.actor.known, gym=access.gym.id,
-                   subject=row.name, entries=len(entries))  # fmt: skip
+        log_change(
+            session,
+            "entry.import",
+            person=access.actor.known,
+            gym=access.gym.id,
+            subject=row.name,
+            entries=len(entries),
+        )
     errors = [FaultFacts.of(fault) for fault in faults]
     return StartListFacts(
-        entries=len(entries), errors=errors, columns=list(COLUMNS),
-        known=[KnownCompetitor(line=one.line, entry_id=one.entry.id, bib=one.entry.bib,
-                               name=one.entry.name, club=one.entry.club,
-                               birth_year=one.entry.birth_year) for one in known],
-    )  # fmt: skip
+        entries=len(entries),
+        errors=errors,
+        columns=list(COLUMNS),
+        known=[
+            KnownCompetitor(
+                line=one.line,
+                entry_id=one.entry.id,
+                bib=one.entry.bib,
+                name=one.entry.name,
+                club=one.entry.club,
+                birth_year=one.entry.birth_year,
+            )
+            for one in known
+        ],
+    )
 
 
 @router.post("/gyms/{gym}/competitions/{competition}/entries/{entry}/waiver", status_code=201)
@@ -225,9 +241,13 @@ def enter_competition(
     competition_of(session, access, competition)
     me = session.get_one(Person, access.actor.known)
     words = EntryBody(
-        name=body.name or me.name, category_id=body.category_id, team=body.team, club=body.club,
-        birth_year=body.birth_year, gender=body.gender,
-    )  # fmt: skip
+        name=body.name or me.name,
+        category_id=body.category_id,
+        team=body.team,
+        club=body.club,
+        birth_year=body.birth_year,
+        gender=body.gender,
+    )
     entry = enter(session, row, words, me.id, body.waiver)
     _log(session, access, "entry.enter", entry)
     return _own(session, row, entry)
@@ -257,12 +277,16 @@ def _own(session: Session, row: Competition, entry: Entry | None) -> OwnEntry:
         entry=None if entry is None else _facts(session, [entry])[0],
         waiver=row.waiver,
         marks=[
-            MarkFacts(problem_id=found.problem, tries=found.mark.tries,
-                      zone=found.mark.zone or None,
-                      top=found.mark.top or None, event_ids=found.events)
+            MarkFacts(
+                problem_id=found.problem,
+                tries=found.mark.tries,
+                zone=found.mark.zone or None,
+                top=found.mark.top or None,
+                event_ids=found.events,
+            )
             for found in marks
         ],
-    )  # fmt: skip
+    )
 
 
 def _facts(session: Session, entries: Any) -> list[EntryFacts]:
@@ -283,5 +307,11 @@ def _facts(session: Session, entries: Any) -> list[EntryFacts]:
 
 def _log(session: Session, access: Access, action: str, entry: Entry) -> None:
     # By number: the log outlives the competitor's account.
-    log_change(session, action, person=access.actor.known, gym=access.gym.id,
-               subject=f"#{entry.bib}", entry=str(entry.id))  # fmt: skip
+    log_change(
+        session,
+        action,
+        person=access.actor.known,
+        gym=access.gym.id,
+        subject=f"#{entry.bib}",
+        entry=str(entry.id),
+    )

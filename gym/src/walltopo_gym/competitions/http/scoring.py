@@ -98,9 +98,13 @@ class AppealFacts(BaseModel):
 
 @router.put("/gyms/{gym}/competitions/{competition}/events/{event}")
 def put_score_event(
-    competition: UUID, event: UUID, body: EventBody, response: Response, services: ServicesOf,
+    competition: UUID,
+    event: UUID,
+    body: EventBody,
+    response: Response,
+    services: ServicesOf,
     access: ClimberMay,
-) -> EventFacts:  # fmt: skip
+) -> EventFacts:
     """Store a score event under an id that the device made, so that it is stored once. Judges score
     everybody; competitors score themselves if the competition lets them."""
     judges = access.role.covers(Role.JUDGE)
@@ -116,13 +120,15 @@ def put_score_event(
 
 @router.get("/gyms/{gym}/competitions/{competition}/events")
 def list_score_events(
-    competition: UUID, session: Db, access: JudgeMay,
+    competition: UUID,
+    session: Db,
+    access: JudgeMay,
     after: Annotated[Digits, Query(ge=0, le=2_000_000_000)] = 0,
     size: Size = 100,
     entry: UUID | None = None,
     problem: UUID | None = None,
     kind: Kind | None = None,
-) -> EventPage:  # fmt: skip
+) -> EventPage:
     """Return score events with their authors, in order of arrival."""
     row = competition_of(session, access, competition)
     rows = select(ScoreEvent).where(ScoreEvent.competition_id == row.id, ScoreEvent.seq > after)
@@ -149,18 +155,24 @@ def list_marks(
     of_problem = marks_of(session, row.id, ScoreEvent.problem_id == problem)
     found = [has for has in of_problem if has.problem == problem]
     ids = [event for has in found for event in has.events]
-    rows = select(ScoreEvent).where(ScoreEvent.competition_id == row.id,
-                                    ScoreEvent.problem_id == problem)  # fmt: skip
+    rows = select(ScoreEvent).where(
+        ScoreEvent.competition_id == row.id, ScoreEvent.problem_id == problem
+    )
     wanted = set(ids)
     events = defaultdict[UUID, list[EventFacts]](list)
     ordered = session.scalars(rows.order_by(ScoreEvent.seq)).all()
     for facts in _event_facts(session, row.id, [one for one in ordered if one.id in wanted]):
         events[facts.entry_id].append(facts)
     return [
-        ProblemMark(entry_id=has.entry, tries=has.mark.tries, zone=has.mark.zone or None,
-                    top=has.mark.top or None, events=events[has.entry])
+        ProblemMark(
+            entry_id=has.entry,
+            tries=has.mark.tries,
+            zone=has.mark.zone or None,
+            top=has.mark.top or None,
+            events=events[has.entry],
+        )
         for has in found
-    ]  # fmt: skip
+    ]
 
 
 @router.get("/gyms/{gym}/competitions/{competition}/appeals")
@@ -192,31 +204,61 @@ def _event_facts(
     ids = [event.id for event in events]
     gone = struck(session, competition, ids) if ids and about else set()
     return [
-        EventFacts.model_validate({
-            **{name: getattr(event, name) for name in _COLUMNS},
-            "by_name": names.get(event.person_id, ""), "counts": event.id not in gone,
-        })
+        EventFacts.model_validate(
+            {
+                **{name: getattr(event, name) for name in _COLUMNS},
+                "by_name": names.get(event.person_id, ""),
+                "counts": event.id not in gone,
+            }
+        )
         for event in events
-    ]  # fmt: skip
+    ]
 
 
 _COLUMNS = [name for name in EventFacts.model_fields if name not in ("by_name", "counts")]
 
 _WORDS: Final[dict[Language, dict[str, str]]] = {
-    "en": {"rank": "#", "bib": "No.", "name": "Name", "team": "Team or club", "points": "Points",
-           "out": "out", "frozen": "As it stood when the board was frozen.",
-           "lacks": "The font of this page lacks letters (shown as ?): {scripts}."},
-    "de": {"rank": "#", "bib": "Nr.", "name": "Name", "team": "Team oder Verein",
-           "points": "Punkte", "out": "raus",
-           "frozen": "Stand von dem Moment, in dem die Tafel angehalten wurde.",
-           "lacks": "Der Schrift dieser Seite fehlen Zeichen (als ? gedruckt): {scripts}."},
-    "cs": {"rank": "#", "bib": "Č.", "name": "Jméno", "team": "Tým nebo oddíl", "points": "Body",
-           "out": "mimo", "frozen": "Stav z okamžiku, kdy byla tabule zmrazena.",
-           "lacks": "V písmu této stránky chybí znaky (vytištěny jako ?): {scripts}."},
-    "fr": {"rank": "#", "bib": "N°", "name": "Nom", "team": "Équipe ou club", "points": "Points",
-           "out": "NC", "frozen": "Tel qu’au moment où le classement a été figé.",
-           "lacks": "Caractères absents de la police de cette page (imprimés « ? ») : {scripts}."},
-}  # fmt: skip
+    "en": {
+        "rank": "#",
+        "bib": "No.",
+        "name": "Name",
+        "team": "Team or club",
+        "points": "Points",
+        "out": "out",
+        "frozen": "As it stood when the board was frozen.",
+        "lacks": "The font of this page lacks letters (shown as ?): {scripts}.",
+    },
+    "de": {
+        "rank": "#",
+        "bib": "Nr.",
+        "name": "Name",
+        "team": "Team oder Verein",
+        "points": "Punkte",
+        "out": "raus",
+        "frozen": "Stand von dem Moment, in dem die Tafel angehalten wurde.",
+        "lacks": "Der Schrift dieser Seite fehlen Zeichen (als ? gedruckt): {scripts}.",
+    },
+    "cs": {
+        "rank": "#",
+        "bib": "Č.",
+        "name": "Jméno",
+        "team": "Tým nebo oddíl",
+        "points": "Body",
+        "out": "mimo",
+        "frozen": "Stav z okamžiku, kdy byla tabule zmrazena.",
+        "lacks": "V písmu této stránky chybí znaky (vytištěny jako ?): {scripts}.",
+    },
+    "fr": {
+        "rank": "#",
+        "bib": "N°",
+        "name": "Nom",
+        "team": "Équipe ou club",
+        "points": "Points",
+        "out": "NC",
+        "frozen": "Tel qu’au moment où le classement a été figé.",
+        "lacks": "Caractères absents de la police de cette page (imprimés « ? ») : {scripts}.",
+    },
+}
 
 
 @dataclass(frozen=True)
@@ -240,10 +282,15 @@ _PastTurn = Annotated[None, turn_for("past-board", when=lambda req: "at" in req.
 
 @router.get("/gyms/{gym}/competitions/{competition}/board", response_model=BoardView)
 def read_competition_board(
-    competition: UUID, request: Request, _: _PastTurn, session: Db, access: GuestMay,
-    boards: BoardsOf, category: UUID | None = None,
+    competition: UUID,
+    request: Request,
+    _: _PastTurn,
+    session: Db,
+    access: GuestMay,
+    boards: BoardsOf,
+    category: UUID | None = None,
     at: Annotated[Moment | None, Query(description="as it stood then")] = None,
-) -> Any:  # fmt: skip
+) -> Any:
     """Return the board; while it is frozen, only judges see later results."""
     row = competition_of(session, access, competition)
     public = not access.role.covers(Role.JUDGE)
@@ -313,9 +360,15 @@ def read_results_table(
 
 @router.get("/gyms/{gym}/competitions/{competition}/results.pdf", response_class=ResultsPaper)
 def read_results_paper(
-    competition: UUID, request: Request, _: DocumentTurn, session: Db, access: GuestMay,
-    boards: BoardsOf, language: Language = "en", size: Literal["a4", "letter"] = "a4",
-) -> Response:  # fmt: skip
+    competition: UUID,
+    request: Request,
+    _: DocumentTurn,
+    session: Db,
+    access: GuestMay,
+    boards: BoardsOf,
+    language: Language = "en",
+    size: Literal["a4", "letter"] = "a4",
+) -> Response:
     """Return the board as PDF."""
     row = competition_of(session, access, competition)
     view = boards.view(session, row, public=not access.role.covers(Role.JUDGE))

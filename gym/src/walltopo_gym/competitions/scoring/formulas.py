@@ -37,8 +37,14 @@ def score_2025(tried: Collection[AttemptedProblem]) -> Score:
 def score_2018(tried: Collection[AttemptedProblem]) -> Score:
     """Return the score of 2018: tops, zones, tries to tops, tries to zones."""
     sums = sums_of(tried)
-    return score_of(sums, None, sums.more("tops"), sums.more("zones"), sums.fewer("tries-to-top"),
-                    sums.fewer("tries-to-zone"))  # fmt: skip
+    return score_of(
+        sums,
+        None,
+        sums.more("tops"),
+        sums.more("zones"),
+        sums.fewer("tries-to-top"),
+        sums.fewer("tries-to-zone"),
+    )
 
 
 def _points(mark: Mark) -> Fraction:
@@ -77,9 +83,12 @@ def _worth(one: AttemptedProblem, worth: dict[str, int]) -> Fraction:
 
 
 def score_shared(
-    tried: Collection[AttemptedProblem], worth: dict[str, int], best: int | None,
-    tops: Mapping[UUID, int], zones: Mapping[UUID, int],
-) -> Score:  # fmt: skip
+    tried: Collection[AttemptedProblem],
+    worth: dict[str, int],
+    best: int | None,
+    tops: Mapping[UUID, int],
+    zones: Mapping[UUID, int],
+) -> Score:
     """Return the score by shared points; ties by more tops, then more flashes.
 
     Parameters

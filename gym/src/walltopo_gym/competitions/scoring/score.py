@@ -98,9 +98,14 @@ def score_of(sums: Sums, points: Fraction | None, *rest: Criterion) -> Score:
     """Return a score whose first criterion is the points, if the rules have them."""
     first = () if points is None else (Criterion("points", points, shown(points)),)
     return Score(
-        (*first, *rest), points, sums.tops, sums.zones, sums.flashes, sums.tries_to_top,
+        (*first, *rest),
+        points,
+        sums.tops,
+        sums.zones,
+        sums.flashes,
+        sums.tries_to_top,
         sums.tries_to_zone,
-    )  # fmt: skip
+    )
 
 
 def best_of(each: Iterable[Fraction], best: int | None) -> Fraction:

@@ -138,8 +138,9 @@ def change_gym(body: GymChange, session: Db, access: OwnerMay) -> GymFacts:
         setattr(gym, name, value)
     if gym.time_zone != zone:  # its days begin otherwise
         publish_event(session, DaysChanged(gym.id))
-    log_change(session, "gym.change", person=access.actor.known, gym=gym.id, subject=gym.slug,
-               **changes)  # fmt: skip
+    log_change(
+        session, "gym.change", person=access.actor.known, gym=gym.id, subject=gym.slug, **changes
+    )
     return gym_facts(gym, access.role)
 
 
@@ -147,8 +148,9 @@ def change_gym(body: GymChange, session: Db, access: OwnerMay) -> GymFacts:
 def close_gym(session: Db, access: Annotated[Access, gym_rule(Role.OWNER, None)]) -> None:
     """Delete a gym for good, with its walls, scans and routes."""
     session.execute(delete(Gym).where(Gym.id == access.gym.id))
-    log_change(session, "gym.delete", person=access.actor.known, gym=access.gym.id,
-               subject=access.gym.slug)  # fmt: skip
+    log_change(
+        session, "gym.delete", person=access.actor.known, gym=access.gym.id, subject=access.gym.slug
+    )
 
 
 @router.get("/gyms/{gym}/audit")
@@ -239,8 +241,9 @@ def make_grade_system(body: NewGradeSystem, session: Db, access: OwnerMay) -> Gr
     _refuse_taken(session, access.gym.id, body.name)
     session.add(row)
     session.flush()
-    log_change(session, "grades.create", person=access.actor.known, gym=access.gym.id,
-               subject=body.name)  # fmt: skip
+    log_change(
+        session, "grades.create", person=access.actor.known, gym=access.gym.id, subject=body.name
+    )
     return _system(row)
 
 
@@ -255,23 +258,27 @@ def change_grade_system(
         _refuse_taken(session, access.gym.id, body.name)
     change_labels(session, row, [grade.label for grade in body.grades], body.new_labels())
     row.name, row.kind, row.grades = body.name, body.kind, body.rows()
-    log_change(session, "grades.change", person=access.actor.known, gym=access.gym.id,
-               subject=body.name)  # fmt: skip
+    log_change(
+        session, "grades.change", person=access.actor.known, gym=access.gym.id, subject=body.name
+    )
     return _system(row)
 
 
 @grades_router.delete("/gyms/{gym}/grade-systems/{system}", status_code=204)
 def drop_grade_system(
-    system: UUID, session: Db, access: OwnerMay,
+    system: UUID,
+    session: Db,
+    access: OwnerMay,
     replacement: Annotated[UUID | None, Query(description="system that the grades move to")] = None,
-) -> None:  # fmt: skip
+) -> None:
     """Delete a grade system; one in use needs a replacement that has the same grades."""
     row = _system_of(session, access.gym.id, system)
     by = None if replacement is None else _system_of(session, access.gym.id, replacement)
     replace_system(session, row, None if by is row else by)
     session.delete(row)
-    log_change(session, "grades.delete", person=access.actor.known, gym=access.gym.id,
-               subject=row.name)  # fmt: skip
+    log_change(
+        session, "grades.delete", person=access.actor.known, gym=access.gym.id, subject=row.name
+    )
 
 
 def _system(row: GradeSystem) -> GradeSystemFacts:

@@ -208,8 +208,13 @@ def drop_invitation(invitation: UUID, session: Db, access: OwnerMay) -> None:
     )
     if session.execute(ended.returning(Invitation.id)).one_or_none() is None:
         raise NotFoundError("not-there-invitation")
-    log_change(session, "invitation.delete", person=access.actor.known, gym=access.gym.id,
-               subject=str(invitation))  # fmt: skip
+    log_change(
+        session,
+        "invitation.delete",
+        person=access.actor.known,
+        gym=access.gym.id,
+        subject=str(invitation),
+    )
 
 
 @router.post("/invitations/accept")

@@ -58,9 +58,14 @@ class ShortLink(BaseModel):
 
 @router.get("/gyms/{gym}/poster.pdf", response_class=Response, responses=_kind(_PDF))
 def read_poster(
-    request: Request, services: ServicesOf, _: DocumentTurn, access: SetterMay, days: Days = 7,
-    language: Language = "en", size: Literal["a3", "a4", "letter", "tabloid"] = "a4",
-) -> Response:  # fmt: skip
+    request: Request,
+    services: ServicesOf,
+    _: DocumentTurn,
+    access: SetterMay,
+    days: Days = 7,
+    language: Language = "en",
+    size: Literal["a3", "a4", "letter", "tabloid"] = "a4",
+) -> Response:
     """Return a poster of new routes: each wall with its picture and a code that leads there."""
     _count(services, access)
     with services.database.reading() as session:
@@ -72,9 +77,13 @@ def read_poster(
         ).all()
     by_wall = [(wall, [r for r in routes if r.wall_id == wall.id]) for wall in walls]
     poster = Poster(
-        gym, [(wall, new) for wall, new in by_wall if new], day - timedelta(days=days - 1), day,
-        lambda scan: _picture(services.store, scan), services.settings.link_base,
-    )  # fmt: skip
+        gym,
+        [(wall, new) for wall, new in by_wall if new],
+        day - timedelta(days=days - 1),
+        day,
+        lambda scan: _picture(services.store, scan),
+        services.settings.link_base,
+    )
     sheet = poster.drawn(words_in(language), size)
     content = sheet.pdf()
     name = f"{gym.slug}-{day}.pdf"
@@ -83,11 +92,17 @@ def read_poster(
 
 @router.get("/gyms/{gym}/cards.pdf", response_class=Response, responses=_kind(_PDF))
 def read_cards(
-    request: Request, services: ServicesOf, _: DocumentTurn, access: SetterMay,
-    size: CardSize = "a6", language: Language = "en", wall: UUID | None = None,
+    request: Request,
+    services: ServicesOf,
+    _: DocumentTurn,
+    access: SetterMay,
+    size: CardSize = "a6",
+    language: Language = "en",
+    wall: UUID | None = None,
     days: Annotated[Digits, Query(ge=0, le=90, description="new for at most so long; 0: all")] = 0,
-    text: Text = "", paper: CardPaper = "a4",
-) -> Response:  # fmt: skip
+    text: Text = "",
+    paper: CardPaper = "a4",
+) -> Response:
     """Return route cards, several on a sheet, with lines to cut along. Their sizes are those on
     A4."""
     _count(services, access)
@@ -102,15 +117,19 @@ def read_cards(
         raise NotFoundError("cards-none")
     cards = Cards(routes, gym.name, text, services.settings.link_base)
     content, missing = cards.pdf(words_in(language), size, paper)
-    return document(request, content, _PDF, f"{gym.slug}-cards-{size}.pdf", shown=True,
-                    missing=missing)  # fmt: skip
+    return document(
+        request, content, _PDF, f"{gym.slug}-cards-{size}.pdf", shown=True, missing=missing
+    )
 
 
 @router.get("/gyms/{gym}/calendar.ics", response_class=Response, responses=_kind("text/calendar"))
 def read_calendar(
-    request: Request, session: Db, services: ServicesOf, access: GuestMay,
+    request: Request,
+    session: Db,
+    services: ServicesOf,
+    access: GuestMay,
     language: Language = "en",
-) -> Response:  # fmt: skip
+) -> Response:
     """Return the calendar for subscriptions: resets, strippings, competitions."""
     gym = session.get_one(Gym, access.gym.id)
     base = services.settings.link_base
@@ -120,13 +139,17 @@ def read_calendar(
 
 
 @router.get(
-    "/gyms/{gym}/new-routes.atom", response_class=Response,
+    "/gyms/{gym}/new-routes.atom",
+    response_class=Response,
     responses=_kind("application/atom+xml"),
-)  # fmt: skip
+)
 def read_new_routes(
-    request: Request, session: Db, services: ServicesOf, access: GuestMay,
+    request: Request,
+    session: Db,
+    services: ServicesOf,
+    access: GuestMay,
     language: Language = "en",
-) -> Response:  # fmt: skip
+) -> Response:
     """Return the Atom feed of the gym's new routes."""
     gym = session.get_one(Gym, access.gym.id)
     base = services.settings.link_base

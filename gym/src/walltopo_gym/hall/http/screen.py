@@ -138,11 +138,17 @@ def read_screen(session: Db, access: GuestMay) -> ScreenFacts:
     dates = []
     for each in coming(session, gym)[:_DATES]:
         is_moment = isinstance(each.at, datetime)
-        dates.append(ScreenDate(
-            kind=each.kind, id=each.id, day=None if is_moment else each.at,
-            moment=each.at if isinstance(each.at, datetime) else None, name=each.name,
-            number=each.number, path=each.path,
-        ))  # fmt: skip
+        dates.append(
+            ScreenDate(
+                kind=each.kind,
+                id=each.id,
+                day=None if is_moment else each.at,
+                moment=each.at if isinstance(each.at, datetime) else None,
+                name=each.name,
+                number=each.number,
+                path=each.path,
+            )
+        )
     return ScreenFacts(
         name=gym.name,
         **_facts(chosen).model_dump(include={"parts", "seconds", "days"}),
@@ -156,11 +162,11 @@ def read_screen(session: Db, access: GuestMay) -> ScreenFacts:
             if wall.published_scan_id is not None
         ],
         climbers=climbers_today(session, gym),
-        board=None if lines is None else [
-            ScreenLine(rank=line.rank, name=line.name, points=line.points) for line in lines
-        ],
+        board=None
+        if lines is None
+        else [ScreenLine(rank=line.rank, name=line.name, points=line.points) for line in lines],
         dates=dates,
-    )  # fmt: skip
+    )
 
 
 @router.get("/gyms/{gym}/hall")
@@ -196,9 +202,12 @@ def drop_hall_key(session: Db, access: OwnerMay) -> None:
 
 @router.post("/gyms/{gym}/screen/open", status_code=204)
 def open_screen(
-    gym: Annotated[str, Path(max_length=60)], body: HallSecret, session: Db, response: Response,
+    gym: Annotated[str, Path(max_length=60)],
+    body: HallSecret,
+    session: Db,
+    response: Response,
     actor: AnyoneMay,
-) -> None:  # fmt: skip
+) -> None:
     """Open a private gym's screen in this anonymous browser."""
     row = session.scalar(select(Gym).where(Gym.slug == gym))
     if row is None or not has_key(session, row.id, body.secret):
@@ -213,5 +222,6 @@ def _facts(row: HallSettings) -> HallFacts:
 
 
 def _log(session: Db, access: OwnerMay, action: str) -> None:
-    log_change(session, action, person=access.actor.known, gym=access.gym.id,
-               subject=access.gym.slug)  # fmt: skip
+    log_change(
+        session, action, person=access.actor.known, gym=access.gym.id, subject=access.gym.slug
+    )

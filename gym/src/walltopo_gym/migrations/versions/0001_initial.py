@@ -1221,6 +1221,9 @@ def upgrade() -> None:
     # Walls and scans name each other.
     with op.batch_alter_table("walls") as batch_op:
         batch_op.create_foreign_key(
-            "fk_walls_published_scan_id", "scans", ["published_scan_id"], ["id"],
+            "fk_walls_published_scan_id",
+            "scans",
+            ["published_scan_id"],
+            ["id"],
             ondelete="SET NULL",
-        )  # fmt: skip
+        )

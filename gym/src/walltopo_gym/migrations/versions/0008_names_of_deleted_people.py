@@ -12,13 +12,30 @@ down_revision = "0007"
 branch_labels = None
 depends_on = None
 
-_AUDIT = sa.table("audit", *(sa.column(name, kind) for name, kind in (
-    ("id", sa.Uuid()), ("action", sa.String()), ("subject", sa.String()), ("details", sa.JSON()),
-)))  # fmt: skip
-_PLACEMENTS = sa.table("placements", *(sa.column(name, kind) for name, kind in (
-    ("scan_id", sa.Uuid()), ("number", sa.Integer()), ("route_id", sa.Uuid()),
-    ("as_was", sa.JSON(none_as_null=True)),
-)))  # fmt: skip
+_AUDIT = sa.table(
+    "audit",
+    *(
+        sa.column(name, kind)
+        for name, kind in (
+            ("id", sa.Uuid()),
+            ("action", sa.String()),
+            ("subject", sa.String()),
+            ("details", sa.JSON()),
+        )
+    ),
+)
+_PLACEMENTS = sa.table(
+    "placements",
+    *(
+        sa.column(name, kind)
+        for name, kind in (
+            ("scan_id", sa.Uuid()),
+            ("number", sa.Integer()),
+            ("route_id", sa.Uuid()),
+            ("as_was", sa.JSON(none_as_null=True)),
+        )
+    ),
+)
 _MESSAGES = sa.table("messages", sa.column("sent_at"), sa.column("body", sa.JSON()))
 
 
@@ -38,8 +55,11 @@ def upgrade() -> None:
 
 
 def _shorten_log(connection: Any) -> None:
-    named = sa.or_(_AUDIT.c.action.like("entry.%"), _AUDIT.c.action.like("problem.%"),
-                   _AUDIT.c.action == "member.ban")  # fmt: skip
+    named = sa.or_(
+        _AUDIT.c.action.like("entry.%"),
+        _AUDIT.c.action.like("problem.%"),
+        _AUDIT.c.action == "member.ban",
+    )
     rows = connection.execute(sa.select(_AUDIT).where(named)).all()
     for row in rows:
         known = row.details if isinstance(row.details, dict) else {}
@@ -51,10 +71,12 @@ def _shorten_log(connection: Any) -> None:
 
 def _unname_promoted(connection: Any) -> None:
     """Blank the setter of routes that were made of problems, where it is the author's name."""
-    promoted = connection.execute(sa.text(
-        "SELECT routes.id, routes.setter FROM routes JOIN problems ON problems.route_id = routes.id"
-        " JOIN people ON people.id = problems.person_id AND people.name = routes.setter"
-    ).columns(id=sa.Uuid(), setter=sa.String())).all()  # fmt: skip
+    promoted = connection.execute(
+        sa.text(
+            "SELECT routes.id, routes.setter FROM routes JOIN problems ON problems.route_id = routes.id"
+            " JOIN people ON people.id = problems.person_id AND people.name = routes.setter"
+        ).columns(id=sa.Uuid(), setter=sa.String())
+    ).all()
     for route, setter in promoted:
         for text in (
             "UPDATE walls SET revision = revision + 1 WHERE id IN"
@@ -66,7 +88,8 @@ def _unname_promoted(connection: Any) -> None:
         of = _PLACEMENTS.c.route_id == route
         for row in connection.execute(sa.select(_PLACEMENTS).where(of)).all():
             if row.as_was and row.as_was.get("setter") == setter:
-                here = sa.and_(_PLACEMENTS.c.scan_id == row.scan_id,
-                               _PLACEMENTS.c.number == row.number)  # fmt: skip
+                here = sa.and_(
+                    _PLACEMENTS.c.scan_id == row.scan_id, _PLACEMENTS.c.number == row.number
+                )
                 change = sa.update(_PLACEMENTS).where(here)
                 connection.execute(change.values(as_was=row.as_was | {"setter": ""}))

@@ -126,9 +126,11 @@ def import_routes(
         TableRoute(line=line.line, known=line.known, **_shown(line.route.facts)) for line in lines
     ]
     return RouteTableFacts(
-        routes=shown, errors=[FaultFacts.of(fault) for fault in faults], columns=list(COLUMNS),
+        routes=shown,
+        errors=[FaultFacts.of(fault) for fault in faults],
+        columns=list(COLUMNS),
         added=len(lines) if is_added else 0,
-    )  # fmt: skip
+    )
 
 
 def _shown(facts: Any) -> dict[str, Any]:
@@ -160,9 +162,13 @@ def _checked(
     if wrong:
         column, first = wrong[0]
         raise RequestError(
-            "route-of-many", first.hint_key, number=number, column=column, why=first.message,
+            "route-of-many",
+            first.hint_key,
+            number=number,
+            column=column,
+            why=first.message,
             **first.values,
-        )  # fmt: skip
+        )
     return HandRoute(given.id or uuid4(), facts)
 
 
@@ -170,6 +176,13 @@ def _added(
     session: Session, access: Access, wall: Wall, routes: list[HandRoute]
 ) -> list[RouteFacts]:
     rows: list[Route] = add_routes(session, wall, routes)
-    log_change(session, "route.add", person=access.actor.known, gym=access.gym.id,
-               subject=wall.name, wall=str(wall.id), routes=len(rows))  # fmt: skip
+    log_change(
+        session,
+        "route.add",
+        person=access.actor.known,
+        gym=access.gym.id,
+        subject=wall.name,
+        wall=str(wall.id),
+        routes=len(rows),
+    )
     return [facts_of_route(row) for row in rows]

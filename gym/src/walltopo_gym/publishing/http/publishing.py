@@ -108,11 +108,17 @@ class Joined(BaseModel):
         if joined is None:
             return None
         return cls(
-            replaced_share=joined.replaced_share, seam_mm=joined.seam_mm,
-            seam=[list(line) for line in joined.seam], stays=len(joined.stays),
-            same=len(joined.same), gone=len(joined.gone), added=len(joined.added),
-            colours=list(joined.colours), missing=list(joined.missing), ignored=joined.ignored,
-        )  # fmt: skip
+            replaced_share=joined.replaced_share,
+            seam_mm=joined.seam_mm,
+            seam=[list(line) for line in joined.seam],
+            stays=len(joined.stays),
+            same=len(joined.same),
+            gone=len(joined.gone),
+            added=len(joined.added),
+            colours=list(joined.colours),
+            missing=list(joined.missing),
+            ignored=joined.ignored,
+        )
 
 
 class Draft(BaseModel):
@@ -170,18 +176,25 @@ def read_draft(scan: UUID, session: Db, services: ServicesOf, access: PublisherM
 
     lines = [
         DraftLine(
-            fate=line.status.value, route_id=line.route, number=line.number,
+            fate=line.status.value,
+            route_id=line.route,
+            number=line.number,
             colour="" if line.number is None else found.routes[line.number].colour,
-            came=list(line.added), went=list(line.removed), moved=list(line.moved),
+            came=list(line.added),
+            went=list(line.removed),
+            moved=list(line.moved),
             photographed=is_photographed(line.number),
         )
         for line in found.lines
-    ]  # fmt: skip
+    ]
     unplaced = unplaced_routes(session, session.get_one(Wall, row.wall_id))
     return Draft(
-        revision=found.revision, warnings=found.warnings, lines=lines,
-        unplaced=[facts_of_route(route) for route in unplaced], joined=Joined.of(found.joined),
-    )  # fmt: skip
+        revision=found.revision,
+        warnings=found.warnings,
+        lines=lines,
+        unplaced=[facts_of_route(route) for route in unplaced],
+        joined=Joined.of(found.joined),
+    )
 
 
 @router.post("/gyms/{gym}/scans/{scan}/publish")
@@ -301,9 +314,11 @@ def put_back_scan(wall: UUID, body: PuttingBack, session: Db, access: PublisherM
 
 @router.get("/gyms/{gym}/walls/{wall}/published", response_model=Version)
 def read_published(
-    wall: UUID, session: Db, access: GuestMay,
+    wall: UUID,
+    session: Db,
+    access: GuestMay,
     if_none_match: Annotated[str | None, Header()] = None,
-) -> Response:  # fmt: skip
+) -> Response:
     """Return files and routes of the published version, and the routes that were added by hand."""
     row = wall_of(session, access.gym.id, wall)
     if row.published_scan_id is None:
@@ -363,17 +378,20 @@ class PastVersion(BaseModel):
 
 @router.get("/gyms/{gym}/walls/{wall}/past")
 def list_past(
-    wall: UUID, session: Db, access: GuestMay,
+    wall: UUID,
+    session: Db,
+    access: GuestMay,
     route: Annotated[UUID | None, Query(description="only versions in which it hangs")] = None,
-) -> list[PastVersion]:  # fmt: skip
+) -> list[PastVersion]:
     """Return the public versions of a wall, the earliest first."""
     row = wall_of(session, access.gym.id, wall)
     return [
-        PastVersion(scan_id=scan.id, published_at=scan.published_at,
-                    present=scan.state == State.PUBLISHED)
+        PastVersion(
+            scan_id=scan.id, published_at=scan.published_at, present=scan.state == State.PUBLISHED
+        )
         for scan in versions_of(session, row.id, route)
         if scan.published_at is not None
-    ]  # fmt: skip
+    ]
 
 
 @router.get("/gyms/{gym}/walls/{wall}/past/{scan}")
@@ -391,10 +409,13 @@ def read_past(wall: UUID, scan: UUID, session: Db, access: GuestMay) -> Version:
         facts.number, facts.holds = placement.number, placement.holds
         routes.append(facts)
     return Version(
-        scan_id=row.id, revision=found.revision, published_at=row.published_at,
-        files={path: f"{base}/{path}" for path in sorted(row.files)}, moves=MovesFacts.of(row),
+        scan_id=row.id,
+        revision=found.revision,
+        published_at=row.published_at,
+        files={path: f"{base}/{path}" for path in sorted(row.files)},
+        moves=MovesFacts.of(row),
         routes=routes,
-    )  # fmt: skip
+    )
 
 
 class NewPlan(Publication):
@@ -447,14 +468,24 @@ def _plan(
         raise ConflictError("zone-none", "zone-give")
     plan = session.merge(
         Plan(
-            scan_id=scan, over_id=wall.published_scan_id, made_by=access.actor.known, at=body.at,
-            entries=rows_of(entries), found={str(n): each.row for n, each in found.items()},
+            scan_id=scan,
+            over_id=wall.published_scan_id,
+            made_by=access.actor.known,
+            at=body.at,
+            entries=rows_of(entries),
+            found={str(n): each.row for n, each in found.items()},
             error="",
         )
-    )  # fmt: skip
+    )
     look_for_due(session, access.gym.id, body.at)
-    log_change(session, "scan.plan", person=access.actor.known, gym=access.gym.id,
-               subject=str(scan), at=None if body.at is None else body.at.isoformat())  # fmt: skip
+    log_change(
+        session,
+        "scan.plan",
+        person=access.actor.known,
+        gym=access.gym.id,
+        subject=str(scan),
+        at=None if body.at is None else body.at.isoformat(),
+    )
     return _facts(plan, row.wall_id)
 
 
@@ -465,10 +496,12 @@ def drop_plan(scan: UUID, session: Db, access: PublisherMay) -> None:
     if plan is None:
         raise NotFoundError("plan-none")
     session.delete(plan)
-    log_change(session, "scan.unplan", person=access.actor.known, gym=access.gym.id,
-               subject=str(scan))  # fmt: skip
+    log_change(
+        session, "scan.unplan", person=access.actor.known, gym=access.gym.id, subject=str(scan)
+    )
 
 
 def _facts(plan: Plan, wall: UUID) -> PlanFacts:
-    return PlanFacts(scan_id=plan.scan_id, wall_id=wall, at=plan.at, created_at=plan.created_at,
-                     error=plan.error)  # fmt: skip
+    return PlanFacts(
+        scan_id=plan.scan_id, wall_id=wall, at=plan.at, created_at=plan.created_at, error=plan.error
+    )

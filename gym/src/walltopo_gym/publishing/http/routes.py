@@ -44,9 +44,10 @@ class RouteWords(Body):
         """Return the given facts by column."""
         given = self.model_dump(exclude={"number", "route_id"}, exclude_unset=True)
         return {
-            name: value for name, value in given.items()
+            name: value
+            for name, value in given.items()
             if value is not None or name in ("grade_system_id", "strip_on")
-        }  # fmt: skip
+        }
 
 
 class RouteChange(RouteWords):

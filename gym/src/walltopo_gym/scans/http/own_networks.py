@@ -50,8 +50,14 @@ def change_own_network(
     if body.wanted and not offered:
         raise ConflictError("own-networks-off", "ask-operator")
     row = want(session, access.gym.id, body.wanted)
-    log_change(session, "network.change", person=access.actor.known, gym=access.gym.id,
-               subject=access.gym.slug, wanted=body.wanted)  # fmt: skip
+    log_change(
+        session,
+        "network.change",
+        person=access.actor.known,
+        gym=access.gym.id,
+        subject=access.gym.slug,
+        wanted=body.wanted,
+    )
     return _facts(row, offered)
 
 
@@ -60,6 +66,9 @@ def _facts(row: OwnNetwork | None, offered: bool) -> OwnNetworkFacts:
         return OwnNetworkFacts(offered=offered, wanted=False)
     result = None if row.result is None else NetworkResult.model_validate(row.result)
     return OwnNetworkFacts(
-        offered=offered, wanted=row.wanted, trained_at=row.trained_at, result=result,
+        offered=offered,
+        wanted=row.wanted,
+        trained_at=row.trained_at,
+        result=result,
         error=row.error,
-    )  # fmt: skip
+    )

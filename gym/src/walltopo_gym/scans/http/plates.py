@@ -25,13 +25,16 @@ _ANSWER: Final[dict[int | str, dict[str, Any]]] = {
 
 
 @router.get(
-    "/scale-plates/{paper}/{number}.pdf", response_class=Response,
+    "/scale-plates/{paper}/{number}.pdf",
+    response_class=Response,
     responses=_ANSWER,
-)  # fmt: skip
+)
 def read_scale_plate(
-    request: Request, actor: AnyoneMay, paper: Paper,
+    request: Request,
+    actor: AnyoneMay,
+    paper: Paper,
     number: Annotated[Digits, Path(ge=1, le=9)],
-) -> Response:  # fmt: skip
+) -> Response:
     """Return a scale plate to print at 100 %. Plates in one scan need different numbers."""
     kinds = [plate for plate in built_in_plates() if plate.name == paper]
     if number > len(kinds):
@@ -42,13 +45,16 @@ def read_scale_plate(
 
 
 @router.get(
-    "/stickers/{paper}/{count}.pdf", response_class=Response,
+    "/stickers/{paper}/{count}.pdf",
+    response_class=Response,
     responses=_ANSWER,
-)  # fmt: skip
+)
 def read_stickers(
-    request: Request, actor: AnyoneMay, paper: Paper,
+    request: Request,
+    actor: AnyoneMay,
+    paper: Paper,
     count: Annotated[Digits, Path(ge=1, le=587)],
-) -> Response:  # fmt: skip
+) -> Response:
     """Return sheets of stickers for bare walls, to print at 100 % and cut."""
     pdf = to_pdf(draw_stickers(range(count), PAPERS[paper]), PAPERS[paper], "walltopo stickers")
     return document(request, pdf, _PDF, f"stickers-{paper}-{count}.pdf", shown=True)

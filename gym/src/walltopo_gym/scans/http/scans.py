@@ -154,5 +154,4 @@ def cancel_scan(scan: UUID, session: Db, access: UploaderMay) -> ScanFacts:
 
 
 def _log(session: Session, access: Access, action: str, scan: Scan) -> None:
-    log_change(session, action, person=access.actor.known, gym=access.gym.id,
-               subject=str(scan.id))  # fmt: skip
+    log_change(session, action, person=access.actor.known, gym=access.gym.id, subject=str(scan.id))

@@ -49,9 +49,10 @@ def _speak_tus(response: Response, tus_resumable: Annotated[str | None, Header()
     response.headers["tus-resumable"] = _VERSION
     if tus_resumable != _VERSION:
         raise HTTPException(
-            412, f"Tus-Resumable: expected {_VERSION}, got {tus_resumable}",
+            412,
+            f"Tus-Resumable: expected {_VERSION}, got {tus_resumable}",
             {"tus-version": _VERSION},
-        )  # fmt: skip
+        )
 
 
 router = APIRouter(tags=["uploads"])
@@ -100,8 +101,9 @@ def list_photos(scan: UUID, session: Db, access: UploaderMay) -> list[PhotoFacts
     """Return the photos of a scan in the order of their announcement."""
     row = scan_of(session, access.gym.id, scan)
     photos = select(Photo).where(Photo.scan_id == row.id).order_by(Photo.created_at, Photo.id)
-    return [PhotoFacts.model_validate(photo, from_attributes=True)
-            for photo in session.scalars(photos)]  # fmt: skip
+    return [
+        PhotoFacts.model_validate(photo, from_attributes=True) for photo in session.scalars(photos)
+    ]
 
 
 @router.get("/gyms/{gym}/scans/{scan}/overlap")
@@ -117,18 +119,23 @@ def read_overlap(scan: UUID, session: Db, access: UploaderMay) -> OverlapFacts:
 
 @router.post("/gyms/{gym}/scans/{scan}/photos", status_code=201, dependencies=[Tus])
 def announce_photo(
-    scan: UUID, request: Request, response: Response, session: Db, services: ServicesOf,
-    later: BackgroundTasks, access: UploaderMay,
+    scan: UUID,
+    request: Request,
+    response: Response,
+    session: Db,
+    services: ServicesOf,
+    later: BackgroundTasks,
+    access: UploaderMay,
     upload_length: Annotated[Digits, Header(ge=1, lt=2**63)],
     upload_metadata: Annotated[str, Header(max_length=2000)],
-) -> None:  # fmt: skip
+) -> None:
     """Announce a photo; `Location` is its address, `Upload-Offset` the number of stored bytes."""
     settings = services.settings
     metadata = _metadata(upload_metadata)
     name = kept_name(metadata["filename"])
-    kind, most = ("video", settings.max_video_mb) if is_video(name) else (
-        "photo", settings.max_photo_mb
-    )  # fmt: skip
+    kind, most = (
+        ("video", settings.max_video_mb) if is_video(name) else ("photo", settings.max_photo_mb)
+    )
     if upload_length > most * 1_000_000:
         raise TooLargeError("photo-too-large", kind=kind, most=most)
     row = scan_of(session, access.gym.id, scan)
@@ -149,9 +156,13 @@ def announce_photo(
 
 @router.head("/gyms/{gym}/photos/{photo}", dependencies=[Tus])
 def ask_offset(
-    photo: UUID, response: Response, session: Db, services: ServicesOf, later: BackgroundTasks,
+    photo: UUID,
+    response: Response,
+    session: Db,
+    services: ServicesOf,
+    later: BackgroundTasks,
     access: UploaderMay,
-) -> None:  # fmt: skip
+) -> None:
     """Return the number of stored bytes of a photo."""
     row = _photo_of(session, access, photo)
     offset = _offset(services, row)
@@ -164,10 +175,14 @@ def ask_offset(
 
 @router.patch("/gyms/{gym}/photos/{photo}", status_code=204, dependencies=[Tus])
 async def send_photo(
-    photo: UUID, request: Request, response: Response, services: ServicesOf, access: UploaderMay,
+    photo: UUID,
+    request: Request,
+    response: Response,
+    services: ServicesOf,
+    access: UploaderMay,
     upload_offset: Annotated[Digits, Header(ge=0, lt=2**63)],
     content_type: Annotated[str, Header()],
-) -> None:  # fmt: skip
+) -> None:
     """Append bytes to a photo from `Upload-Offset` on; a complete photo is stored."""
     if content_type != "application/offset+octet-stream":
         raise HTTPException(415, "Content-Type: expected application/offset+octet-stream")

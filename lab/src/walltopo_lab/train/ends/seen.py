@@ -178,11 +178,16 @@ def _as_scanned(
         name, sure = types[k]
         seen.append(
             replace(
-                hold, position=(x, y, z), size=relief.side_m / MARGIN, colour=names[k],
-                colour_rgb=(red, green, blue), type=name, role="hold",
+                hold,
+                position=(x, y, z),
+                size=relief.side_m / MARGIN,
+                colour=names[k],
+                colour_rgb=(red, green, blue),
+                type=name,
+                role="hold",
                 type_confidence=sure if name != UNKNOWN else 0.0,
             )
-        )  # fmt: skip
+        )
     return seen
 
 

@@ -53,14 +53,23 @@ class ReliefNet(nn.Module):
         super().__init__()
         a, b, c, d = WIDTHS
         self.body = nn.Sequential(
-            _conv(2, a, 2), _conv(a, b, 1), _conv(b, c, 2), _conv(c, c, 1), _conv(c, d, 2),
-            nn.Conv2d(d, NARROW, 1), nn.ReLU(), nn.Flatten(),
-        )  # fmt: skip
+            _conv(2, a, 2),
+            _conv(a, b, 1),
+            _conv(b, c, 2),
+            _conv(c, c, 1),
+            _conv(c, d, 2),
+            nn.Conv2d(d, NARROW, 1),
+            nn.ReLU(),
+            nn.Flatten(),
+        )
         flat = NARROW * (SIDE // 8) ** 2
         self.head = nn.Sequential(
-            nn.Dropout(0.3), nn.Linear(flat + 2, HIDDEN), nn.ReLU(),
-            nn.Dropout(0.2), nn.Linear(HIDDEN, classes),
-        )  # fmt: skip
+            nn.Dropout(0.3),
+            nn.Linear(flat + 2, HIDDEN),
+            nn.ReLU(),
+            nn.Dropout(0.2),
+            nn.Linear(HIDDEN, classes),
+        )
 
     def forward(self, reliefs: Tensor, scalars: Tensor) -> Tensor:
         return torch.as_tensor(self.head(torch.cat([self.body(reliefs), scalars], dim=1)))

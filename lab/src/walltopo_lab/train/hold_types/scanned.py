@@ -43,9 +43,11 @@ def _shadowed(heights: Floats, pixel: float, rng: np.random.Generator) -> Floats
         for k in range(1, int(reach / step) + 1):
             dx, dy = direction * k * step / pixel
             moved = cv2.warpAffine(
-                heights, np.array([[1, 0, -dx], [0, 1, -dy]]), heights.shape[::-1],
+                heights,
+                np.array([[1, 0, -dx], [0, 1, -dy]]),
+                heights.shape[::-1],
                 flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
-            )  # fmt: skip
+            )
             shade = np.maximum(shade, moved - k * step / steep)
         hull = np.minimum(hull, shade)
     share = rng.uniform(0, 1)
