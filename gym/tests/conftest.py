@@ -82,8 +82,8 @@ def midday(monkeypatch: pytest.MonkeyPatch) -> None:
     began = datetime.now(UTC)
     wednesday = began - timedelta(days=(began.weekday() - _WEDNESDAY) % 7)
     back = began - wednesday.replace(hour=12, minute=0, second=0)
-    put_back = SimpleNamespace(now=lambda zone: datetime.now(zone) - back)
-    monkeypatch.setattr(clock, "datetime", put_back)
+    roll_back = SimpleNamespace(now=lambda zone: datetime.now(zone) - back)
+    monkeypatch.setattr(clock, "datetime", roll_back)
 
 
 @pytest.fixture

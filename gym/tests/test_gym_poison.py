@@ -22,10 +22,10 @@ from walltopo_gym.grading.placing import PLACES, Placing, queue_missing
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.jobs.queue import Task, enqueue
 from walltopo_gym.mail import Mail
-from walltopo_gym.notifications.due import note_all
+from walltopo_gym.notifications.due import store_due_messages
 from walltopo_gym.notifications.messages import DIGEST, MAILS, PUSHES
 from walltopo_gym.notifications.models import Message, NotificationPreferences, PushAddress
-from walltopo_gym.notifications.sending import MessageSender, note_failure
+from walltopo_gym.notifications.sending import MessageSender, record_failure
 from walltopo_gym.operating.jobs import job_lines
 from walltopo_gym.operating.purge import purge
 from walltopo_gym.publishing import plans
@@ -46,7 +46,7 @@ from walltopo_gym.scans.queues import (
 from walltopo_gym.scans.receiving import finish_all
 from walltopo_gym.scans.service import State
 from walltopo_gym.storage.files import FileStore
-from walltopo_gym.walls.zones import PUBLICATIONS, look_for_due
+from walltopo_gym.walls.zones import PUBLICATIONS, queue_publications
 from walltopo_gym.webhooks.models import Webhook, WebhookEvent
 from walltopo_gym.webhooks.service import DELIVERY, note
 
@@ -76,7 +76,7 @@ def refuse(*_: object, **__: object) -> NoReturn:
 def photo_tasks(server: Server) -> tuple[Task, Task]:
     """Return the tasks that check photos, together and alone."""
     checks = PhotoChecks(server.database, server.services.store)
-    alone = Task(PHOTOS, checks.check, photo_checks.note_failure)
+    alone = Task(PHOTOS, checks.check, photo_checks.record_failure)
     return Task(BATCHES, checks.check_batch), alone
 
 
@@ -173,7 +173,7 @@ def test_photos_that_cannot_be_compared_are_set_aside(worlds: tuple[World, World
     with server.database.writing() as session:
         for scan in (*broken, fine):
             photos_changed(session, scan)
-    task = Task(OVERLAPS, Overlaps(server.database, store).answer, overlap.note_failure)
+    task = Task(OVERLAPS, Overlaps(server.database, store).answer, overlap.record_failure)
     do_all(server, task)
     path = f"{good.path}/scans/{fine}/overlap"
     assert server.ask("GET", path, good.people["setter"]).json()["pending"] is False
@@ -221,7 +221,7 @@ def planned(world: World, entries: list[dict[str, Any]]) -> UUID:
     scan = world.reviewed({1: [1]}, [hold(1, 0.0, 1.0)])
     with world.server.database.writing() as session:
         session.add(Plan(scan_id=scan, at=now(), entries=entries, found={}))
-        look_for_due(session, world.gym.id)
+        queue_publications(session, world.gym.id)
     return scan
 
 
@@ -234,7 +234,7 @@ def test_a_planned_publication_that_fails_is_set_aside(worlds: tuple[World, Worl
     def run(gym: str) -> None:
         publish_due(server.database, UUID(gym))
 
-    do_all(server, Task(PUBLICATIONS, run, plans.note_failure))
+    do_all(server, Task(PUBLICATIONS, run, plans.record_failure))
     with server.database.reading() as session:
         plan = session.get_one(Plan, broken)
         assert session.get_one(Scan, fine).state == State.PUBLISHED
@@ -355,7 +355,7 @@ def test_a_gym_whose_news_cannot_be_found_delays_no_other(
         row = update(Gym).where(Gym.id == bad.gym.id)
         session.execute(row.values(time_zone="Nowhere/Else"))
     try:
-        note_all(server.database)
+        store_due_messages(server.database)
         _tell_all(server)
     finally:  # others share the server
         with server.database.writing() as session:
@@ -371,7 +371,9 @@ def test_a_gym_whose_news_cannot_be_found_delays_no_other(
 def _tell_all(server: Server) -> None:
     settings = server.settings.model_copy(update={"webhooks_to_private": True})
     worker = MessageSender(settings, server.database, server.outbox)
-    do_all(server, Task(MAILS, worker.mail, note_failure), Task(PUSHES, worker.push, note_failure))
+    do_all(
+        server, Task(MAILS, worker.mail, record_failure), Task(PUSHES, worker.push, record_failure)
+    )
 
 
 def _is_given_up(world: World, why: str) -> None:

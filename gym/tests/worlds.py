@@ -42,7 +42,7 @@ from walltopo_gym.migrations.run import migrate
 from walltopo_gym.scans.artifacts import store_public_files
 from walltopo_gym.scans.incoming import Incoming
 from walltopo_gym.scans.models import Photo, Scan
-from walltopo_gym.scans.pictures import keep_front
+from walltopo_gym.scans.pictures import store_front
 from walltopo_gym.scans.service import State
 from walltopo_gym.server.app import PREFIX, build_app
 from walltopo_gym.settings import load_settings
@@ -253,7 +253,7 @@ class World:
         store, made = self.server.services.store, ScanFolder(folder)
         for file in files_below(folder):
             store.put(f"scans/{scan}/{file.relative_to(folder).as_posix()}", file)
-        keep_front(store, scan, made)
+        store_front(store, scan, made)
         files = store_public_files(store, made)
         with self.server.database.writing() as session:
             session.get_one(Scan, scan).files = files

@@ -171,7 +171,7 @@ def test_links_in_a_folder_are_not_followed(tmp_path: Path) -> None:
     (out / "page" / "a").unlink()
     (out / "page").rmdir()
     (out / "page").symlink_to(precious)
-    with _refused("page: is no folder"):
+    with _refused("page: is not a folder"):
         _write(_target(out, overwrite=True), page__a="2")
     assert (precious / "a").read_text() == "mine"
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -67,3 +69,10 @@ def test_an_optional_artifact_is_taken_away_by_none(tmp_path: Path) -> None:
     for _ in range(2):
         ScanFolder.aligned.store(folder, None)
         assert ScanFolder.aligned.load(folder) is None
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pipes among files")
+def test_a_pipe_in_place_of_a_file_is_refused(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "holds.json")
+    with pytest.raises(InputError, match=r"holds\.json: is a pipe"):
+        ScanFolder.holds.load(ScanFolder(tmp_path))

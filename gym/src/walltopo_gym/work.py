@@ -54,19 +54,21 @@ def tasks_of(steps: ScanSteps) -> list[Task]:
     tasks = [
         Task(
             replace(SCANS, at_once=max(1, settings.workers)),
-            ScanJobs(steps).see_through,
-            scans.note_failure,
+            ScanJobs(steps).run_scan,
+            scans.record_failure,
         ),
         Task(BATCHES, checks.check_batch),
-        Task(PHOTOS, checks.check, photo_checks.note_failure),
-        Task(OVERLAPS, Overlaps(database, store).answer, overlap.note_failure),
-        Task(MOVES, SuggestedMoves(database, store).suggest, moves.note_failure),
-        Task(PUBLICATIONS, lambda gym: plans.publish_due(database, UUID(gym)), plans.note_failure),
+        Task(PHOTOS, checks.check, photo_checks.record_failure),
+        Task(OVERLAPS, Overlaps(database, store).answer, overlap.record_failure),
+        Task(MOVES, SuggestedMoves(database, store).suggest, moves.record_failure),
+        Task(
+            PUBLICATIONS, lambda gym: plans.publish_due(database, UUID(gym)), plans.record_failure
+        ),
         Task(RECOUNTS, lambda gym: recount(database, UUID(gym))),
     ]
     if settings.own_networks:
         tasks.append(
-            Task(own_network.TRAININGS, _own_networks(steps).train, own_network.note_failure)
+            Task(own_network.TRAININGS, _own_networks(steps).train, own_network.record_failure)
         )
     for feature in features_on(settings):
         tasks += feature.tasks(settings, database, store)

@@ -19,7 +19,7 @@ from sqlalchemy import select, update
 
 from walltopo_climb.grades.font import FONT
 from walltopo_gym.accounts.models import Profile
-from walltopo_gym.climbing.ascents import Kind, NewAscent, keep_ascent, take_back
+from walltopo_gym.climbing.ascents import Kind, NewAscent, store_ascent, withdraw
 from walltopo_gym.climbing.boards import BoardQuery, board
 from walltopo_gym.climbing.counting import RECOUNTS, recount
 from walltopo_gym.climbing.models import Ascent, ClimbingSession, Standing
@@ -142,11 +142,11 @@ def _carry_out(
         moment = BEGAN + timedelta(minutes=15 * quarter)
         tries = 1 if kind == Kind.FLASH else 2
         climb = NewAscent(route_id=route, kind=kind, tries=tries, climbed_at=moment)
-        keep_ascent(session, key, person, gym, session.get_one(Route, route), climb)
+        store_ascent(session, key, person, gym, session.get_one(Route, route), climb)
     elif change[0] == "drop":
         key = keys[change[1]]
         if key in owner:
-            take_back(session, key, owner[key])
+            withdraw(session, key, owner[key])
     elif change[0] == "strip":
         route = session.get_one(Route, routes[change[1]])
         if route.stripped_at is None:

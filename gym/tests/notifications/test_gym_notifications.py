@@ -38,12 +38,12 @@ from walltopo_gym.gyms.models import Gym
 from walltopo_gym.jobs.queue import Task
 from walltopo_gym.mail import Mail
 from walltopo_gym.notifications import due, sending
-from walltopo_gym.notifications.due import note_all
+from walltopo_gym.notifications.due import store_due_messages
 from walltopo_gym.notifications.messages import MAILS, PUSHES
 from walltopo_gym.notifications.models import Message, NotificationPreferences, PushAddress
 from walltopo_gym.notifications.preferences import awake_at
 from walltopo_gym.notifications.secrets import public_push_key, unsubscribe_token
-from walltopo_gym.notifications.sending import MessageSender, note_failure
+from walltopo_gym.notifications.sending import MessageSender, record_failure
 from walltopo_gym.scans.models import Scan
 
 pytestmark = pytest.mark.usefixtures("midday")
@@ -161,12 +161,12 @@ def at(monkeypatch: pytest.MonkeyPatch, moment: datetime) -> None:
 def tasks(server: Server) -> list[Task]:
     """Return what sends messages."""
     worker = MessageSender(server.settings, server.database, server.outbox)
-    return [Task(MAILS, worker.mail, note_failure), Task(PUSHES, worker.push, note_failure)]
+    return [Task(MAILS, worker.mail, record_failure), Task(PUSHES, worker.push, record_failure)]
 
 
 def note(world: World) -> None:
     tell_begins(world.server.database)
-    note_all(world.server.database)
+    store_due_messages(world.server.database)
 
 
 def run(world: World) -> None:

@@ -31,7 +31,7 @@ from walltopo_gym.operating.purge import purge
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.service import State
 from walltopo_gym.server.app import build_app
-from walltopo_gym.server.observed import log_config
+from walltopo_gym.server.request_log import log_config
 from walltopo_gym.settings import load_settings
 
 

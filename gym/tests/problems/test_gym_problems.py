@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 from datetime import timedelta
 from io import BytesIO
 from typing import Any
@@ -299,8 +301,11 @@ def test_an_estimate_that_takes_too_long_is_ended_and_the_next_one_is_made(
         return world.server.ask("POST", path, world.people["member"], words)
 
     assert ask().status_code == 200
+    child = world.server.services.get(estimate.Estimator)._child
+    assert child is not None
+    os.kill(child.pid, signal.SIGSTOP)  # it never answers
     with monkeypatch.context() as patch:
-        patch.setattr(estimate, "_LIMIT_S", 0.0)
+        patch.setattr(estimate, "_LIMIT_S", 0.1)
         slow = ask()
     assert (slow.status_code, slow.json()["code"]) == (422, "estimate-too-long")
     assert ask().status_code == 200

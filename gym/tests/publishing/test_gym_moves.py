@@ -23,7 +23,7 @@ from walltopo.scans.folder import ScanFolder
 from walltopo.scans.moves import Moves
 from walltopo_gym.jobs.queue import Task
 from walltopo_gym.operating.purge import purge
-from walltopo_gym.publishing.moves import SuggestedMoves, note_failure, queue_missing
+from walltopo_gym.publishing.moves import SuggestedMoves, queue_missing, record_failure
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.queues import MOVES
 from walltopo_gym.storage.files import FileStore
@@ -43,7 +43,7 @@ ENTRIES = ({"number": 1, "name": "Ladder"}, {"number": 2, "name": "Alone"})
 
 def task(server: Server, store: FileStore | None = None) -> Task:
     job = SuggestedMoves(server.database, store or server.services.store)
-    return Task(MOVES, job.suggest, note_failure)
+    return Task(MOVES, job.suggest, record_failure)
 
 
 def reviewed(world: World, routes: Sequence[found.Route] = ROUTES) -> UUID:

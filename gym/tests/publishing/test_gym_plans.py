@@ -16,10 +16,10 @@ from walltopo_gym.clock import now
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.jobs.queue import Task
 from walltopo_gym.publishing.models import Plan, Route
-from walltopo_gym.publishing.plans import note_failure, publish_due
+from walltopo_gym.publishing.plans import publish_due, record_failure
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.walls.models import Wall
-from walltopo_gym.walls.zones import PUBLICATIONS, look_for_due
+from walltopo_gym.walls.zones import PUBLICATIONS, queue_publications
 
 HOLDS = [hold(1, 0.0, 1.0), hold(2, 0.3, 1.4)]
 
@@ -38,7 +38,7 @@ def is_published(world: World, scan: UUID) -> bool:
 def due(world: World) -> Task:
     """Return what carries out the gym's plans."""
     database = world.server.database
-    return Task(PUBLICATIONS, lambda gym: publish_due(database, UUID(gym)), note_failure)
+    return Task(PUBLICATIONS, lambda gym: publish_due(database, UUID(gym)), record_failure)
 
 
 def past(world: World, scan: UUID) -> None:
@@ -46,7 +46,7 @@ def past(world: World, scan: UUID) -> None:
     with world.server.database.writing() as session:
         plan = update(Plan).where(Plan.scan_id == scan)
         session.execute(plan.values(at=now() - timedelta(seconds=1)))
-        look_for_due(session, world.gym.id)
+        queue_publications(session, world.gym.id)
 
 
 @pytest.fixture(autouse=True)

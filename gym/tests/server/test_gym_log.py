@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from walltopo_gym.log_lines import escaped, traceback_of
 from walltopo_gym.mail import ConsoleMailer, Mail
-from walltopo_gym.server.observed import log_config
+from walltopo_gym.server.request_log import log_config
 
 FORGED = "\n2026-01-01 00:00:00,000 INFO walltopo_gym.a owner\x1b[2J\r\u2028\u202e\x85"
 _OURS = re.compile(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d,\d{3} [A-Z]+ [\w.]+ ")

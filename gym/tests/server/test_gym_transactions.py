@@ -21,7 +21,7 @@ from walltopo_gym.database import lock
 from walltopo_gym.database.engine import CONNECTIONS
 from walltopo_gym.operating.metrics import Metrics
 from walltopo_gym.server.app import PREFIX
-from walltopo_gym.server.observed import Observed
+from walltopo_gym.server.request_log import RequestLogMiddleware
 
 pytestmark = pytest.mark.both_databases("transactions and locks")
 
@@ -166,7 +166,7 @@ def test_slow_work_in_the_transaction_of_an_endpoint_is_reported(
     def read(session: Db) -> None:
         server.services.store.has("content/none")
 
-    watched = Observed(app, Metrics(server.services))
+    watched = RequestLogMiddleware(app, Metrics(server.services))
     client = TestClient(watched, base_url=ORIGIN)
     assert client.get("/slow").is_success
     assert found == []

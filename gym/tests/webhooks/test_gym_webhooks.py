@@ -22,7 +22,7 @@ from sqlalchemy import select
 from walltopo_gym.errors import RequestError
 from walltopo_gym.jobs.queue import Task
 from walltopo_gym.outgoing import check_url
-from walltopo_gym.webhooks.delivery import Delivery, note_failure
+from walltopo_gym.webhooks.delivery import Delivery, record_failure
 from walltopo_gym.webhooks.models import Webhook, WebhookEvent
 from walltopo_gym.webhooks.service import DELIVERY, note, send
 
@@ -63,7 +63,7 @@ def events(world: World) -> list[UUID]:
 def delivery(server: Server) -> Task:
     """Return what sends messages, into our own networks too."""
     settings = server.settings.model_copy(update={"webhooks_to_private": True})
-    return Task(DELIVERY, Delivery(settings, server.database).deliver, note_failure)
+    return Task(DELIVERY, Delivery(settings, server.database).deliver, record_failure)
 
 
 def hooked(world: World, url: str) -> str:

@@ -180,9 +180,9 @@ def check_name(name: str) -> str:
     if name.startswith(("/", "\\")) or ntpath.splitdrive(name)[0] or ".." in parts:
         raise InputError(f"{name!r} leads out of its folder; expected a relative name without ..")
     if any(ord(letter) < 32 or ord(letter) == 127 for letter in name) or _has_surrogate(name):
-        raise InputError(f"{name!r} is no file name: it has a control character")
+        raise InputError(f"{name!r} is not a file name: it has a control character")
     if max(len(part.encode()) for part in parts) > 255:
-        raise InputError(f"{name[:40]!r}... is no file name: it is longer than 255 bytes")
+        raise InputError(f"{name[:40]!r}... is not a file name: it is longer than 255 bytes")
     return name
 
 

@@ -178,7 +178,7 @@ def _check_folder(target: Target) -> Mapping[str, str]:
     place = target.place
     target.check(place)
     if os.path.lexists(place) and not place.is_dir():
-        raise _refusal(target, place, "is no folder", allowed=False)
+        raise _refusal(target, place, "is not a folder", allowed=False)
     if not place.is_dir():
         return {}
     marker = _read_marker(place)
@@ -274,7 +274,7 @@ def _check_parents(place: Path, target: Target) -> None:
         if parent == target.place:
             return
         if os.path.lexists(parent) and (parent.is_symlink() or not parent.is_dir()):
-            raise _refusal(target, parent, "is no folder", allowed=False)
+            raise _refusal(target, parent, "is not a folder", allowed=False)
 
 
 def _remove_empty(folder: Path, top: Path) -> None:

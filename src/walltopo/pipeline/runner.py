@@ -210,7 +210,7 @@ def write_poses(folder: ScanFolder, poses: GivenPoses | None) -> None:
 
 
 def stored_settings(folder: ScanFolder) -> Settings:
-    """Return the settings that a scan was outputs with.
+    """Return the settings by which a scan was made.
 
     Raises
     ------

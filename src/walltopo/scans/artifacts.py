@@ -96,6 +96,8 @@ class Artifact(Generic[T]):
                 f"{path}: the file does not exist",
                 f"The stage {self.made_by} writes it: run that stage first.",
             )
+        if not (path.is_file() or path.is_dir()):  # reading a pipe would wait for ever
+            raise InputError(f"{path}: is a pipe or a device, not a file", "Delete it.")
         return self.read(path)
 
     def store(self, folder: HasRoot, value: T) -> None:

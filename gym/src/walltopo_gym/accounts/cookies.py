@@ -16,7 +16,7 @@ BROWSER: Final = "__Host-walltopo-browser"
 _DAY_S: Final = 86400
 
 
-def begin_here(
+def sign_in_here(
     session: Session,
     services: Services,
     request: Request,
@@ -35,16 +35,16 @@ def begin_here(
     browser = request.headers.get("user-agent", "")
     secret = sign_in(session, person, browser, days, confirmed=confirmed)
     _set(response, COOKIE, secret, days)
-    be_known(session, request, response, person)
+    remember_browser(session, request, response, person)
 
 
-def be_known(session: Session, request: Request, response: Response, person: UUID) -> None:
+def remember_browser(session: Session, request: Request, response: Response, person: UUID) -> None:
     """Mark this browser as known to the person who has just proved their identity."""
-    if known_by(session, request, person) is None:
+    if known_browser(session, request, person) is None:
         _set(response, BROWSER, remember(session, person), KNOWN_DAYS)
 
 
-def known_by(session: Session, request: Request, person: UUID | None) -> str | None:
+def known_browser(session: Session, request: Request, person: UUID | None) -> str | None:
     """Return the mark of this browser if this person signed in with it before."""
     secret = request.cookies.get(BROWSER)
     if person is None or secret is None or not is_known(session, person, secret):
@@ -52,7 +52,7 @@ def known_by(session: Session, request: Request, person: UUID | None) -> str | N
     return secret
 
 
-def end_here(response: Response) -> None:
+def sign_out_here(response: Response) -> None:
     """Sign out in this browser; it stays known. Its cache has files of private gyms."""
     response.headers["clear-site-data"] = '"cache"'
     response.delete_cookie(COOKIE, path="/", secure=True, httponly=True, samesite="lax")

@@ -64,7 +64,7 @@ def codes_of(problem: RequestError) -> dict[str, object]:
     return found
 
 
-class FaultFacts(BaseModel):
+class FaultOut(BaseModel):
     """An error in a line of a table, with a hint; the heading is line 1. Codes as in any error."""
 
     line: int
@@ -76,7 +76,7 @@ class FaultFacts(BaseModel):
     values: dict[str, str] = {}
 
     @classmethod
-    def of(cls, fault: Fault) -> FaultFacts:
+    def of(cls, fault: Fault) -> FaultOut:
         """Return it as the API has it."""
         problem = fault.problem
         facts = {
@@ -120,7 +120,7 @@ def _answer(
 def handle_problems(app: FastAPI) -> None:
     """Register the handlers of errors in the application."""
     app.add_exception_handler(RequestError, _handle_problem)
-    app.add_exception_handler(WalltopoError, _handle_product)
+    app.add_exception_handler(WalltopoError, _handle_error_of_walltopo)
     app.add_exception_handler(RequestValidationError, _handle_invalid)
     app.add_exception_handler(HTTPException, _handle_http)
     app.add_exception_handler(IntegrityError, _handle_race)
@@ -139,7 +139,7 @@ def _handle_problem(request: Request, error: Exception) -> JSONResponse:
     return problem_answer(error, headers=headers)
 
 
-def _handle_product(request: Request, error: Exception) -> JSONResponse:
+def _handle_error_of_walltopo(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, WalltopoError)
     status = next((code for kind, code in _STATUS.items() if isinstance(error, kind)), 500)
     return _answer(status, without_folders(error.message), without_folders(error.hint))

@@ -34,7 +34,7 @@ def _demo(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo_gym.cli.place import database_of
     from walltopo_gym.demo.hall import SLUG, Hall
-    from walltopo_gym.server.observed import log_config
+    from walltopo_gym.server.request_log import log_config
     from walltopo_gym.server.run import serve
     from walltopo_gym.settings import load_settings
     from walltopo_gym.storage.files import open_store

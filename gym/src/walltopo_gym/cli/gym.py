@@ -103,7 +103,7 @@ def _worker(args: argparse.Namespace) -> int:
 
     from walltopo.cli.console import console
     from walltopo_gym.cli.place import opened, settings_of
-    from walltopo_gym.server.observed import log_config
+    from walltopo_gym.server.request_log import log_config
     from walltopo_gym.storage.files import open_store
     from walltopo_gym.work import work
 

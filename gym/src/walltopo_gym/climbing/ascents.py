@@ -36,7 +36,7 @@ class Kind(StrEnum):
 Words = Annotated[str, Field(max_length=500, pattern=r"^[^\x00-\x08\x0b-\x1f\x7f]*$")]
 
 
-class EditWords(Body):
+class EditOriginIn(Body):
     """The origin of an edit, by which late copies of older edits are ignored. `number` grows with
     each edit of the device; `age_s` is the edit's age when it is sent, by the device's clock."""
 
@@ -57,10 +57,10 @@ class NewAscent(Body):
     tries: int = Field(1, ge=1, le=999)
     climbed_at: Moment
     note: Words = ""
-    edit: EditWords | None = None
+    edit: EditOriginIn | None = None
 
 
-def keep_ascent(
+def store_ascent(
     session: Session,
     ascent: UUID,
     person: UUID,
@@ -114,7 +114,7 @@ def keep_ascent(
     return row, is_new
 
 
-def take_back(session: Session, ascent: UUID, person: UUID) -> None:
+def withdraw(session: Session, ascent: UUID, person: UUID) -> None:
     """Withdraw an ascent; repeating it is fine.
 
     Raises

@@ -120,7 +120,7 @@ def _valued(system: GradeSystem | None, label: str) -> tuple[int, str]:
 
 
 def _value_bare(session: Session, gym: Gym, person: UUID) -> None:
-    """Set the points of ascents that did not pass through `keep_ascent`, such as bulk imports."""
+    """Set the points of ascents that did not pass through `store_ascent`, such as bulk imports."""
     bare = [Ascent.gym_id == gym.id, Ascent.worth.is_(None), Ascent.person_id == person]
     pairs = session.execute(
         select(Ascent.route_id, Ascent.grade, Route.grade_system_id)

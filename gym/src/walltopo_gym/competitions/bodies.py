@@ -103,7 +103,7 @@ class SheetBody(Body):
     rounds: list[RoundBody] = Field(min_length=1, max_length=60)
 
 
-class CompetitionWords(Body):
+class CompetitionIn(Body):
     """Fields of a competition; a change keeps omitted fields."""
 
     name: Name | None = None
@@ -121,19 +121,19 @@ class CompetitionWords(Body):
     def facts(self) -> dict[str, Any]:
         """Return the given fields by column; times and league numbers may be set to null."""
         nullable = ("starts_at", "ends_at", "league_best", "team_size")
-        columns = CompetitionWords.model_fields
+        columns = CompetitionIn.model_fields
         given = self.model_dump(exclude_unset=True, include=set(columns))
         return {name: v for name, v in given.items() if v is not None or name in nullable}
 
 
-class NewCompetition(CompetitionWords, SheetBody):
+class NewCompetition(CompetitionIn, SheetBody):
     """A complete new competition."""
 
     name: Name
     format: Format
 
 
-class ProblemFacts(BaseModel):
+class ProblemOut(BaseModel):
     """A problem of a competition; later changes of its route do not show."""
 
     id: UUID
@@ -147,7 +147,7 @@ class ProblemFacts(BaseModel):
     category_ids: list[UUID]
 
 
-class RoundFacts(BaseModel):
+class RoundOut(BaseModel):
     """A round and its problems."""
 
     id: UUID
@@ -159,10 +159,10 @@ class RoundFacts(BaseModel):
     opens_at: datetime | None
     closes_at: datetime | None
     begun_at: datetime | None
-    problems: list[ProblemFacts]
+    problems: list[ProblemOut]
 
 
-class CategoryFacts(BaseModel):
+class CategoryOut(BaseModel):
     """A category; `entries`: its number of competitors."""
 
     id: UUID
@@ -173,7 +173,7 @@ class CategoryFacts(BaseModel):
     entries: int
 
 
-class CompetitionFacts(BaseModel):
+class CompetitionOut(BaseModel):
     """A competition in a list; `time_zone` is the gym's, in which its times are to be shown."""
 
     id: UUID
@@ -190,7 +190,7 @@ class CompetitionFacts(BaseModel):
     entries: int
 
 
-class CompetitionSheet(CompetitionFacts):
+class CompetitionSheet(CompetitionOut):
     """A competition without its scores. `entered`: whether the viewer takes part."""
 
     waiver: str
@@ -200,8 +200,8 @@ class CompetitionSheet(CompetitionFacts):
     frozen_at: datetime | None
     revision: int
     entered: bool
-    categories: list[CategoryFacts]
-    rounds: list[RoundFacts]
+    categories: list[CategoryOut]
+    rounds: list[RoundOut]
 
 
 Bib = Annotated[int, Field(ge=1, le=99_999)]

@@ -28,7 +28,7 @@ MAX_EVENTS: Final = 1_000
 MAX_CHAIN: Final = 20
 
 
-def keep_event(
+def store_event(
     session: Session, row: Competition, event: UUID, body: EventBody, person: UUID, *, judges: bool
 ) -> tuple[ScoreEvent, bool]:
     """Store an event and return it and whether it is new; a stored one stays as it is.

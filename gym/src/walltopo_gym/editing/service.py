@@ -25,7 +25,7 @@ from walltopo_gym.scans.artifacts import (
 )
 from walltopo_gym.scans.edits import SavedLog, mark_shown, read_log, save_log
 from walltopo_gym.scans.models import Scan
-from walltopo_gym.scans.pictures import keep_front
+from walltopo_gym.scans.pictures import store_front
 from walltopo_gym.scans.queues import gym_of
 from walltopo_gym.storage.files import FileStore
 
@@ -148,7 +148,7 @@ class OpenScan:
             upload_stage(self._store, self.scan, self._folder, stage)
         upload_files(self._store, self.scan, self._folder, self._folder.edits)
         files = store_public_files(self._store, self._folder)
-        keep_front(self._store, self.scan, self._folder)
+        store_front(self._store, self.scan, self._folder)
         with self._database.writing() as session:
             mark_shown(session, self.scan, int(version), files)
 

@@ -22,10 +22,10 @@ from walltopo_gym.hold_reports.service import (
     Fault,
     Kind,
     Open,
-    keep_report,
     mark_done,
     report_of,
     reports_of,
+    store_report,
 )
 from walltopo_gym.publishing.version_holds import check_version, version_holds
 from walltopo_gym.walls.lookup import wall_of
@@ -61,7 +61,7 @@ class OwnHoldReport(BaseModel):
     done_at: datetime | None
 
 
-class HoldReportFacts(BaseModel):
+class HoldReportOut(BaseModel):
     """One person's report of a hold. The reporter's name is not disclosed."""
 
     id: UUID
@@ -90,7 +90,7 @@ class HoldToCheck(BaseModel):
     colour: str
     people: int
     done_at: datetime | None
-    reports: list[HoldReportFacts]
+    reports: list[HoldReportOut]
 
 
 @router.put("/gyms/{gym}/hold-reports/{report}")
@@ -109,7 +109,7 @@ def put_hold_report(
     with services.database.writing() as session:
         check_not_banned(session, access.gym.id, me)
         wall = wall_of(session, access.gym.id, body.wall_id)
-        row, is_new = keep_report(session, report, me, wall, fault, holds)
+        row, is_new = store_report(session, report, me, wall, fault, holds)
     response.status_code = 201 if is_new else 200
     return OwnHoldReport.model_validate(row, from_attributes=True)
 
@@ -174,9 +174,7 @@ def _to_check(reports: list[Open]) -> HoldToCheck:
         colour=first.report.colour,
         people=len(people),
         done_at=first.report.done_at,
-        reports=[
-            HoldReportFacts.model_validate(one.report, from_attributes=True) for one in reports
-        ],
+        reports=[HoldReportOut.model_validate(one.report, from_attributes=True) for one in reports],
     )
 
 

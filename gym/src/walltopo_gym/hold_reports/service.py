@@ -84,7 +84,7 @@ class Open:
         return self.wall.id, self.origin, None, self.report.hold
 
 
-def keep_report(
+def store_report(
     session: Session,
     report: UUID,
     person: UUID,

@@ -46,7 +46,7 @@ from walltopo_gym.walls.lookup import wall_of
 router = APIRouter(tags=["insights"])
 
 
-class GradeOutlierFacts(GradeBounds):
+class GradeOutlierOut(GradeBounds):
     """A route whose grade lies outside of the range that its movement and the gym's other grades
     suggest: "soft" if the grade is above, "hard" if it is below, by `by` steps of the Font scale.
     """
@@ -56,13 +56,13 @@ class GradeOutlierFacts(GradeBounds):
     by: int
 
     @classmethod
-    def from_row(cls, outlier: GradeOutlier) -> GradeOutlierFacts:
+    def from_row(cls, outlier: GradeOutlier) -> GradeOutlierOut:
         """Return the message of an outlier."""
         ends = GradeBounds.of(outlier.range).model_dump()
         return cls(route_id=outlier.route, side=outlier.side, by=outlier.by, **ends)
 
 
-_OUTLIER: Final = list(GradeOutlierFacts.model_fields)
+_OUTLIER: Final = list(GradeOutlierOut.model_fields)
 
 LearnerMay = Annotated[Access, gym_rule(Role.SETTER, Scope.READ)]
 
@@ -101,12 +101,12 @@ class Insights(BaseModel):
     routes: list[RouteInsight]
     setters: list[SetterInsight]
     strip: list[Suggestion]
-    outliers: list[GradeOutlierFacts]
+    outliers: list[GradeOutlierOut]
     outliers_graded: int
     outliers_from: int
 
 
-class GroupFacts(BaseModel):
+class GroupOut(BaseModel):
     """Climbers of the bands or categories `parts`; small ones are merged."""
 
     key: str
@@ -119,7 +119,7 @@ class StyleInsights(BaseModel):
 
     since: datetime
     until: datetime
-    groups: list[GroupFacts]
+    groups: list[GroupOut]
     lines: list[StyleInsight]
 
 
@@ -214,7 +214,7 @@ def route_insights(session: Session, gym: Gym) -> Insights:
         routes=[RouteInsight.of(row, aims.wash_after) for row in found.routes],
         setters=found.setters,
         strip=strip,
-        outliers=[GradeOutlierFacts.from_row(row) for row in outliers.routes],
+        outliers=[GradeOutlierOut.from_row(row) for row in outliers.routes],
         outliers_graded=outliers.graded,
         outliers_from=outliers.enough,
     )
@@ -240,7 +240,7 @@ def _styles(session: Session, gym: Gym, by: By) -> StyleInsights:
     return StyleInsights(
         since=found.since,
         until=found.until,
-        groups=[GroupFacts(key=g.key, parts=list(g.parts), size=g.size) for g in found.groups],
+        groups=[GroupOut(key=g.key, parts=list(g.parts), size=g.size) for g in found.groups],
         lines=found.lines,
     )
 

@@ -51,7 +51,7 @@ _KEPT: Final = timedelta(days=120)
 _LINES: Final = 40
 
 
-def note_all(database: Database) -> int:
+def store_due_messages(database: Database) -> int:
     """Store the messages that are due now; return how many are new."""
     members = select(Membership.gym_id).join(
         NotificationPreferences, NotificationPreferences.person_id == Membership.person_id

@@ -39,17 +39,17 @@ def _tasks(settings: GymSettings, database: Database, store: FileStore) -> Seque
     from walltopo_gym.jobs.queue import Task
     from walltopo_gym.mail import make_mailer
     from walltopo_gym.notifications.messages import MAILS, PUSHES
-    from walltopo_gym.notifications.sending import MessageSender, note_failure
+    from walltopo_gym.notifications.sending import MessageSender, record_failure
 
     sender = MessageSender(settings, database, make_mailer(settings))
-    return [Task(MAILS, sender.mail, note_failure), Task(PUSHES, sender.push, note_failure)]
+    return [Task(MAILS, sender.mail, record_failure), Task(PUSHES, sender.push, record_failure)]
 
 
 def _chores(settings: GymSettings, database: Database) -> Sequence[Chore]:
     from walltopo_gym.jobs.worker import Chore
-    from walltopo_gym.notifications.due import note_all
+    from walltopo_gym.notifications.due import store_due_messages
 
-    return [Chore("note-messages", "* * * * *", partial(note_all, database))]
+    return [Chore("note-messages", "* * * * *", partial(store_due_messages, database))]
 
 
 def _own_tables(session: Session, question: OwnTables) -> None:

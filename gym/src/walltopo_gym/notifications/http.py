@@ -47,7 +47,7 @@ class NewsKinds(Body):
     forerun: bool = False
 
 
-class NewsWords(NewsKinds):
+class NewsIn(NewsKinds):
     """All message preferences; `quiet_from` and `quiet_to` are hours."""
 
     language: Language = "en"
@@ -55,7 +55,7 @@ class NewsWords(NewsKinds):
     quiet_to: Hour = 8
 
 
-class PushFacts(BaseModel):
+class PushOut(BaseModel):
     """A subscribed browser; `endpoint` identifies it."""
 
     id: UUID
@@ -63,11 +63,11 @@ class PushFacts(BaseModel):
     endpoint: str
 
 
-class NewsFacts(NewsWords):
+class NewsOut(NewsIn):
     """Message preferences, subscribed browsers, and the server's public push `key`."""
 
     key: str
-    browsers: list[PushFacts]
+    browsers: list[PushOut]
 
 
 class NewPush(Body):
@@ -79,13 +79,13 @@ class NewPush(Body):
 
 
 @router.get("/me/messages")
-def read_preferences(session: Db, services: ServicesOf, actor: SignedInMay) -> NewsFacts:
+def read_preferences(session: Db, services: ServicesOf, actor: SignedInMay) -> NewsOut:
     """Return one's own message preferences."""
-    return _facts(session, services, actor.known)
+    return _news_out(session, services, actor.known)
 
 
 @router.put("/me/messages", status_code=204)
-def put_preferences(body: NewsWords, session: Db, actor: SignedInMay) -> None:
+def put_preferences(body: NewsIn, session: Db, actor: SignedInMay) -> None:
     """Set message preferences."""
     session.merge(NotificationPreferences(person_id=actor.known, **body.model_dump()))
 
@@ -93,7 +93,7 @@ def put_preferences(body: NewsWords, session: Db, actor: SignedInMay) -> None:
 @router.put("/me/push")
 def put_push(
     body: NewPush, request: Request, session: Db, services: ServicesOf, actor: SignedInMay
-) -> PushFacts:
+) -> PushOut:
     """Subscribe this browser, also again. Another person may have used it before."""
     private = services.settings.webhooks_to_private
     check_address(body.endpoint, body.public_key, body.secret, private=private)
@@ -112,7 +112,7 @@ def put_push(
     row.public_key, row.secret = body.public_key, body.secret
     row.browser = request.headers.get("user-agent", "")[:200]
     session.flush()
-    return PushFacts.model_validate(row, from_attributes=True)
+    return PushOut.model_validate(row, from_attributes=True)
 
 
 @router.delete("/me/push/{browser}", status_code=204)
@@ -191,14 +191,14 @@ def end_mails(person: Whose, services: ServicesOf, actor: AnyoneMay) -> None:
             row.digest = False
 
 
-def _facts(session: Session, services: ServicesOf, person: UUID) -> NewsFacts:
+def _news_out(session: Session, services: ServicesOf, person: UUID) -> NewsOut:
     mine = select(PushAddress).where(PushAddress.person_id == person)
-    words = NewsWords.model_validate(preferences_of(session, person), from_attributes=True)
-    return NewsFacts(
+    words = NewsIn.model_validate(preferences_of(session, person), from_attributes=True)
+    return NewsOut(
         **words.model_dump(),
         key=public_push_key(services.database),
         browsers=[
-            PushFacts.model_validate(row, from_attributes=True)
+            PushOut.model_validate(row, from_attributes=True)
             for row in session.scalars(mine.order_by(PushAddress.created_at))
         ],
     )

@@ -120,7 +120,7 @@ class MessageSender:
         )
 
 
-def note_failure(session: Session, failure: Failure, message: str) -> None:
+def record_failure(session: Session, failure: Failure, message: str) -> None:
     """Store the reason of a failure; after the last attempt it stays."""
     row = session.get(Message, UUID(message))
     if row is not None:

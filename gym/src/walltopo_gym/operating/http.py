@@ -14,7 +14,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from starlette.responses import JSONResponse
 
 from walltopo_gym.accounts.access import AnyoneMay, SignedInMay
-from walltopo_gym.accounts.cookies import end_here
+from walltopo_gym.accounts.cookies import sign_out_here
 from walltopo_gym.accounts.notices import NotifyOwner
 from walltopo_gym.accounts.passwords import Password, check_own_password
 from walltopo_gym.api.fields import Body
@@ -61,13 +61,13 @@ def delete_me(
     with services.database.writing() as session:
         notify(session, actor.known, "account-deleted")
         forget(session, actor.known)
-    end_here(response)
+    sign_out_here(response)
 
 
 about_router = APIRouter(tags=["server"])
 
 
-class ServerFacts(BaseModel):
+class ServerOut(BaseModel):
     """The ways to sign in; `oidc`: name of the other server behind `/oidc/sign-in`."""
 
     sign_up: str
@@ -76,10 +76,10 @@ class ServerFacts(BaseModel):
 
 
 @about_router.get("/server")
-def read_server(services: ServicesOf, actor: AnyoneMay) -> ServerFacts:
+def read_server(services: ServicesOf, actor: AnyoneMay) -> ServerOut:
     """Return facts of this server."""
     settings = services.settings
-    return ServerFacts(
+    return ServerOut(
         sign_up=settings.sign_up,
         new_gyms=settings.new_gyms,
         oidc=settings.oidc_name if settings.oidc_issuer else None,

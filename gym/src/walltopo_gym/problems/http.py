@@ -23,7 +23,7 @@ from walltopo_gym.api.grades import GradeBounds
 from walltopo_gym.api.paging import Cursor, Page, Size, page_by
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.api.turns import turn_for
-from walltopo_gym.climbing.ascents import EditWords
+from walltopo_gym.climbing.ascents import EditOriginIn
 from walltopo_gym.clock import now
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.events import GradeRangeOf, ask
@@ -34,19 +34,19 @@ from walltopo_gym.problems.estimate import Estimator
 from walltopo_gym.problems.models import Problem, ProblemReport
 from walltopo_gym.problems.service import (
     MAX_HOLDS,
-    ProblemWords,
+    ProblemDraft,
     Share,
     Shown,
     Use,
     UsedHold,
     check_holds,
-    keep_problem,
-    listed,
+    delete_problem,
     problem_of,
+    problems_shown,
     promote,
     set_climbed,
     shown,
-    take_back,
+    store_problem,
 )
 from walltopo_gym.publishing.service import grade_of
 from walltopo_gym.publishing.version_holds import check_version, version_holds
@@ -84,7 +84,7 @@ class NewProblem(Body):
     matching: bool = True
     note: Text = Field("", max_length=300)
     remix_of: UUID | None = None
-    edit: EditWords | None = None
+    edit: EditOriginIn | None = None
 
 
 class ClimberProblem(BaseModel):
@@ -134,7 +134,7 @@ def put_problem(
         check_not_banned(session, access.gym.id, me)
         wall = wall_of(session, access.gym.id, body.wall_id)
         words = _words(session, access, body)
-        row, is_new = keep_problem(
+        row, is_new = store_problem(
             session,
             problem,
             me,
@@ -162,11 +162,11 @@ def list_problems(
     """Return a wall's problems that all members see, and one's own, the newest first."""
     found = wall_of(session, access.gym.id, wall)
     me = access.actor.known
-    rows = listed(found, me, mine=mine, is_setter=access.role.covers(Role.SETTER))
+    rows = problems_shown(found, me, mine=mine, is_setter=access.role.covers(Role.SETTER))
     order = Problem.created_at, Problem.id
     page, following = page_by(session, rows, order, cursor, size)
     problems = shown(session, services.store, found, [row[0] for row in page], me)
-    return Page(items=[_facts(access, one) for one in problems], next=following)
+    return Page(items=[_problem_out(access, one) for one in problems], next=following)
 
 
 @router.get("/gyms/{gym}/problems/{problem}")
@@ -183,14 +183,14 @@ def drop_problem(problem: UUID, session: Db, actor: SignedInMay) -> None:
     row = session.get(Problem, problem)
     if row is None or row.person_id != actor.known:
         raise NotFoundError("not-there-problem")
-    take_back(session, row)
+    delete_problem(session, row)
 
 
 class ProblemClimbed(Body):
     """Whether one has climbed a problem; `climbed_at` is null: not."""
 
     climbed_at: Moment | None
-    edit: EditWords | None = None
+    edit: EditOriginIn | None = None
 
 
 @router.put("/gyms/{gym}/problems/{problem}/climbed", status_code=204)
@@ -210,7 +210,7 @@ class ProblemOfHolds(Body):
     holds: Holds
 
 
-class ReachFacts(BaseModel):
+class ReachOut(BaseModel):
     """Whether the movement model finds moves to the top for a climber of this height."""
 
     height_m: float
@@ -222,7 +222,7 @@ class ProblemEstimate(BaseModel):
     adult; its error is that of the ranges of routes."""
 
     grades: GradeBounds | None
-    heights: list[ReachFacts]
+    heights: list[ReachOut]
 
 
 @router.post("/gyms/{gym}/walls/{wall}/problem-estimate")
@@ -249,7 +249,7 @@ def estimate_problem(
         grades = ranges[0] if ranges else None
     return ProblemEstimate(
         grades=None if grades is None else GradeBounds.of(grades),
-        heights=[ReachFacts(height_m=one, reached=one in made.heights) for one in HEIGHTS],
+        heights=[ReachOut(height_m=one, reached=one in made.heights) for one in HEIGHTS],
     )
 
 
@@ -271,7 +271,7 @@ class ProblemComplaint(Body):
     reason: Text = Field("", max_length=200)
 
 
-class ProblemReportFacts(BaseModel):
+class ProblemReportOut(BaseModel):
     """A report on a problem; `text`: its name and note at that time. The reporter is unnamed."""
 
     id: UUID
@@ -302,7 +302,7 @@ def report_problem(problem: UUID, body: ProblemComplaint, session: Db, access: C
 @router.get("/gyms/{gym}/problem-reports")
 def list_problem_reports(
     session: Db, access: SetterMay, cursor: Cursor = None, size: Size = 50
-) -> Page[ProblemReportFacts]:
+) -> Page[ProblemReportOut]:
     """Return reported problems without a decision, the newest first."""
     rows: Select[*tuple[Any, ...]] = (
         select(ProblemReport, Problem, Person.name, ProblemReport.created_at, ProblemReport.id)
@@ -314,7 +314,7 @@ def list_problem_reports(
     order = ProblemReport.created_at, ProblemReport.id
     found, following = page_by(session, rows, order, cursor, size)
     items = [
-        ProblemReportFacts(
+        ProblemReportOut(
             id=report.id,
             problem_id=row.id,
             wall_id=row.wall_id,
@@ -358,9 +358,9 @@ def show_problem(problem: UUID, session: Db, access: SetterMay) -> None:
         _log(session, access, "problem.show", row)
 
 
-def _words(session: Session, access: Access, body: NewProblem) -> ProblemWords:
+def _words(session: Session, access: Access, body: NewProblem) -> ProblemDraft:
     grade = grade_of(session, access.gym.id, body.grade_system_id, body.grade)
-    return ProblemWords(
+    return ProblemDraft(
         body.scan_id,
         _used(body.holds),
         body.name,
@@ -391,10 +391,10 @@ def _problem(session: Session, access: Access, problem: UUID) -> Problem:
 def _one(session: Session, store: FileStore, access: Access, row: Problem) -> ClimberProblem:
     wall = session.get_one(Wall, row.wall_id)
     [one] = shown(session, store, wall, [row], access.actor.person)
-    return _facts(access, one)
+    return _problem_out(access, one)
 
 
-def _facts(access: Access, one: Shown) -> ClimberProblem:
+def _problem_out(access: Access, one: Shown) -> ClimberProblem:
     row, is_member = one.problem, access.role.covers(Role.MEMBER)
     return ClimberProblem(
         id=row.id,

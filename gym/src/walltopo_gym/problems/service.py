@@ -57,7 +57,7 @@ class UsedHold:
 
 
 @dataclass(frozen=True)
-class ProblemWords:
+class ProblemDraft:
     """A problem as its author has it; the columns of `Problem` say what the fields are."""
 
     scan: UUID
@@ -110,12 +110,12 @@ def check_holds(known: Container[int], holds: Sequence[UsedHold]) -> None:
         raise RequestError("hold-unknown")
 
 
-def keep_problem(
+def store_problem(
     session: Session,
     problem: UUID,
     person: UUID,
     wall: Wall,
-    words: ProblemWords,
+    words: ProblemDraft,
     known: Container[int],
     edit: Edit | None,
     *,
@@ -212,7 +212,7 @@ def _may_see(row: Problem, person: UUID | None, *, is_member: bool, is_setter: b
     return row.share == Share.LINK or is_member
 
 
-def listed(
+def problems_shown(
     wall: Wall, person: UUID, *, mine: bool, is_setter: bool
 ) -> Select[Problem, datetime, UUID]:
     """Return the query of a wall's problems that a member sees, with time and id of each."""
@@ -266,7 +266,7 @@ def shown(
     return found
 
 
-def take_back(session: Session, problem: Problem) -> None:
+def delete_problem(session: Session, problem: Problem) -> None:
     """Delete a problem for all but late copies of its edits; its words and holds go."""
     problem.taken_back_at = now()
     problem.name = problem.note = problem.grade = ""

@@ -89,7 +89,7 @@ class SuggestedMoves:
                     placement.reach = reach.get(placement.number)
 
 
-def note_failure(session: Session, failure: Failure, scan: str) -> None:
+def record_failure(session: Session, failure: Failure, scan: str) -> None:
     """Mark the version as one without moves after the last failed try."""
     if failure.again_at is None:
         _fail(session, UUID(scan), failure.error)

@@ -94,7 +94,7 @@ def publish_due(database: Database, gym: UUID) -> None:
         raise failure
 
 
-def note_failure(session: Session, failure: Failure, gym: str) -> None:
+def record_failure(session: Session, failure: Failure, gym: str) -> None:
     """Write the reason of a final failure into the gym's plans that are due."""
     if failure.again_at is None:
         for scans in _due(session, UUID(gym)):

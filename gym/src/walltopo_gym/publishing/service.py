@@ -23,7 +23,7 @@ from walltopo_gym.events import RouteRestored, RouteStripped, WallPublished, pub
 from walltopo_gym.gyms.grade_labels import own_label
 from walltopo_gym.gyms.models import GradeSystem
 from walltopo_gym.publishing.models import Placement, Route
-from walltopo_gym.publishing.versions import keep_as_was, unplaced_routes
+from walltopo_gym.publishing.versions import store_route_facts, unplaced_routes
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.queues import queue_moves
 from walltopo_gym.scans.service import State, check_in_review, move
@@ -133,7 +133,7 @@ def check_entries(
     return current
 
 
-def put_back(session: Session, scan: Scan, expected: int) -> None:
+def roll_back(session: Session, scan: Scan, expected: int) -> None:
     """Roll back to a former version with its routes.
 
     Raises
@@ -247,7 +247,7 @@ def _take_wall(session: Session, scan: Scan, expected: int) -> None:
     if session.execute(taken).one_or_none() is None:
         raise ConflictError("wall-changed", "look-at-it-again")
     if before is not None:
-        keep_as_was(session, before)
+        store_route_facts(session, before)
         move(session, before, State.SUPERSEDED)
     move(session, scan.id, State.PUBLISHED)
     session.execute(update(Scan).where(Scan.id == scan.id).values(published_at=now()))

@@ -54,7 +54,7 @@ def unplaced_routes(session: Session, wall: Wall) -> list[Route]:
 _FACTS: Final = ("name", "colour", "grade", "setter", "tags")
 
 
-def keep_as_was(session: Session, scan: UUID) -> None:
+def store_route_facts(session: Session, scan: UUID) -> None:
     """Store a version's route facts when another version replaces it."""
     for placement, route in _placed(session, scan):
         placement.as_was = {name: getattr(route, name) for name in _FACTS}

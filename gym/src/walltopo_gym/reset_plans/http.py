@@ -34,17 +34,17 @@ from walltopo_gym.reset_plans.proposals import (
 )
 from walltopo_gym.reset_plans.service import (
     Part,
+    PlanDraft,
     Planned,
-    PlanWords,
     ResetState,
     Wish,
     choose_state,
-    keep_plan,
     people_of,
     plan_of,
     plans_of,
     route_in,
     routes_of,
+    store_plan,
 )
 from walltopo_gym.texts import same_key
 from walltopo_gym.walls.lookup import wall_of
@@ -87,14 +87,14 @@ class ChosenState(Body):
     state: ResetState
 
 
-class ResetPersonFacts(BaseModel):
+class ResetPersonOut(BaseModel):
     """A person whom a plan names, or may name."""
 
     id: UUID
     name: str
 
 
-class ResetPlanFacts(BaseModel):
+class ResetPlanOut(BaseModel):
     """A planned reset. `routes`: number of its routes now, `signed_off`: of them with an agreed
     grade. `published_at` is null while the plan is open."""
 
@@ -106,8 +106,8 @@ class ResetPlanFacts(BaseModel):
     state: ResetState
     published_at: datetime | None
     wishes: list[GradeWish]
-    setters: list[ResetPersonFacts]
-    forerunners: list[ResetPersonFacts]
+    setters: list[ResetPersonOut]
+    forerunners: list[ResetPersonOut]
     routes: int
     signed_off: int
 
@@ -135,7 +135,7 @@ class OwnProposal(BaseModel):
     changed_at: datetime
 
 
-class ProposalFacts(OwnProposal):
+class ProposalOut(OwnProposal):
     """A forerunner's proposal of a grade for a planned route, with the forerunner's name."""
 
     person_name: str
@@ -147,7 +147,7 @@ class ProposalFacts(OwnProposal):
         return cls(person_name=name, **own.model_dump())
 
 
-class SignOffFacts(BaseModel):
+class SignOffOut(BaseModel):
     """The agreed grade; `person_name` is empty after the deletion of the signer's account."""
 
     person_name: str
@@ -164,21 +164,21 @@ class RouteToForerun(BaseModel):
     setter: str
     grade_system_id: UUID | None
     grade: str
-    sign_off: SignOffFacts | None
+    sign_off: SignOffOut | None
     own: OwnProposal | None
 
 
 class PlannedRoute(RouteToForerun):
     """A route of a plan, with all proposals and their median."""
 
-    proposals: list[ProposalFacts]
+    proposals: list[ProposalOut]
     median: ProposalMedian | None
 
 
 class PlanWithRoutes(BaseModel):
     """A plan with its routes."""
 
-    plan: ResetPlanFacts
+    plan: ResetPlanOut
     routes: list[PlannedRoute]
 
 
@@ -194,7 +194,7 @@ class ForerunSheet(BaseModel):
 
 
 @router.get("/gyms/{gym}/reset-plans")
-def list_reset_plans(session: Db, access: MemberMay) -> list[ResetPlanFacts]:
+def list_reset_plans(session: Db, access: MemberMay) -> list[ResetPlanOut]:
     """Return the plans, open ones first; to members without the setter role the open ones that
     name them as forerunners."""
     known = plans_of(session, access.gym)
@@ -204,7 +204,7 @@ def list_reset_plans(session: Db, access: MemberMay) -> list[ResetPlanFacts]:
         )
         named = set(session.scalars(mine))
         known = [one for one in known if one.published_at is None and one.plan.id in named]
-    return _plan_facts(session, known)
+    return _plans_out(session, known)
 
 
 @router.get("/gyms/{gym}/reset-plans/people")
@@ -212,14 +212,14 @@ def find_reset_people(
     session: Db,
     access: PlannerMay,
     named: Annotated[Text, Query(description="part of a member's name")] = "",
-) -> list[ResetPersonFacts]:
+) -> list[ResetPersonOut]:
     """Return everybody with the setter role; or, by two letters or more, the first members whose
     name has them."""
     found = select(Person.id, Person.name).join(Membership, Membership.person_id == Person.id)
     found = found.where(Membership.gym_id == access.gym.id).order_by(Person.name, Person.id)
     if not named:
         found = found.where(Membership.role.in_((Role.SETTER, Role.OWNER)))
-    rows = [ResetPersonFacts(id=row.id, name=row.name) for row in session.execute(found)]
+    rows = [ResetPersonOut(id=row.id, name=row.name) for row in session.execute(found)]
     if not named:
         return rows
     # Here and not in SQL: SQLite lowers no letters but A to Z.
@@ -230,19 +230,19 @@ def find_reset_people(
 @router.put("/gyms/{gym}/reset-plans/{plan}")
 def put_reset_plan(
     plan: UUID, body: NewResetPlan, response: Response, session: Db, access: SetterMay
-) -> ResetPlanFacts:
+) -> ResetPlanOut:
     """Plan a reset under an id that the browser made, so that it is stored once; or change it."""
     wall = wall_of(session, access.gym.id, body.wall_id)
-    words = PlanWords(
+    words = PlanDraft(
         body.day,
         body.note,
         [Wish(wish.system, wish.grade, wish.routes) for wish in body.wishes],
         {Part.SETTER: frozenset(body.setters), Part.FORERUNNER: frozenset(body.forerunners)},
     )
-    row, is_new = keep_plan(session, access.gym, wall, plan, words)
+    row, is_new = store_plan(session, access.gym, wall, plan, words)
     _log(session, access, "reset.plan" if is_new else "reset.change", str(row.id), wall=wall.name)
     response.status_code = 201 if is_new else 200
-    return _plan_facts(session, [plan_of(session, access.gym, plan)])[0]
+    return _plans_out(session, [plan_of(session, access.gym, plan)])[0]
 
 
 @router.get("/gyms/{gym}/reset-plans/{plan}")
@@ -252,15 +252,13 @@ def read_reset_plan(plan: UUID, session: Db, access: PlannerMay) -> PlanWithRout
 
 
 @router.put("/gyms/{gym}/reset-plans/{plan}/state")
-def put_reset_state(
-    plan: UUID, body: ChosenState, session: Db, access: SetterMay
-) -> ResetPlanFacts:
+def put_reset_state(plan: UUID, body: ChosenState, session: Db, access: SetterMay) -> ResetPlanOut:
     """Set the state of a plan; after a publication of the wall that is impossible."""
     known = plan_of(session, access.gym, plan)
     choose_state(session, access.gym.id, known, body.state)
     _log(session, access, "reset.state", str(plan), state=body.state)
     session.flush()
-    return _plan_facts(session, [plan_of(session, access.gym, plan)])[0]
+    return _plans_out(session, [plan_of(session, access.gym, plan)])[0]
 
 
 @router.delete("/gyms/{gym}/reset-plans/{plan}", status_code=204)
@@ -347,20 +345,20 @@ def _forerunners_plan(session: Session, access: Access, plan: UUID) -> Planned:
     return known
 
 
-def _plan_facts(session: Session, plans: Sequence[Planned]) -> list[ResetPlanFacts]:
+def _plans_out(session: Session, plans: Sequence[Planned]) -> list[ResetPlanOut]:
     routes = routes_of(session, plans)
     signed = sign_offs_of(session, [route.id for rows in routes.values() for route in rows])
     named = people_of(session, routes)
     about = select(Person.id, Person.name).where(Person.id.in_({row.person_id for row in named}))
     names = {row.id: row.name for row in session.execute(about)}
 
-    def people(plan: UUID, part: Part) -> list[ResetPersonFacts]:
+    def people(plan: UUID, part: Part) -> list[ResetPersonOut]:
         mine = [row.person_id for row in named if row.plan_id == plan and row.part == part]
-        facts = [ResetPersonFacts(id=person, name=names[person]) for person in mine]
+        facts = [ResetPersonOut(id=person, name=names[person]) for person in mine]
         return sorted(facts, key=lambda one: one.name)
 
     return [
-        ResetPlanFacts(
+        ResetPlanOut(
             id=one.plan.id,
             wall_id=one.wall.id,
             wall_name=one.wall.name,
@@ -390,11 +388,11 @@ def _with_routes(session: Session, access: Access, known: Planned) -> PlanWithRo
         rows.append(
             PlannedRoute(
                 **_to_forerun(route, signed, mine).model_dump(),
-                proposals=[ProposalFacts.of(row, name) for row, name in given],
+                proposals=[ProposalOut.of(row, name) for row, name in given],
                 median=median_of([row for row, _ in given], systems),
             )
         )
-    return PlanWithRoutes(plan=_plan_facts(session, [known])[0], routes=rows)
+    return PlanWithRoutes(plan=_plans_out(session, [known])[0], routes=rows)
 
 
 def _to_forerun(
@@ -410,7 +408,7 @@ def _to_forerun(
         grade=route.grade,
         sign_off=None
         if sign is None
-        else SignOffFacts(person_name=name, grade=sign.grade, signed_at=sign.signed_at),
+        else SignOffOut(person_name=name, grade=sign.grade, signed_at=sign.signed_at),
         own=None if own is None else OwnProposal.model_validate(own, from_attributes=True),
     )
 

@@ -68,7 +68,7 @@ class Wish:
 
 
 @dataclass(frozen=True)
-class PlanWords:
+class PlanDraft:
     """A plan as the setters write it."""
 
     day: date
@@ -100,8 +100,8 @@ class Planned:
         )
 
 
-def keep_plan(
-    session: Session, gym: Gym, wall: Wall, plan: UUID, words: PlanWords
+def store_plan(
+    session: Session, gym: Gym, wall: Wall, plan: UUID, words: PlanDraft
 ) -> tuple[ResetPlan, bool]:
     """Store a plan, or change it; return it and whether it is new.
 

@@ -51,7 +51,7 @@ class Overlaps:
                 _say(session, one, number, [], [])
 
 
-def note_failure(session: Session, failure: Failure, scan: str, number: int) -> None:
+def record_failure(session: Session, failure: Failure, scan: str, number: int) -> None:
     """After the last try, store no groups for these photos; a change of the photos tries anew."""
     if failure.again_at is None:
         _say(session, UUID(scan), number, [], [])

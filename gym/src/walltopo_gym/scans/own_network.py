@@ -176,7 +176,7 @@ def _text(child: Child) -> list[str]:
     return child.output.read().decode(errors="replace").splitlines()
 
 
-def note_failure(session: Session, failure: Failure, gym: str) -> None:
+def record_failure(session: Session, failure: Failure, gym: str) -> None:
     """Write down why a training failed; the next night tries again."""
     row = session.get(OwnNetwork, UUID(gym))
     if row is not None:

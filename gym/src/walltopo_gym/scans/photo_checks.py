@@ -97,7 +97,7 @@ class PhotoChecks:
             raise NotYetError(now() + _LACKING) from error
 
 
-def note_failure(session: Session, failure: Failure, photo: str) -> None:
+def record_failure(session: Session, failure: Failure, photo: str) -> None:
     """After the last try, mark the photo as unusable in the gym's list."""
     if failure.again_at is not None:
         return

@@ -31,7 +31,7 @@ _RIM: Final = 4  # pixels of white around a lit hold
 _UP: Final = np.array([0.0, 0.0, 1.0])
 
 
-def keep_front(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
+def store_front(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
     """Draw a finished scan from the front and store the pictures."""
     from PIL import Image
 

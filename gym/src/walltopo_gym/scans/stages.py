@@ -29,7 +29,7 @@ from walltopo_gym.scans.distance import distance_settings
 from walltopo_gym.scans.job import Failed, Job
 from walltopo_gym.scans.models import Photo, Scan, ScanEdits, ScanProgress
 from walltopo_gym.scans.own_network import network_of
-from walltopo_gym.scans.pictures import keep_front
+from walltopo_gym.scans.pictures import store_front
 from walltopo_gym.scans.queues import gym_of, routes_changed
 from walltopo_gym.scans.receiving import suffix_of
 from walltopo_gym.scans.running import RunningScan, WorkerStopsError
@@ -116,7 +116,7 @@ class ScanSteps:
         """Put the scan into review."""
         folder = self._folder(scan)
         files = store_public_files(self.store, folder)
-        keep_front(self.store, scan, folder)
+        store_front(self.store, scan, folder)
         with self.database.writing() as session:
             move(session, scan, State.REVIEW, run=run)
             session.execute(

@@ -41,7 +41,7 @@ class ScanJobs:
     def __init__(self, steps: ScanSteps) -> None:
         self._steps = steps
 
-    def see_through(self, scan: str, run: int) -> None:
+    def run_scan(self, scan: str, run: int) -> None:
         """Run one scan from its photos to the review."""
         one = UUID(scan)
         try:
@@ -88,7 +88,7 @@ class ScanJobs:
         return seen_through
 
 
-def note_failure(session: Session, failure: Failure, scan: str, run: int) -> None:
+def record_failure(session: Session, failure: Failure, scan: str, run: int) -> None:
     """Mark a scan as failed because every worker that ran it died."""
     at_work = Scan.state.in_((State.QUEUED, State.RUNNING))
     change = update(Scan).where(Scan.id == UUID(scan), Scan.run == run, at_work)

@@ -35,7 +35,7 @@ from walltopo_gym.operating.http import health_router, metrics_router
 from walltopo_gym.operating.metrics import Metrics
 from walltopo_gym.scans.incoming import LONGEST_PHOTO, Incoming
 from walltopo_gym.server import pages
-from walltopo_gym.server.observed import Observed
+from walltopo_gym.server.request_log import RequestLogMiddleware
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import open_store, private_folder
 
@@ -112,7 +112,7 @@ def build_app(services: Services) -> FastAPI:
     app.add_middleware(BodyLimit, longer=_LONGER_BODIES)
     app.add_middleware(CrossOriginGuard, origin=services.settings.link_base)
     app.add_middleware(Bounds, per_minute=services.settings.requests_per_minute)
-    app.add_middleware(Observed, metrics=app.state.metrics)
+    app.add_middleware(RequestLogMiddleware, metrics=app.state.metrics)
     app.add_middleware(SafeHeaders)
     return app
 

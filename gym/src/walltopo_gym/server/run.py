@@ -13,7 +13,7 @@ from walltopo_gym.migrations.run import migrate
 from walltopo_gym.scans.incoming import Incoming
 from walltopo_gym.scans.receiving import finish_all
 from walltopo_gym.server.app import build_app, open_services
-from walltopo_gym.server.observed import log_config
+from walltopo_gym.server.request_log import log_config
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.work import at_work
 

@@ -19,8 +19,8 @@ from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
 from walltopo_gym.gyms.access import Access, GuestMay, OwnerMay, SetterMay
 from walltopo_gym.walls.lookup import wall_of
 from walltopo_gym.walls.models import FloorPlan, Wall
-from walltopo_gym.walls.service import keep_picture, key_of
-from walltopo_gym.walls.zones import look_for_due
+from walltopo_gym.walls.service import key_of, store_plan_picture
+from walltopo_gym.walls.zones import queue_publications
 
 router = APIRouter(tags=["walls"])
 
@@ -42,7 +42,7 @@ class WallChange(Body):
     zone: Text | None = Field(None, max_length=80)
 
 
-class WallFacts(BaseModel):
+class WallOut(BaseModel):
     """A wall; `published_scan_id` is the public version."""
 
     id: UUID
@@ -55,33 +55,33 @@ class WallFacts(BaseModel):
 
 
 @router.get("/gyms/{gym}/walls")
-def list_walls(session: Db, access: GuestMay) -> list[WallFacts]:
+def list_walls(session: Db, access: GuestMay) -> list[WallOut]:
     """Return the gym's walls from left to right."""
     rows = session.scalars(
         select(Wall).where(Wall.gym_id == access.gym.id).order_by(Wall.place, Wall.name)
     )
-    return [_facts(row) for row in rows]
+    return [_wall_out(row) for row in rows]
 
 
 @router.post("/gyms/{gym}/walls", status_code=201)
-def make_wall(body: NewWall, session: Db, access: SetterMay) -> WallFacts:
+def make_wall(body: NewWall, session: Db, access: SetterMay) -> WallOut:
     """Add a wall."""
     _refuse_taken(session, access.gym.id, body.name)
     row = Wall(gym_id=access.gym.id, name=body.name, place=body.place, zone=body.zone)
     session.add(row)
     session.flush()
     _log(session, access, "wall.create", row)
-    return _facts(row)
+    return _wall_out(row)
 
 
 @router.get("/gyms/{gym}/walls/{wall}")
-def read_wall(wall: UUID, session: Db, access: GuestMay) -> WallFacts:
+def read_wall(wall: UUID, session: Db, access: GuestMay) -> WallOut:
     """Return a wall."""
-    return _facts(wall_of(session, access.gym.id, wall))
+    return _wall_out(wall_of(session, access.gym.id, wall))
 
 
 @router.patch("/gyms/{gym}/walls/{wall}")
-def change_wall(wall: UUID, body: WallChange, session: Db, access: SetterMay) -> WallFacts:
+def change_wall(wall: UUID, body: WallChange, session: Db, access: SetterMay) -> WallOut:
     """Rename or move a wall."""
     row = wall_of(session, access.gym.id, wall)
     if body.name is not None and body.name != row.name:
@@ -91,9 +91,9 @@ def change_wall(wall: UUID, body: WallChange, session: Db, access: SetterMay) ->
         row.place = body.place
     if body.zone is not None:
         row.zone = body.zone
-        look_for_due(session, access.gym.id)
+        queue_publications(session, access.gym.id)
     _log(session, access, "wall.change", row)
-    return _facts(row)
+    return _wall_out(row)
 
 
 @router.delete("/gyms/{gym}/walls/{wall}", status_code=204)
@@ -101,12 +101,12 @@ def drop_wall(wall: UUID, session: Db, access: OwnerMay) -> None:
     """Delete a wall for good, with its scans and routes."""
     row = wall_of(session, access.gym.id, wall)
     session.delete(row)
-    look_for_due(session, access.gym.id)
+    queue_publications(session, access.gym.id)
     _log(session, access, "wall.delete", row)
 
 
-def _facts(row: Wall) -> WallFacts:
-    return WallFacts.model_validate(row, from_attributes=True)
+def _wall_out(row: Wall) -> WallOut:
+    return WallOut.model_validate(row, from_attributes=True)
 
 
 def _refuse_taken(session: Session, gym: UUID, name: str) -> None:
@@ -137,7 +137,7 @@ class WallPlace(Body):
     y: Part
 
 
-class FloorPlanFacts(BaseModel):
+class FloorPlanOut(BaseModel):
     """The plan; without a picture `picture` is null, and the walls lie on an empty square."""
 
     picture: str | None
@@ -157,13 +157,13 @@ class PlanPicture(Response):
 
 
 @router.get("/gyms/{gym}/floor-plan")
-def read_floor_plan(session: Db, access: GuestMay) -> FloorPlanFacts:
+def read_floor_plan(session: Db, access: GuestMay) -> FloorPlanOut:
     """Return the gym's floor plan."""
-    return _plan_facts(session, access)
+    return _plan_out(session, access)
 
 
 @router.put("/gyms/{gym}/floor-plan")
-def put_floor_plan(body: WallPlaces, session: Db, access: OwnerMay) -> FloorPlanFacts:
+def put_floor_plan(body: WallPlaces, session: Db, access: OwnerMay) -> FloorPlanOut:
     """Place the gym's walls on the plan."""
     if len({place.wall_id for place in body.walls}) < len(body.walls):
         raise RequestError("wall-on-plan-twice")
@@ -174,7 +174,7 @@ def put_floor_plan(body: WallPlaces, session: Db, access: OwnerMay) -> FloorPlan
         row.plan_x, row.plan_y = place.x, place.y
     session.flush()
     _log_plan(session, access, "plan.walls")
-    return _plan_facts(session, access)
+    return _plan_out(session, access)
 
 
 @router.put(
@@ -191,19 +191,19 @@ def put_floor_plan(body: WallPlaces, session: Db, access: OwnerMay) -> FloorPlan
 )
 async def put_plan_picture(
     request: Request, services: ServicesOf, access: OwnerMay
-) -> FloorPlanFacts:
+) -> FloorPlanOut:
     """Set the plan's picture; walls keep their places on it."""
     content = await request.body()
     return await to_thread.run_sync(_kept, services, access, content)
 
 
-def _kept(services: Services, access: Access, content: bytes) -> FloorPlanFacts:
-    plan = keep_picture(services.store, access.gym, content)
+def _kept(services: Services, access: Access, content: bytes) -> FloorPlanOut:
+    plan = store_plan_picture(services.store, access.gym, content)
     with services.database.writing() as session:
         session.merge(plan)
         session.flush()
         _log_plan(session, access, "plan.picture")
-        return _plan_facts(session, access)
+        return _plan_out(session, access)
 
 
 @router.get("/gyms/{gym}/floor-plan/picture", response_class=PlanPicture)
@@ -226,7 +226,7 @@ def drop_plan_picture(session: Db, access: OwnerMay) -> None:
         _log_plan(session, access, "plan.no-picture")
 
 
-def _plan_facts(session: Session, access: Access) -> FloorPlanFacts:
+def _plan_out(session: Session, access: Access) -> FloorPlanOut:
     row = session.get(FloorPlan, access.gym.id)
     placed = select(Wall).where(
         Wall.gym_id == access.gym.id, Wall.plan_x.is_not(None), Wall.plan_y.is_not(None)
@@ -235,7 +235,7 @@ def _plan_facts(session: Session, access: Access) -> FloorPlanFacts:
     picture = (
         f"/api/v1/gyms/{access.gym.slug}/floor-plan/picture?v={row.sha256[:12]}" if row else None
     )
-    return FloorPlanFacts(
+    return FloorPlanOut(
         picture=picture,
         width=row.width if row else 1,
         height=row.height if row else 1,

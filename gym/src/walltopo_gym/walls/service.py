@@ -30,7 +30,7 @@ def key_of(sha256: str) -> str:
     return f"plans/{sha256}.png"
 
 
-def keep_picture(store: FileStore, gym: Gym, content: bytes) -> FloorPlan:
+def store_plan_picture(store: FileStore, gym: Gym, content: bytes) -> FloorPlan:
     """Store a picture as the gym's plan: re-encoded from its pixels, at most 1600 across.
 
     One picture is decoded at a time, because a small file can be a large picture.

@@ -15,7 +15,7 @@ from walltopo_gym.jobs.queue import Job, enqueue
 PUBLICATIONS: Final = Job("publications", of_one_gym=1)
 
 
-def look_for_due(session: Session, gym: UUID, at: datetime | None = None) -> None:
+def queue_publications(session: Session, gym: UUID, at: datetime | None = None) -> None:
     """Queue a check of a gym's planned publications.
 
     Parameters

@@ -68,7 +68,7 @@ class Delivery:
                 session.execute(delivered)
 
 
-def note_failure(session: Session, failure: Failure, event: str) -> None:
+def record_failure(session: Session, failure: Failure, event: str) -> None:
     """Store for the gym why a message was refused, and when it is sent again."""
     row = session.get(WebhookEvent, UUID(event))
     if row is not None:

@@ -26,9 +26,9 @@ def _routers() -> Sequence[APIRouter]:
 
 def _tasks(settings: GymSettings, database: Database, store: FileStore) -> Sequence[Task]:
     from walltopo_gym.jobs.queue import Task
-    from walltopo_gym.webhooks.delivery import Delivery, note_failure
+    from walltopo_gym.webhooks.delivery import Delivery, record_failure
 
-    return [Task(DELIVERY, Delivery(settings, database).deliver, note_failure)]
+    return [Task(DELIVERY, Delivery(settings, database).deliver, record_failure)]
 
 
 FEATURE = Feature(

@@ -42,7 +42,7 @@ class Delivery(BaseModel):
     error: str
 
 
-class WebhookFacts(BaseModel):
+class WebhookOut(BaseModel):
     """A webhook; `waiting`: number of undelivered messages, `error`: why the last one failed;
     `last_delivered_at`: time of the last delivery; `deliveries`: the first that wait."""
 
@@ -63,10 +63,10 @@ class MadeWebhook(BaseModel):
 
 
 @router.get("/gyms/{gym}/webhooks")
-def list_webhooks(session: Db, access: OwnerMay) -> list[WebhookFacts]:
+def list_webhooks(session: Db, access: OwnerMay) -> list[WebhookOut]:
     """Return the gym's webhooks and their state."""
     mine = select(Webhook).where(Webhook.gym_id == access.gym.id).order_by(Webhook.created_at)
-    return [_facts(session, row) for row in session.scalars(mine)]
+    return [_webhook_out(session, row) for row in session.scalars(mine)]
 
 
 @router.post("/gyms/{gym}/webhooks", status_code=201)
@@ -100,11 +100,11 @@ def drop_webhook(webhook: UUID, session: Db, access: OwnerMay) -> None:
     )
 
 
-def _facts(session: Session, row: Webhook) -> WebhookFacts:
+def _webhook_out(session: Session, row: Webhook) -> WebhookOut:
     waiting = select(WebhookEvent).where(WebhookEvent.webhook_id == row.id)
     events = session.scalars(waiting.order_by(WebhookEvent.created_at.desc())).all()
     error = next((event.error for event in events if event.error), "")
-    return WebhookFacts(
+    return WebhookOut(
         id=row.id,
         url=row.url,
         created_at=row.created_at,

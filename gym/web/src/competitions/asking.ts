@@ -18,7 +18,7 @@ type Here = ReturnType<typeof here>;
 export const competitions = (gym: string, how: How = {}) => answer(api.GET(BASE, { params: { path: { gym } }, ...how }));
 export const makeCompetition = (gym: string, body: Schemas["NewCompetition"]) => answer(api.POST(BASE, { params: { path: { gym } }, body }));
 export const sheet = (path: Here, how: How = {}) => answer(api.GET(OF, { params: { path }, ...how }));
-export const change = (path: Here, body: Schemas["CompetitionWords"]) => answer(api.PATCH(OF, { params: { path }, body }));
+export const change = (path: Here, body: Schemas["CompetitionIn"]) => answer(api.PATCH(OF, { params: { path }, body }));
 export const drop = (path: Here) => answer(api.DELETE(OF, { params: { path } }));
 export const putSheet = (path: Here, body: Schemas["SheetBody"]) => answer(api.PUT(`${OF}/sheet`, { params: { path }, body }));
 export const putState = (path: Here, state: Schemas["StateBody"]["state"]) => answer(api.PUT(`${OF}/state`, { params: { path }, body: { state } }));
@@ -49,7 +49,7 @@ export const withdrawEntry = (path: Here) => answer(api.DELETE(`${OF}/mine`, { p
 export const marks = (path: Here, problem: string, how: How = {}) =>
   answer(api.GET(`${OF}/problems/{problem}/marks`, { params: { path: { ...path, problem } }, ...how }));
 /** The competitors who are out of the ranking: the counting events that say so. */
-export async function outs(path: Here): Promise<Schemas["EventFacts"][]> {
+export async function outs(path: Here): Promise<Schemas["EventOut"][]> {
   const found = [];
   for (let after: number | null = 0; after !== null; ) {
     const page: Schemas["EventPage"] = await answer(api.GET(`${OF}/events`, { params: { path, query: { kind: "out", after, size: 200 } } }));

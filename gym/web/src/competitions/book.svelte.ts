@@ -1,7 +1,7 @@
 /** Score events of a competition: those of the server, and those of this device that may still wait. */
 
 import { mine, say } from "../outbox/outbox.svelte";
-import { withdraw, type Item, type ScoreWords } from "../outbox/store";
+import { withdraw, type Item, type ScoreIn } from "../outbox/store";
 import { me } from "../session.svelte";
 import { stamp } from "./device";
 import type { Scored } from "./facts";
@@ -9,7 +9,7 @@ import { counting, markOf, type Mark } from "./marks";
 
 type Score = Item & { what: "score" };
 export type Message = Scored & { waits: boolean };
-export type Words = Pick<ScoreWords, "entry_id" | "problem_id" | "kind" | "n"> & Partial<Pick<ScoreWords, "target_id" | "text">>;
+export type Words = Pick<ScoreIn, "entry_id" | "problem_id" | "kind" | "n"> & Partial<Pick<ScoreIn, "target_id" | "text">>;
 
 /** The events of this device that were not refused. */
 export function ownScores(competition: string): Score[] {

@@ -3,18 +3,18 @@
 import type { Schemas } from "../api/client";
 
 export type Sheet = Schemas["CompetitionSheet"];
-export type Listed = Schemas["CompetitionFacts"];
+export type Listed = Schemas["CompetitionOut"];
 export type Format = Sheet["format"];
 export type State = Sheet["state"];
-export type Category = Schemas["CategoryFacts"];
-export type Problem = Schemas["ProblemFacts"];
-export type Round = Schemas["RoundFacts"];
+export type Category = Schemas["CategoryOut"];
+export type Problem = Schemas["ProblemOut"];
+export type Round = Schemas["RoundOut"];
 export type Scoring = Schemas["ScoringBody"];
 export type RuleName = Scoring["rules"];
-export type Entry = Schemas["EntryFacts"];
-export type Starter = Schemas["StarterFacts"];
+export type Entry = Schemas["EntryOut"];
+export type Starter = Schemas["StarterOut"];
 /** A score event; this browser learns the server's fields later. */
-export type Scored = Pick<Schemas["EventFacts"], "id" | "entry_id" | "problem_id" | "kind" | "n" | "target_id" | "text" | "made_at"> & { by_name?: string };
+export type Scored = Pick<Schemas["EventOut"], "id" | "entry_id" | "problem_id" | "kind" | "n" | "target_id" | "text" | "made_at"> & { by_name?: string };
 export type Board = Schemas["BoardView"];
 export type RoundHead = Schemas["RoundHead"];
 export type Line = Schemas["Line"];

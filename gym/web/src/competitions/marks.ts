@@ -1,6 +1,6 @@
 /** The marks that follow from score events, as on the server (`competitions/ledger.py`), and the event of a tap. */
 
-import type { ScoreWords } from "../outbox/store";
+import type { ScoreIn } from "../outbox/store";
 import type { Scored } from "./facts";
 
 export interface Mark {
@@ -41,7 +41,7 @@ export function markOf(events: readonly Scored[]): Mark {
 }
 
 /** Kind and number of the try of a tap. `open`: the unfinished try that has just held the zone; a top ends it. */
-export function entered(tap: Tap, mark: Mark, open: number): Pick<ScoreWords, "kind" | "n"> {
+export function entered(tap: Tap, mark: Mark, open: number): Pick<ScoreIn, "kind" | "n"> {
   if (tap === "flash") return { kind: "top", n: 1 };
   if (tap === "top") return { kind: "top", n: open || mark.tries + 1 };
   return { kind: tap === "try" ? "attempt" : "zone", n: mark.tries + 1 };

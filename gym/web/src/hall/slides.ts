@@ -2,7 +2,7 @@
 
 import type { Schemas } from "../api/client";
 
-export type Facts = Schemas["ScreenFacts"];
+export type Facts = Schemas["ScreenOut"];
 type Route = Facts["routes"][number];
 type Wall = Facts["walls"][number];
 

@@ -2,7 +2,7 @@
 
 import type { Schemas } from "../api/client";
 
-export type Feature = Schemas["GymFacts"]["features_off"][number];
+export type Feature = Schemas["GymOut"]["features_off"][number];
 
 /** A feature, and the pages of a gym that belong to it. */
 const PAGES: Record<Feature, RegExp> = {
@@ -20,7 +20,7 @@ export function has(feature: Feature): boolean {
   return named === undefined || named.split(" ").includes(feature);
 }
 
-type Gym = Pick<Schemas["GymFacts"], "features_off">;
+type Gym = Pick<Schemas["GymOut"], "features_off">;
 
 /** Whether a gym has a feature; false until the gym is loaded. */
 export function hasIn(gym: Gym | undefined, feature: Feature): boolean {

@@ -2,7 +2,7 @@
 
 import type { Schemas } from "../api/client";
 
-type Gym = Schemas["GymFacts"];
+type Gym = Schemas["GymOut"];
 
 export function isSetter(gym: Gym | undefined): boolean {
   return gym?.role === "setter" || gym?.role === "owner";

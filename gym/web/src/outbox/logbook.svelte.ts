@@ -5,13 +5,13 @@ import { loadingKept, type Loaded } from "../lib/loaded.svelte";
 import { offlineSince } from "../offline/reception.svelte";
 import { me } from "../session.svelte";
 import { mine } from "./outbox.svelte";
-import { keyOf, settle, type AscentWords, type Item, type Kind, type OpinionWords } from "./store";
+import { keyOf, settle, type AscentIn, type Item, type Kind, type OpinionIn } from "./store";
 
 /** `known`: the server has it, or may have. */
-export type OwnAscent = AscentWords & { id: string; waits: boolean; known: boolean };
+export type OwnAscent = AscentIn & { id: string; waits: boolean; known: boolean };
 
 const RANK: Kind[] = ["flash", "top", "zone", "try", "project"];
-const NONE: Schemas["LogbookFacts"] = { ascents: [], opinions: [] };
+const NONE: Schemas["LogbookOut"] = { ascents: [], opinions: [] };
 
 export class Logbook {
   private readonly entered = $derived.by(() => mine().filter((item) => item.gym === this.gym() && !item.refused));
@@ -19,7 +19,7 @@ export class Logbook {
 
   constructor(
     private readonly gym: () => string,
-    private readonly known: Loaded<Schemas["LogbookFacts"]>,
+    private readonly known: Loaded<Schemas["LogbookOut"]>,
   ) {}
 
   /** Whether it is loaded; people who are not members have none. */
@@ -32,10 +32,10 @@ export class Logbook {
     return this.byRoute.get(route) ?? [];
   }
 
-  opinion(route: string): OpinionWords | null {
+  opinion(route: string): OpinionIn | null {
     const waits = this.entered.find((item) => item.what === "opinion" && item.route === route);
     if (waits?.what === "opinion") return waits.body;
-    return this.known.data?.opinions.find((row) => row.route_id === route) as OpinionWords | undefined ?? null;
+    return this.known.data?.opinions.find((row) => row.route_id === route) as OpinionIn | undefined ?? null;
   }
 
   /** The best result on a route. */
@@ -85,7 +85,7 @@ export function taken(gym: string): string {
 
 /** Filled for members; empty for others. */
 export function logbook(gym: () => string, isMember: () => boolean): Logbook {
-  const known = loadingKept<Schemas["LogbookFacts"]>(async (how) => {
+  const known = loadingKept<Schemas["LogbookOut"]>(async (how) => {
     const [slug, person, requested] = [gym(), me()?.id, Date.now()];
     void taken(slug);
     if (!person || !isMember()) return NONE;

@@ -8,7 +8,7 @@ import { nextEdit, type Edit } from "./edits";
 
 export type Kind = "flash" | "top" | "zone" | "try" | "project";
 
-export interface AscentWords {
+export interface AscentIn {
   route_id: string;
   kind: Kind;
   tries: number;
@@ -16,7 +16,7 @@ export interface AscentWords {
   note: string;
 }
 
-export interface OpinionWords {
+export interface OpinionIn {
   grade: string;
   stars: number | null;
   wish: "" | "keep" | "renew";
@@ -24,7 +24,7 @@ export interface OpinionWords {
 }
 
 /** A report of a hold in the version `scan_id`, or of a route without a hold. */
-export interface HoldWords {
+export interface HoldReportIn {
   wall_id: string;
   scan_id: string;
   hold: number | null;
@@ -34,7 +34,7 @@ export interface HoldWords {
 }
 
 /** A problem of one's own; the ids of its holds are those of the version `scan_id`. */
-export interface ProblemWords {
+export interface ProblemDraft {
   wall_id: string;
   scan_id: string;
   holds: { hold: number; use: "start" | "hand" | "foot" | "top" }[];
@@ -48,7 +48,7 @@ export interface ProblemWords {
 }
 
 /** A score event as a device sends it (`competitions/`); `target_id`: the event that it strikes. */
-export interface ScoreWords {
+export interface ScoreIn {
   entry_id: string;
   problem_id: string | null;
   kind: "attempt" | "zone" | "top" | "void" | "out" | "appeal" | "decision";
@@ -70,12 +70,12 @@ interface Common {
 
 export type Words = Common & (
   /** `known`: the server may have it already, from before. */
-  | { what: "ascent"; id: string; route: string; body: AscentWords; takenBack: boolean; known: boolean }
-  | { what: "opinion"; route: string; body: OpinionWords }
-  | { what: "hold"; id: string; body: HoldWords }
-  | { what: "problem"; id: string; body: ProblemWords; takenBack: boolean; known: boolean }
+  | { what: "ascent"; id: string; route: string; body: AscentIn; takenBack: boolean; known: boolean }
+  | { what: "opinion"; route: string; body: OpinionIn }
+  | { what: "hold"; id: string; body: HoldReportIn }
+  | { what: "problem"; id: string; body: ProblemDraft; takenBack: boolean; known: boolean }
   | { what: "climbed"; problem: string; body: { climbed_at: string | null } }
-  | { what: "score"; id: string; competition: string; body: ScoreWords }
+  | { what: "score"; id: string; competition: string; body: ScoreIn }
 );
 
 export type Item = Words & {

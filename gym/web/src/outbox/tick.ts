@@ -1,18 +1,18 @@
 /** The meaning of a tap on "Top": a new ascent, or a change of today's. */
 
 import type { OwnAscent } from "./logbook.svelte";
-import type { AscentWords, Kind } from "./store";
+import type { AscentIn, Kind } from "./store";
 
 export interface Change {
   id: string;
   /** The new state; null: withdrawn. */
-  after: AscentWords | null;
+  after: AscentIn | null;
   /** The earlier state; null: none. */
-  before: AscentWords | null;
+  before: AscentIn | null;
   known: boolean;
 }
 
-function words({ route_id, kind, tries, climbed_at, note }: AscentWords): AscentWords {
+function words({ route_id, kind, tries, climbed_at, note }: AscentIn): AscentIn {
   return { route_id, kind, tries, climbed_at, note };
 }
 

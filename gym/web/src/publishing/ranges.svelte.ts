@@ -33,7 +33,7 @@ export class Ranges {
   }
 
   /** The text beside the grade of a new route; empty: none. */
-  of(number: number, systems: Schemas["GradeSystemFacts"][]): string {
+  of(number: number, systems: Schemas["GradeSystemOut"][]): string {
     const result = this.result.data;
     if (!this.shown || result?.state !== "ready") return "";
     const range = result.routes.find((row) => row.number === number);

@@ -2,7 +2,7 @@
 
 import type { Schemas } from "../api/client";
 
-export type System = Schemas["GradeSystemFacts"];
+export type System = Schemas["GradeSystemOut"];
 
 export function keyOf(system: string | null, grade: string): string {
   return grade && system ? `${system}|${grade}` : "";

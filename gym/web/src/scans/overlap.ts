@@ -3,7 +3,7 @@ import { answer, api, type Schemas } from "../api/client";
 const EVERY_MS = 1000;
 
 /** Request the overlap of a scan's photos until it is computed. Returns how to stop. */
-export function pollOverlap(gym: string, scan: string, show: (facts: Schemas["OverlapFacts"] | null) => void): () => void {
+export function pollOverlap(gym: string, scan: string, show: (facts: Schemas["OverlapOut"] | null) => void): () => void {
   let timer = 0;
   let stopped = false;
   const ask = async (): Promise<void> => {

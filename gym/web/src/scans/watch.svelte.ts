@@ -2,7 +2,7 @@
 
 import { PREFIX, type Schemas } from "../api/client";
 
-type Facts = Schemas["ScanFacts"];
+type Facts = Schemas["ScanOut"];
 
 /** Reports each change until the scan stops; returns a function that ends it. */
 export function watch(gym: string, scan: string, result: (facts: Facts) => void): () => void {

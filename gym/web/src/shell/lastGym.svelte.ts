@@ -7,7 +7,7 @@ import { keepGym } from "../offline/keepGym";
 import { returned } from "../offline/reception.svelte";
 import { route } from "../routes";
 
-type Gym = Loaded<Schemas["GymFacts"]>;
+type Gym = Loaded<Schemas["GymOut"]>;
 
 const KEPT = "walltopo-last-gym";
 const SHARED = Symbol("gym");

@@ -3,8 +3,8 @@
 import type { Schemas } from "../api/client";
 import { plain } from "../lib/plain";
 
-export type Route = Schemas["RouteFacts"];
-export type Tally = Schemas["TallyFacts"];
+export type Route = Schemas["RouteOut"];
+export type Tally = Schemas["TallyOut"];
 
 export const ONLY = ["new", "todo", "projects", "soon", "done"] as const;
 export const LEANS = ["slab", "vertical", "overhang", "steep"] as const;

@@ -15,7 +15,7 @@ export const filter = $state<RouteFilter>({ ...ALL });
 
 export class GymRoutes implements Known {
   readonly book: Logbook;
-  private readonly systems: Loaded<Schemas["GradeSystemFacts"][]>;
+  private readonly systems: Loaded<Schemas["GradeSystemOut"][]>;
   private readonly tallies: Loaded<Tally[]>;
   private readonly ranks = $derived.by(() => this.order());
   private readonly counts = $derived.by(() => new Map((this.tallies.data ?? []).map((tally) => [tally.route_id, tally])));

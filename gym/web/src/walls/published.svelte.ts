@@ -7,7 +7,7 @@ import { part } from "../routes";
 import { expectViewer } from "./viewer";
 
 /** `routes`: the current ones, whether a scan shows them or not. */
-export type Published = { wall: Schemas["WallFacts"]; version: Schemas["Version"] | null; routes: Schemas["RouteFacts"][] };
+export type Published = { wall: Schemas["WallOut"]; version: Schemas["Version"] | null; routes: Schemas["RouteOut"][] };
 
 export function publishedWall() {
   expectViewer();

@@ -15,7 +15,7 @@ from walltopo_gym.accounts import second_factor
 from walltopo_gym.accounts.access import AnyoneMay, ConfirmedMay, SignedInMay
 from walltopo_gym.accounts.actor import TOKEN_PREFIX, Scope
 from walltopo_gym.accounts.audit import log_change
-from walltopo_gym.accounts.cookies import be_known, begin_here, known_by
+from walltopo_gym.accounts.cookies import known_browser, remember_browser, sign_in_here
 from walltopo_gym.accounts.limits import count_code, count_mail
 from walltopo_gym.accounts.mails import email_of_link, mail_link, use_link
 from walltopo_gym.accounts.models import ApiToken, Identity, Passkey, Person
@@ -54,7 +54,7 @@ class Renaming(Body):
 @router.get("/me")
 def read_me(session: Db, actor: SignedInMay) -> Me:
     """One's own account."""
-    return me_of(session.get_one(Person, actor.known))
+    return own_account(session.get_one(Person, actor.known))
 
 
 @router.patch("/me")
@@ -63,10 +63,10 @@ def rename_me(body: Renaming, session: Db, actor: SignedInMay) -> Me:
     person = session.get_one(Person, actor.known)
     person.name = body.name
     log_change(session, "person.rename", person=person.id)
-    return me_of(person)
+    return own_account(person)
 
 
-def me_of(person: Person) -> Me:
+def own_account(person: Person) -> Me:
     """An account, for its owner."""
     return Me(id=person.id, email=person.email, name=person.name, operator=person.operator)
 
@@ -92,11 +92,11 @@ def make_account(
     with services.database.writing() as session:
         email = use_link(session, "sign-up", body.token)
         person = add_person(session, email, body.name, kept)
-        begin_here(session, services, request, response, person.id)
-        return me_of(person)
+        sign_in_here(session, services, request, response, person.id)
+        return own_account(person)
 
 
-class Address(Body):
+class EmailAddressIn(Body):
     email: EmailStr
     language: Language = "en"
 
@@ -151,18 +151,22 @@ def change_password(
         if body.keep is not None:
             remove_ways_in(session, person.id, body.keep)
         notify(session, person.id, "password-changed")
-        begin_here(session, services, request, response, person.id)
+        sign_in_here(session, services, request, response, person.id)
 
 
 @router.post("/password-reset", status_code=202)
 def ask_for_reset(
-    body: Address, request: Request, services: ServicesOf, later: BackgroundTasks, actor: AnyoneMay
+    body: EmailAddressIn,
+    request: Request,
+    services: ServicesOf,
+    later: BackgroundTasks,
+    actor: AnyoneMay,
 ) -> None:
     """Mail a link for choosing a new password. The response is the same for every address."""
     email = one_spelling(body.email)
     with services.database.writing() as session:
         person = find_person(session, email)
-        known = known_by(session, request, None if person is None else person.id)
+        known = known_browser(session, request, None if person is None else person.id)
         count_mail(session, "reset", email, network_of(request), known)
     later.add_task(mail_link, services, "reset", email, body.language)
 
@@ -218,7 +222,7 @@ def reset_password(
         set_password(session, person, kept)
         remove_ways_in(session, person.id, body.keep)
         notify(session, person.id, "password-changed")
-        be_known(session, request, response, person.id)
+        remember_browser(session, request, response, person.id)
 
 
 def _new_hash(services: Services, person: Person, password: SecretStr) -> str:
@@ -236,7 +240,7 @@ def _new_hash(services: Services, person: Person, password: SecretStr) -> str:
 Code = Annotated[str, Field(min_length=6, max_length=40)]
 
 
-class SecondFactorFacts(BaseModel):
+class SecondFactorOut(BaseModel):
     """Whether the second factor is on, and how many recovery codes are left."""
 
     on: bool
@@ -265,9 +269,9 @@ class OwnPassword(Body):
 
 
 @router.get("/me/second-factor")
-def read_second_factor(session: Db, actor: SignedInMay) -> SecondFactorFacts:
+def read_second_factor(session: Db, actor: SignedInMay) -> SecondFactorOut:
     """Return whether the second factor is on."""
-    return SecondFactorFacts(
+    return SecondFactorOut(
         on=second_factor.is_on(session, actor.known),
         recovery_codes_left=second_factor.codes_left(session, actor.known),
     )

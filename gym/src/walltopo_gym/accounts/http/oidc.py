@@ -8,7 +8,7 @@ from typing import Annotated, Final
 from fastapi import APIRouter, Query, Request
 from starlette.responses import RedirectResponse
 
-from walltopo_gym.accounts.cookies import begin_here
+from walltopo_gym.accounts.cookies import sign_in_here
 from walltopo_gym.accounts.oidc import (
     Provider,
     begin,
@@ -76,6 +76,6 @@ def come_back(
     with services.database.writing() as session:
         may = services.settings.sign_up == "open"
         person = person_of(session, claims, may_sign_up=may)
-        begin_here(session, services, request, answer, person, confirmed=claims.is_fresh)
+        sign_in_here(session, services, request, answer, person, confirmed=claims.is_fresh)
     answer.delete_cookie(_COOKIE, path="/", secure=True, httponly=True, samesite="lax")
     return answer

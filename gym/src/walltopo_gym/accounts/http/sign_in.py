@@ -13,9 +13,9 @@ from sqlalchemy import delete, select
 from walltopo_gym.accounts import second_factor
 from walltopo_gym.accounts.access import AnyoneMay, SignedInMay
 from walltopo_gym.accounts.audit import log_change
-from walltopo_gym.accounts.cookies import begin_here, end_here, known_by
+from walltopo_gym.accounts.cookies import known_browser, sign_in_here, sign_out_here
 from walltopo_gym.accounts.device_sign_in import allow, claim, device_sign_in_of, finish, offer
-from walltopo_gym.accounts.http.account import Code, Me, me_of
+from walltopo_gym.accounts.http.account import Code, Me, own_account
 from walltopo_gym.accounts.limits import count_code, count_sign_in
 from walltopo_gym.accounts.models import Person, SignIn
 from walltopo_gym.accounts.passkeys import Site, ask_for_sign_in, person_of
@@ -58,7 +58,7 @@ def begin_session(
     with services.database.writing() as session:
         person = find_person(session, email)
         kept = None if person is None else person.password_hash
-        known = known_by(session, request, None if person is None else person.id)
+        known = known_browser(session, request, None if person is None else person.id)
         count_sign_in(session, email, network_of(request), known)
     # Outside of any transaction: it takes a while, on purpose.
     password = body.password.get_secret_value()
@@ -79,15 +79,15 @@ def begin_session(
             raise SignInNeededError("sign-in-wrong")
         second_factor.check(session, found.id, body.code)
         found.password_hash = fresh or kept
-        begin_here(session, services, request, response, found.id)
-        return me_of(found)
+        sign_in_here(session, services, request, response, found.id)
+        return own_account(found)
 
 
 @router.delete("/session", status_code=204)
 def end_session(response: Response, session: Db, actor: SignedInMay) -> None:
     """Sign out in this browser."""
     session.execute(delete(SignIn).where(SignIn.id == actor.sign_in))
-    end_here(response)
+    sign_out_here(response)
 
 
 @router.get("/me/sessions")
@@ -120,7 +120,7 @@ def end_sessions(response: Response, session: Db, actor: SignedInMay) -> None:
     """Sign out everywhere, including here."""
     sign_out_everywhere(session, actor.known)
     log_change(session, "person.sign-out-everywhere", person=actor.known)
-    end_here(response)
+    sign_out_here(response)
 
 
 class SignedChallenge(Body):
@@ -146,8 +146,8 @@ def begin_session_by_passkey(
     """Sign in with a passkey."""
     with services.database.writing() as session:
         person = person_of(session, Site(services.settings.link_base), body.credential)
-        begin_here(session, services, request, response, person)
-        return me_of(session.get_one(Person, person))
+        sign_in_here(session, services, request, response, person)
+        return own_account(session.get_one(Person, person))
 
 
 class MadeDeviceSignIn(BaseModel):
@@ -158,7 +158,7 @@ class MadeDeviceSignIn(BaseModel):
     expires_at: datetime
 
 
-class DeviceSignInFacts(BaseModel):
+class DeviceSignInOut(BaseModel):
     """The state of an offer; `code` and `browser` are empty until it is claimed."""
 
     browser: str
@@ -199,10 +199,10 @@ def make_device_sign_in(session: Db, services: ServicesOf, actor: SignedInMay) -
 
 
 @router.get("/me/device-sign-ins/{device_sign_in}")
-def read_device_sign_in(device_sign_in: UUID, session: Db, actor: SignedInMay) -> DeviceSignInFacts:
+def read_device_sign_in(device_sign_in: UUID, session: Db, actor: SignedInMay) -> DeviceSignInOut:
     """Return whether the offer is claimed, and with which code."""
     row = device_sign_in_of(session, device_sign_in, actor.sign_in)
-    return DeviceSignInFacts.model_validate(row, from_attributes=True)
+    return DeviceSignInOut.model_validate(row, from_attributes=True)
 
 
 @router.post("/me/device-sign-ins/{device_sign_in}/allow", status_code=204)
@@ -236,5 +236,5 @@ def begin_session_by_device_sign_in(
     if person is None:
         return SignedIn(me=None)
     # Not confirmed: a stolen session would confirm itself in this way.
-    begin_here(session, services, request, response, person, confirmed=False)
-    return SignedIn(me=me_of(session.get_one(Person, person)))
+    sign_in_here(session, services, request, response, person, confirmed=False)
+    return SignedIn(me=own_account(session.get_one(Person, person)))

@@ -55,7 +55,7 @@ class NewPasskey(Body):
     credential: dict[str, Any]
 
 
-class PasskeyFacts(BaseModel):
+class PasskeyOut(BaseModel):
     """One of the person's passkeys."""
 
     id: UUID
@@ -74,19 +74,19 @@ def begin_passkey(session: Db, services: ServicesOf, actor: ConfirmedMay) -> dic
 @router.post("/me/passkeys", status_code=201)
 def make_passkey(
     body: NewPasskey, session: Db, notify: NotifyOwner, services: ServicesOf, actor: ConfirmedMay
-) -> PasskeyFacts:
+) -> PasskeyOut:
     """Add a passkey. The owner gets a mail."""
     site = Site(services.settings.link_base)
     row = add_passkey(session, site, actor.known, body.name, body.credential)
     notify(session, actor.known, "passkey-added", row.name)
-    return PasskeyFacts.model_validate(row, from_attributes=True)
+    return PasskeyOut.model_validate(row, from_attributes=True)
 
 
 @router.get("/me/passkeys")
-def list_passkeys(session: Db, actor: SignedInMay) -> list[PasskeyFacts]:
+def list_passkeys(session: Db, actor: SignedInMay) -> list[PasskeyOut]:
     """Return one's passkeys."""
     mine = select(Passkey).where(Passkey.person_id == actor.known).order_by(Passkey.created_at)
-    return [PasskeyFacts.model_validate(row, from_attributes=True) for row in session.scalars(mine)]
+    return [PasskeyOut.model_validate(row, from_attributes=True) for row in session.scalars(mine)]
 
 
 @router.delete("/me/passkeys/{passkey}", status_code=204)

@@ -17,7 +17,14 @@ from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.fields import Body, Text
 from walltopo_gym.api.paging import Cursor, Page, Size, page_of
 from walltopo_gym.api.services import Db
-from walltopo_gym.climbing.ascents import EditWords, Kind, NewAscent, Words, keep_ascent, take_back
+from walltopo_gym.climbing.ascents import (
+    EditOriginIn,
+    Kind,
+    NewAscent,
+    Words,
+    store_ascent,
+    withdraw,
+)
 from walltopo_gym.climbing.edits import takes
 from walltopo_gym.climbing.logbook import logbook
 from walltopo_gym.climbing.models import Ascent, Opinion
@@ -35,7 +42,7 @@ ClimberMay = Annotated[Access, gym_rule(Role.MEMBER, None)]
 Wish = Literal["", "keep", "renew"]
 
 
-class AscentFacts(BaseModel):
+class AscentOut(BaseModel):
     """An ascent; names and grade are those of the day on which it arrived."""
 
     id: UUID
@@ -50,13 +57,13 @@ class AscentFacts(BaseModel):
     created_at: datetime
 
 
-class OwnAscent(AscentFacts):
+class OwnAscent(AscentOut):
     """An ascent with its private fields, for its climber."""
 
     note: str
 
 
-class OpinionWords(Body):
+class OpinionIn(Body):
     """A complete opinion of a route."""
 
     grade: Text = ""
@@ -65,10 +72,10 @@ class OpinionWords(Body):
     comment: Words = ""
 
 
-class NewOpinion(OpinionWords):
+class NewOpinion(OpinionIn):
     """A complete opinion of a route and the origin of the edit."""
 
-    edit: EditWords | None = None
+    edit: EditOriginIn | None = None
 
 
 @router.put("/gyms/{gym}/ascents/{ascent}")
@@ -80,7 +87,7 @@ def put_ascent(
     late copy of an older `edit` changes nothing."""
     route = route_of(session, access.gym.id, body.route_id)
     edit = body.edit.read() if body.edit else None
-    row, is_new = keep_ascent(session, ascent, access.actor.known, access.gym, route, body, edit)
+    row, is_new = store_ascent(session, ascent, access.actor.known, access.gym, route, body, edit)
     response.status_code = 201 if is_new else 200
     return OwnAscent.model_validate(row, from_attributes=True)
 
@@ -105,14 +112,14 @@ def list_ascents(
 @router.delete("/me/ascents/{ascent}", status_code=204)
 def drop_ascent(ascent: UUID, session: Db, actor: SignedInMay) -> None:
     """Withdraw an ascent; repeating it is fine."""
-    take_back(session, ascent, actor.known)
+    withdraw(session, ascent, actor.known)
 
 
 @router.get("/gyms/{gym}/routes/{route}/opinion")
-def read_opinion(route: UUID, session: Db, access: ClimberMay) -> OpinionWords:
+def read_opinion(route: UUID, session: Db, access: ClimberMay) -> OpinionIn:
     """Return one's own opinion of a route; empty if there is none."""
     row = _opinion(session, route_of(session, access.gym.id, route).id, access.actor.known)
-    return OpinionWords.model_validate(
+    return OpinionIn.model_validate(
         row or Opinion(grade="", wish="", comment=""), from_attributes=True
     )
 
@@ -148,13 +155,13 @@ def _opinion(session: Session, route: UUID, person: UUID) -> Opinion | None:
 ReaderMay = Annotated[Access, gym_rule(Role.MEMBER, Scope.READ)]
 
 
-class OwnOpinion(OpinionWords):
+class OwnOpinion(OpinionIn):
     """One's own opinion of a route."""
 
     route_id: UUID
 
 
-class LogbookFacts(BaseModel):
+class LogbookOut(BaseModel):
     """Own ascents on the current routes, the latest first, and own opinions."""
 
     ascents: list[OwnAscent]
@@ -162,10 +169,10 @@ class LogbookFacts(BaseModel):
 
 
 @router.get("/gyms/{gym}/logbook")
-def read_logbook(session: Db, access: ReaderMay) -> LogbookFacts:
+def read_logbook(session: Db, access: ReaderMay) -> LogbookOut:
     """Return own ascents and opinions in this gym; former routes are in `/me/ascents`."""
     kept = logbook(session, access.gym.id, access.actor.known)
-    return LogbookFacts(
+    return LogbookOut(
         ascents=[OwnAscent.model_validate(row, from_attributes=True) for row in kept.ascents],
         opinions=[_words(row) for row in kept.opinions],
     )

@@ -35,7 +35,7 @@ from walltopo_gym.walls.models import Wall
 router = APIRouter(tags=["climbing"])
 
 
-class TallyFacts(BaseModel):
+class TallyOut(BaseModel):
     """Counts of the ascents and opinions of a route.
 
     `crowd` is the median of the grade `votes`, empty if they are too few. People who have not voted
@@ -65,21 +65,21 @@ class Past(BaseModel):
 class RouteHistory(BaseModel):
     """Tallies of a route; `versions` from the latest to the first."""
 
-    tally: TallyFacts
+    tally: TallyOut
     versions: list[Past]
 
 
 @router.get("/gyms/{gym}/walls/{wall}/tallies")
-def list_tallies(wall: UUID, session: Db, access: GuestMay) -> list[TallyFacts]:
+def list_tallies(wall: UUID, session: Db, access: GuestMay) -> list[TallyOut]:
     """Tallies of each current route of a wall."""
     rows = wall_routes(session, wall_of(session, access.gym.id, wall))
-    return _tally_facts(session, access, [route.id for route, _ in rows])
+    return _tallies_out(session, access, [route.id for route, _ in rows])
 
 
 @router.get("/gyms/{gym}/tallies")
-def list_gym_tallies(session: Db, access: GuestMay) -> list[TallyFacts]:
+def list_gym_tallies(session: Db, access: GuestMay) -> list[TallyOut]:
     """Tallies of each current route of the gym."""
-    return _tally_facts(
+    return _tallies_out(
         session, access, [route.id for route, _ in gym_routes(session, access.gym.id)]
     )
 
@@ -99,7 +99,7 @@ def read_route_history(route: UUID, session: Db, access: GuestMay) -> RouteHisto
         for row, at in placed
         if at is not None
     ]
-    return RouteHistory(tally=_tally_facts(session, access, [found.id])[0], versions=versions)
+    return RouteHistory(tally=_tallies_out(session, access, [found.id])[0], versions=versions)
 
 
 @router.delete("/gyms/{gym}/routes/{route}", status_code=204)
@@ -117,7 +117,7 @@ def drop_route(route: UUID, session: Db, access: PublisherMay) -> None:
     )
 
 
-def _tally_facts(session: Session, access: Access, routes: Iterable[UUID]) -> list[TallyFacts]:
+def _tallies_out(session: Session, access: Access, routes: Iterable[UUID]) -> list[TallyOut]:
     tallied = tallies(session, routes)
     voted = set[UUID]()
     if access.actor.person is not None:
@@ -127,7 +127,7 @@ def _tally_facts(session: Session, access: Access, routes: Iterable[UUID]) -> li
         voted = set(session.scalars(mine.where(Opinion.route_id.in_(tallied))))
     sees_all = access.role.covers(Role.SETTER)
     return [
-        TallyFacts(
+        TallyOut(
             route_id=route,
             ascents=tally.ascents,
             climbers=tally.climbers,
@@ -164,7 +164,7 @@ class Complaint(Body):
     reason: Text = Field("", max_length=200)
 
 
-class ReportFacts(BaseModel):
+class ReportOut(BaseModel):
     """A reported comment as it read then. The reporter's name is not disclosed."""
 
     id: UUID
@@ -230,7 +230,7 @@ def report_comment(
 @comments_router.get("/gyms/{gym}/reports")
 def list_reports(
     session: Db, access: SetterMay, cursor: Cursor = None, size: Size = 50
-) -> Page[ReportFacts]:
+) -> Page[ReportOut]:
     """Return reported comments without a decision, the newest first."""
     rows: Select[*tuple[Any, ...]] = (
         select(Report, Route.name, Route.wall_id, Person.name, Report.created_at, Report.id)
@@ -241,7 +241,7 @@ def list_reports(
     )
     found, following = page_by(session, rows, (Report.created_at, Report.id), cursor, size)
     items = [
-        ReportFacts(
+        ReportOut(
             id=report.id,
             route_id=report.route_id,
             wall_id=wall,

@@ -31,7 +31,7 @@ from walltopo_gym.climbing.follows import (
     following,
     friends_on,
 )
-from walltopo_gym.climbing.http.sessions import SessionFacts, session_facts
+from walltopo_gym.climbing.http.sessions import SessionOut, session_out
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.climbing.people import MAX_PINS, see
 from walltopo_gym.climbing.points import BEST, FLASH
@@ -50,7 +50,7 @@ router = APIRouter(tags=["profiles"])
 Length = Annotated[int | None, Field(ge=50, le=280)]
 
 
-class ProfileWords(Body):
+class ProfileIn(Body):
     """The complete visibility settings. `on_boards`: boards list the person; `on_screens`: public
     boards do too, in the hall and on the gym's website.
 
@@ -76,7 +76,7 @@ class GymName(BaseModel):
     name: str
 
 
-class BodyFacts(BaseModel):
+class BodyOut(BaseModel):
     """Height and reach, fingertip to fingertip, in centimetres."""
 
     height_cm: int | None
@@ -98,7 +98,7 @@ class SeenAscent(BaseModel):
     wall_id: UUID | None = None
 
 
-class PersonFacts(BaseModel):
+class PersonOut(BaseModel):
     """A person as the viewer may see them; hidden fields are null."""
 
     id: UUID
@@ -107,17 +107,17 @@ class PersonFacts(BaseModel):
     gyms: list[GymName]
     ascents: list[SeenAscent] | None
     pins: list[SeenAscent] | None
-    body: BodyFacts | None
+    body: BodyOut | None
 
 
 @router.get("/me/profile")
-def read_profile(session: Db, actor: SignedInMay) -> ProfileWords:
+def read_profile(session: Db, actor: SignedInMay) -> ProfileIn:
     """Return one's own visibility settings."""
-    return ProfileWords.model_validate(profile_of(session, actor.known), from_attributes=True)
+    return ProfileIn.model_validate(profile_of(session, actor.known), from_attributes=True)
 
 
 @router.put("/me/profile")
-def put_profile(body: ProfileWords, session: Db, actor: SignedInMay) -> ProfileWords:
+def put_profile(body: ProfileIn, session: Db, actor: SignedInMay) -> ProfileIn:
     """Change one's own visibility settings."""
     session.merge(Profile(person_id=actor.known, changed_at=now(), **body.model_dump()))
     log_change(session, "person.profile", person=actor.known)
@@ -125,12 +125,12 @@ def put_profile(body: ProfileWords, session: Db, actor: SignedInMay) -> ProfileW
 
 
 @router.get("/people/{person}")
-def read_person(person: UUID, session: Db, actor: SignedInMay) -> PersonFacts:
+def read_person(person: UUID, session: Db, actor: SignedInMay) -> PersonOut:
     """Return a person who shares a gym with the viewer; 404 for all others."""
     seen = see(session, actor.known, person)
     shown = seen.body
-    body = None if shown is None else BodyFacts.model_validate(shown, from_attributes=True)
-    return PersonFacts(
+    body = None if shown is None else BodyOut.model_validate(shown, from_attributes=True)
+    return PersonOut(
         id=seen.person.id,
         name=seen.person.name,
         since=seen.person.created_at,
@@ -191,7 +191,7 @@ follows_router = APIRouter(tags=["follows"])
 ReaderMay = Annotated[Access, gym_rule(Role.MEMBER, Scope.READ)]
 
 
-class KnownFacts(BaseModel):
+class KnownOut(BaseModel):
     """A follower or a followed person; `accepted` is false for a request."""
 
     person_id: UUID
@@ -202,8 +202,8 @@ class KnownFacts(BaseModel):
 class Follows(BaseModel):
     """Followed people and followers; `feed`: whether the feed is on."""
 
-    following: list[KnownFacts]
-    followers: list[KnownFacts]
+    following: list[KnownOut]
+    followers: list[KnownOut]
     feed: bool
 
 
@@ -219,7 +219,7 @@ class FeedIn(Body):
     on: bool
 
 
-class FeedItem(SessionFacts):
+class FeedItem(SessionOut):
     """A session of a followed person."""
 
     name: str
@@ -232,7 +232,7 @@ class Feed(BaseModel):
     items: list[FeedItem]
 
 
-class FriendFacts(BaseModel):
+class FriendOut(BaseModel):
     """A person's best ascent of a route."""
 
     person_id: UUID
@@ -246,7 +246,7 @@ class FriendFacts(BaseModel):
 def list_follows(session: Db, actor: SignedInMay) -> Follows:
     """Return followed people and followers."""
     ways = following(session, actor.known), followers(session, actor.known)
-    ways_facts = [[KnownFacts(**vars(known)) for known in way] for way in ways]
+    ways_facts = [[KnownOut(**vars(known)) for known in way] for way in ways]
     is_on = profile_of(session, actor.known).feed
     return Follows(following=ways_facts[0], followers=ways_facts[1], feed=is_on)
 
@@ -295,22 +295,22 @@ def read_feed(
     if not profile_of(session, me).feed:
         return Feed(on=False, items=[])
     rows = feed(session, access.gym, me, before, size)
-    items = [FeedItem(**dict(session_facts(row, access.gym)), name=name) for row, name in rows]
+    items = [FeedItem(**dict(session_out(row, access.gym)), name=name) for row, name in rows]
     return Feed(on=True, items=items)
 
 
 @follows_router.get("/gyms/{gym}/routes/{route}/friends")
-def list_friends_here(route: UUID, session: Db, access: ReaderMay) -> list[FriendFacts]:
+def list_friends_here(route: UUID, session: Db, access: ReaderMay) -> list[FriendOut]:
     """Return the followed people who topped a route."""
     found = route_of(session, access.gym.id, route)
     friends_here = friends_on(session, access.gym, found, access.actor.known)
-    return [FriendFacts(**vars(friend)) for friend in friends_here]
+    return [FriendOut(**vars(friend)) for friend in friends_here]
 
 
 boards_router = APIRouter(tags=["boards"])
 
 
-class LineFacts(BaseModel):
+class LineOut(BaseModel):
     """A place on a board; equal points are an equal rank (1, 2, 2, 4)."""
 
     rank: int
@@ -321,25 +321,25 @@ class LineFacts(BaseModel):
     flashes: int
 
 
-class CircuitFacts(BaseModel):
+class CircuitOut(BaseModel):
     """A circuit with a board of its own."""
 
     label: str
     colour: str
 
 
-class BoardFacts(BaseModel):
+class BoardOut(BaseModel):
     """Some lines of a board; `of` is their total number. `own` is the viewer's place, actual or
     hypothetical; `shown`: others see the viewer on boards. `best`, `flash`: constants of the point
     rule."""
 
     period: str
-    lines: list[LineFacts]
+    lines: list[LineOut]
     of: int
-    own: LineFacts | None
+    own: LineOut | None
     shown: bool
     categories: bool
-    circuits: list[CircuitFacts]
+    circuits: list[CircuitOut]
     best: int
     flash: int
 
@@ -361,7 +361,7 @@ def read_board(
     friends: bool = False,
     size: Annotated[Digits, Query(ge=1, le=200)] = 50,
     skip: Annotated[Digits, Query(ge=0, le=1_000_000)] = 0,
-) -> BoardFacts:
+) -> BoardOut:
     """Return the board by points: the sum of the best ten routes of a period, of people who agreed
     to be listed."""
     gym = session.get_one(Gym, access.gym.id)
@@ -372,14 +372,14 @@ def read_board(
     me, at = access.actor.known, now()
     query = BoardQuery(period or month_of(gym, at), circuit, category, age, me if friends else None)
     page = board(session, gym, query, me, at, size, skip)
-    return BoardFacts(
+    return BoardOut(
         period=query.period,
-        lines=[LineFacts(**asdict(line)) for line in page.lines],
+        lines=[LineOut(**asdict(line)) for line in page.lines],
         of=page.of,
-        own=None if page.own is None else LineFacts(**asdict(page.own)),
+        own=None if page.own is None else LineOut(**asdict(page.own)),
         shown=profile_of(session, me).on_boards,
         categories=gym.boards == "categories",
-        circuits=[CircuitFacts(**circuit) for circuit in circuits(session, gym)],
+        circuits=[CircuitOut(**circuit) for circuit in circuits(session, gym)],
         best=BEST,
         flash=FLASH,
     )

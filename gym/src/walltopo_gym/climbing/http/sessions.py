@@ -18,7 +18,7 @@ from walltopo_gym.accounts.people import profile_of
 from walltopo_gym.api.fields import Digits, Moment
 from walltopo_gym.api.services import Db
 from walltopo_gym.api.tables import CsvDialectOf, CsvFile
-from walltopo_gym.climbing.http.ascents import AscentFacts
+from walltopo_gym.climbing.http.ascents import AscentOut
 from walltopo_gym.climbing.models import ClimbingSession
 from walltopo_gym.climbing.people import may_see
 from walltopo_gym.climbing.progress import progress
@@ -37,7 +37,7 @@ ClimberMay = Annotated[Access, gym_rule(Role.MEMBER, None)]
 ReaderMay = Annotated[Access, gym_rule(Role.MEMBER, Scope.READ)]
 
 
-class SessionFacts(BaseModel):
+class SessionOut(BaseModel):
     """Counts of one visit; `tops`, `flashes` and `points` count each route once.
 
     `day` is by the gym's clock; `running`: an ascent made now would belong to it.
@@ -64,13 +64,13 @@ class TopsOfGrade(BaseModel):
     routes: int
 
 
-class SessionPage(SessionFacts):
+class SessionPage(SessionOut):
     """A session, its climber and its ascents; `grades` from the hardest."""
 
     name: str
     own: bool
     grades: list[TopsOfGrade]
-    done: list[AscentFacts]
+    done: list[AscentOut]
 
 
 @router.get("/gyms/{gym}/sessions")
@@ -79,7 +79,7 @@ def list_climbing_sessions(
     access: ReaderMay,
     before: Annotated[Moment | None, Query(description="begun before")] = None,
     size: Annotated[Digits, Query(ge=1, le=200)] = 20,
-) -> list[SessionFacts]:
+) -> list[SessionOut]:
     """Return one's own sessions in this gym, the latest first."""
     mine = select(ClimbingSession).where(
         ClimbingSession.person_id == access.actor.known, ClimbingSession.gym_id == access.gym.id
@@ -87,15 +87,15 @@ def list_climbing_sessions(
     if before is not None:
         mine = mine.where(ClimbingSession.began_at < before)
     rows = session.scalars(mine.order_by(ClimbingSession.began_at.desc()).limit(size))
-    listed = [session_facts(row, access.gym) for row in rows]
+    listed = [session_out(row, access.gym) for row in rows]
     # One that was begun by hand and came to nothing is no session.
     return [facts for facts in listed if facts.ascents or facts.running]
 
 
 @router.post("/gyms/{gym}/sessions", status_code=201)
-def start_climbing_session(session: Db, access: ClimberMay) -> SessionFacts:
+def start_climbing_session(session: Db, access: ClimberMay) -> SessionOut:
     """Begin a session now. Without a start, the first ascent begins it."""
-    return session_facts(begin(session, access.gym, access.actor.known, now()), access.gym)
+    return session_out(begin(session, access.gym, access.actor.known, now()), access.gym)
 
 
 @router.get("/gyms/{gym}/sessions/{visit}")
@@ -105,9 +105,9 @@ def read_climbing_session(visit: UUID, session: Db, access: ReaderMay) -> Sessio
     whose = row.person_id
     if not may_see(session, access.actor.known, whose, profile_of(session, whose).show_ascents):
         raise NotFoundError("not-there-session")
-    facts = session_facts(row, access.gym)
+    facts = session_out(row, access.gym)
     climbed = ascents_of(session, row)
-    done = [AscentFacts.model_validate(ascent, from_attributes=True) for ascent in climbed]
+    done = [AscentOut.model_validate(ascent, from_attributes=True) for ascent in climbed]
     name = session.get_one(Person, whose).name
     grades = [TopsOfGrade(grade=grade, routes=routes) for grade, routes in tops_by_grade(climbed)]
     own = whose == access.actor.known
@@ -115,20 +115,20 @@ def read_climbing_session(visit: UUID, session: Db, access: ReaderMay) -> Sessio
 
 
 @router.post("/gyms/{gym}/sessions/{visit}/end")
-def end_climbing_session(visit: UUID, session: Db, access: ClimberMay) -> SessionFacts:
+def end_climbing_session(visit: UUID, session: Db, access: ClimberMay) -> SessionOut:
     """End a session now. Without an end, it ends by itself."""
     row = _of(session, access, visit)
     if row.person_id != access.actor.known:
         raise NotFoundError("not-there-session")
     end(session, access.gym, row, now())
-    return session_facts(row, access.gym)
+    return session_out(row, access.gym)
 
 
-def session_facts(row: ClimbingSession, gym: Gym) -> SessionFacts:
+def session_out(row: ClimbingSession, gym: Gym) -> SessionOut:
     """Return a session's counts."""
-    names = SessionFacts.model_fields.keys() - {"running"}
+    names = SessionOut.model_fields.keys() - {"running"}
     facts = {name: getattr(row, name) for name in names}
-    return SessionFacts(**facts, running=goes_on(row, gym, now()))
+    return SessionOut(**facts, running=goes_on(row, gym, now()))
 
 
 def _of(session: Session, access: Access, visit: UUID) -> ClimbingSession:
@@ -143,7 +143,7 @@ progress_router = APIRouter(tags=["progress"])
 Part = Literal["grades", "months", "weeks", "current", "steepness", "holds"]
 
 
-class OfGradeFacts(BaseModel):
+class OfGradeOut(BaseModel):
     """The topped routes of one grade; `worth`: points of a top."""
 
     grade: str
@@ -152,7 +152,7 @@ class OfGradeFacts(BaseModel):
     flashes: int
 
 
-class MonthFacts(BaseModel):
+class MonthOut(BaseModel):
     """Counts of a month, such as "2026-03"; each route counts once."""
 
     month: str
@@ -162,7 +162,7 @@ class MonthFacts(BaseModel):
     flashes: int
 
 
-class WeekFacts(BaseModel):
+class WeekOut(BaseModel):
     """Counts of a week that begins on Monday."""
 
     begins: date
@@ -172,7 +172,7 @@ class WeekFacts(BaseModel):
     points: int
 
 
-class GradeProgressFacts(BaseModel):
+class GradeProgressOut(BaseModel):
     """The number of current routes of a grade, and how many of them are topped."""
 
     system: str
@@ -182,7 +182,7 @@ class GradeProgressFacts(BaseModel):
     of: int
 
 
-class StyleFacts(BaseModel):
+class StyleOut(BaseModel):
     """Counts of routes of one steepness or main hold type; each route counts once."""
 
     kind: str
@@ -191,7 +191,7 @@ class StyleFacts(BaseModel):
     flashed: int
 
 
-class ProgressFacts(BaseModel):
+class ProgressOut(BaseModel):
     """A climber's progress; `streak` and `longest` are weeks in a row with a session."""
 
     sessions: int
@@ -201,18 +201,18 @@ class ProgressFacts(BaseModel):
     flashes: int
     streak: int
     longest: int
-    grades: list[OfGradeFacts]
-    months: list[MonthFacts]
-    weeks: list[WeekFacts]
-    current: list[GradeProgressFacts]
-    steepness: list[StyleFacts]
-    holds: list[StyleFacts]
+    grades: list[OfGradeOut]
+    months: list[MonthOut]
+    weeks: list[WeekOut]
+    current: list[GradeProgressOut]
+    steepness: list[StyleOut]
+    holds: list[StyleOut]
 
 
 @progress_router.get("/gyms/{gym}/progress")
-def read_progress(session: Db, access: ReaderMay) -> ProgressFacts:
+def read_progress(session: Db, access: ReaderMay) -> ProgressOut:
     """Return one's own progress in this gym."""
-    return ProgressFacts(**asdict(progress(session, access.gym, access.actor.known, now())))
+    return ProgressOut(**asdict(progress(session, access.gym, access.actor.known, now())))
 
 
 @progress_router.get("/gyms/{gym}/progress/{part}.csv", response_class=CsvFile)
@@ -222,11 +222,11 @@ def read_progress_table(
     """Return one part of one's progress as CSV."""
     parts = asdict(progress(session, access.gym, access.actor.known, now()))
     kinds: dict[Part, type[BaseModel]] = {
-        "grades": OfGradeFacts,
-        "months": MonthFacts,
-        "weeks": WeekFacts,
-        "current": GradeProgressFacts,
-        "steepness": StyleFacts,
-        "holds": StyleFacts,
+        "grades": OfGradeOut,
+        "months": MonthOut,
+        "weeks": WeekOut,
+        "current": GradeProgressOut,
+        "steepness": StyleOut,
+        "holds": StyleOut,
     }
     return CsvFile.of(part, csv_table(list(kinds[part].model_fields), parts[part], dialect))

@@ -15,13 +15,13 @@ from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.fields import Body
 from walltopo_gym.api.services import Db
 from walltopo_gym.competitions.bodies import (
-    CategoryFacts,
-    CompetitionFacts,
+    CategoryOut,
+    CompetitionIn,
+    CompetitionOut,
     CompetitionSheet,
-    CompetitionWords,
     NewCompetition,
-    ProblemFacts,
-    RoundFacts,
+    ProblemOut,
+    RoundOut,
     SheetBody,
     State,
 )
@@ -70,7 +70,7 @@ def competition_of(session: Session, access: Access, competition: UUID) -> Compe
 
 
 @router.get("/gyms/{gym}/competitions")
-def list_competitions(session: Db, access: GuestMay) -> list[CompetitionFacts]:
+def list_competitions(session: Db, access: GuestMay) -> list[CompetitionOut]:
     """Return the gym's competitions, the latest first. Only setters see drafts."""
     rows = select(Competition).where(Competition.gym_id == access.gym.id)
     if not access.role.covers(Role.SETTER):
@@ -80,7 +80,7 @@ def list_competitions(session: Db, access: GuestMay) -> list[CompetitionFacts]:
     entries = entries_in(session, [row.id for row in found])
     zone = access.gym.time_zone
     return [
-        CompetitionFacts.model_validate(
+        CompetitionOut.model_validate(
             {**_columns(row), "entries": entries.get(row.id, 0), "time_zone": zone}
         )
         for row in found
@@ -114,7 +114,7 @@ def read_competition(competition: UUID, session: Db, access: GuestMay) -> Compet
 
 @router.patch("/gyms/{gym}/competitions/{competition}")
 def change_competition(
-    competition: UUID, body: CompetitionWords, session: Db, access: SetterMay
+    competition: UUID, body: CompetitionIn, session: Db, access: SetterMay
 ) -> CompetitionSheet:
     """Change a competition. Accepted texts stay as they were accepted."""
     row = locked(session, access.gym.id, competition)
@@ -213,26 +213,24 @@ def _sheet(session: Session, access: Access, row: Competition) -> CompetitionShe
     )
 
 
-def _categories(
-    session: Session, row: Competition, entries: dict[UUID, int]
-) -> list[CategoryFacts]:
+def _categories(session: Session, row: Competition, entries: dict[UUID, int]) -> list[CategoryOut]:
     rows = select(Category).where(Category.competition_id == row.id).order_by(Category.place)
     return [
-        CategoryFacts.model_validate({**_of(category), "entries": entries.get(category.id, 0)})
+        CategoryOut.model_validate({**_of(category), "entries": entries.get(category.id, 0)})
         for category in session.scalars(rows)
     ]
 
 
-def _rounds(session: Session, row: Competition) -> list[RoundFacts]:
+def _rounds(session: Session, row: Competition) -> list[RoundOut]:
     rounds = select(Round).where(Round.competition_id == row.id).order_by(Round.place)
     found = session.scalars(rounds).all()
-    problems = defaultdict[UUID, list[ProblemFacts]](list)
+    problems = defaultdict[UUID, list[ProblemOut]](list)
     of = select(Problem).where(Problem.round_id.in_([one.id for one in found]))
     for problem in session.scalars(of.order_by(Problem.place)):
-        facts = ProblemFacts.model_validate(problem, from_attributes=True)
+        facts = ProblemOut.model_validate(problem, from_attributes=True)
         facts.label = facts.label or str(len(problems[problem.round_id]) + 1)
         problems[problem.round_id].append(facts)
-    return [RoundFacts.model_validate({**_of(one), "problems": problems[one.id]}) for one in found]
+    return [RoundOut.model_validate({**_of(one), "problems": problems[one.id]}) for one in found]
 
 
 def _of(row: Category | Round) -> dict[str, object]:
@@ -250,7 +248,7 @@ def _log(session: Session, access: Access, action: str, row: Competition) -> Non
     )
 
 
-class StarterFacts(BaseModel):
+class StarterOut(BaseModel):
     """A competitor's place in the running order of their category, from 1."""
 
     category_id: UUID
@@ -268,9 +266,7 @@ class OrderBody(Body):
 
 
 @router.get("/gyms/{gym}/competitions/{competition}/rounds/{one}/starters")
-def list_starters(
-    competition: UUID, one: UUID, session: Db, access: GuestMay
-) -> list[StarterFacts]:
+def list_starters(competition: UUID, one: UUID, session: Db, access: GuestMay) -> list[StarterOut]:
     """Return the starters of a round, by category and in running order."""
     row = competition_of(session, access, competition)
     return _order(session, row, round_of(session, row, one))
@@ -279,7 +275,7 @@ def list_starters(
 @router.put("/gyms/{gym}/competitions/{competition}/rounds/{one}/starters")
 def put_starters(
     competition: UUID, one: UUID, body: OrderBody, session: Db, access: SetterMay
-) -> list[StarterFacts]:
+) -> list[StarterOut]:
     """Set the running order of a category; in a round with a quota also its starters. Starters who
     are not named come last."""
     row = locked(session, access.gym.id, competition)
@@ -290,9 +286,7 @@ def put_starters(
 
 
 @router.post("/gyms/{gym}/competitions/{competition}/rounds/{one}/starters/draw")
-def draw_starters(
-    competition: UUID, one: UUID, session: Db, access: SetterMay
-) -> list[StarterFacts]:
+def draw_starters(competition: UUID, one: UUID, session: Db, access: SetterMay) -> list[StarterOut]:
     """Draw a new running order while the round has no scores: by lot, or, with a quota, from the
     ranks of the round before, whose best comes last."""
     row = locked(session, access.gym.id, competition)
@@ -302,9 +296,9 @@ def draw_starters(
     return _order(session, row, found)
 
 
-def _order(session: Session, row: Competition, one: Round) -> list[StarterFacts]:
+def _order(session: Session, row: Competition, one: Round) -> list[StarterOut]:
     return [
-        StarterFacts(
+        StarterOut(
             category_id=entry.category_id,
             place=place,
             entry_id=entry.id,

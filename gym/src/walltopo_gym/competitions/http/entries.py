@@ -15,7 +15,7 @@ from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.fields import Body, LongText, Name, Text
-from walltopo_gym.api.problems import FaultFacts
+from walltopo_gym.api.problems import FaultOut
 from walltopo_gym.api.services import Db
 from walltopo_gym.competitions.bodies import Bib, EntryBody, Gender, Handicap, Year
 from walltopo_gym.competitions.entering import (
@@ -70,7 +70,7 @@ class OwnEntryBody(Body):
     waiver: str = Field("", max_length=8_000, pattern=LongText)
 
 
-class EntryFacts(BaseModel):
+class EntryOut(BaseModel):
     """A competitor; `waiver_at`: when the text was last accepted."""
 
     id: UUID
@@ -87,7 +87,7 @@ class EntryFacts(BaseModel):
     waiver_at: datetime | None
 
 
-class MarkFacts(BaseModel):
+class MarkOut(BaseModel):
     """A competitor's mark on a problem: tries, and the tries that reached zone and top.
     `event_ids`: the events that count, in order of arrival."""
 
@@ -101,9 +101,9 @@ class MarkFacts(BaseModel):
 class OwnEntry(BaseModel):
     """One's own entry, the text to accept, and one's marks."""
 
-    entry: EntryFacts | None
+    entry: EntryOut | None
     waiver: str
-    marks: list[MarkFacts]
+    marks: list[MarkOut]
 
 
 class StartListBody(Body):
@@ -126,7 +126,7 @@ class KnownCompetitor(BaseModel):
     birth_year: int | None
 
 
-class StartListFacts(BaseModel):
+class StartListOut(BaseModel):
     """The content of a start list. If it has errors, nothing is imported.
 
     `entries`: number of new competitors; `known`: lines of people who are on the list already.
@@ -134,7 +134,7 @@ class StartListFacts(BaseModel):
 
     entries: int
     known: list[KnownCompetitor]
-    errors: list[FaultFacts]
+    errors: list[FaultOut]
     columns: list[str]
 
 
@@ -143,26 +143,26 @@ class Signature(Body):
 
 
 @router.get("/gyms/{gym}/competitions/{competition}/entries")
-def list_entries(competition: UUID, session: Db, access: JudgeMay) -> list[EntryFacts]:
+def list_entries(competition: UUID, session: Db, access: JudgeMay) -> list[EntryOut]:
     """Return all competitors by bib."""
     row = competition_of(session, access, competition)
     rows = select(Entry).where(Entry.competition_id == row.id).order_by(Entry.bib)
-    return _facts(session, session.scalars(rows).all())
+    return _entries_out(session, session.scalars(rows).all())
 
 
 @router.post("/gyms/{gym}/competitions/{competition}/entries", status_code=201)
-def make_entry(competition: UUID, body: EntryBody, session: Db, access: SetterMay) -> EntryFacts:
+def make_entry(competition: UUID, body: EntryBody, session: Db, access: SetterMay) -> EntryOut:
     """Add a competitor, with an account or without."""
     row = locked(session, access.gym.id, competition)
     entry = add_entry(session, row, body)
     _log(session, access, "entry.create", entry)
-    return _facts(session, [entry])[0]
+    return _entries_out(session, [entry])[0]
 
 
 @router.patch("/gyms/{gym}/competitions/{competition}/entries/{entry}")
 def change_competitor(
     competition: UUID, entry: UUID, body: EntryChange, session: Db, access: SetterMay
-) -> EntryFacts:
+) -> EntryOut:
     """Change or withdraw a competitor."""
     row = locked(session, access.gym.id, competition)
     found = entry_of(session, row, entry)
@@ -171,13 +171,13 @@ def change_competitor(
     if "withdrawn" in given:
         found.removed = given["withdrawn"]
     _log(session, access, "entry.change", found)
-    return _facts(session, [found])[0]
+    return _entries_out(session, [found])[0]
 
 
 @router.post("/gyms/{gym}/competitions/{competition}/entries/import")
 def import_entries(
     competition: UUID, body: StartListBody, session: Db, access: SetterMay
-) -> StartListFacts:
+) -> StartListOut:
     """Import a start list: all of its lines that are new, or none if one has an error."""
     row = locked(session, access.gym.id, competition)
     entries, known, faults = read_start_list(session, row, body.csv, set(body.others))
@@ -191,8 +191,8 @@ def import_entries(
             subject=row.name,
             entries=len(entries),
         )
-    errors = [FaultFacts.of(fault) for fault in faults]
-    return StartListFacts(
+    errors = [FaultOut.of(fault) for fault in faults]
+    return StartListOut(
         entries=len(entries),
         errors=errors,
         columns=list(COLUMNS),
@@ -213,7 +213,7 @@ def import_entries(
 @router.post("/gyms/{gym}/competitions/{competition}/entries/{entry}/waiver", status_code=201)
 def sign_waiver(
     competition: UUID, entry: UUID, body: Signature, session: Db, access: JudgeMay
-) -> EntryFacts:
+) -> EntryOut:
     """Record that a competitor accepted the text on paper."""
     row = locked(session, access.gym.id, competition)
     found = entry_of(session, row, entry)
@@ -221,7 +221,7 @@ def sign_waiver(
         raise NotFoundError("cup-no-text")
     sign(session, row, found, body.signed_by, access.actor.known, on_paper=True)
     _log(session, access, "entry.waiver", found)
-    return _facts(session, [found])[0]
+    return _entries_out(session, [found])[0]
 
 
 @router.get("/gyms/{gym}/competitions/{competition}/mine")
@@ -274,10 +274,10 @@ def _given(body: EntryChange) -> dict[str, Any]:
 def _own(session: Session, row: Competition, entry: Entry | None) -> OwnEntry:
     marks = [] if entry is None else marks_of(session, row.id, ScoreEvent.entry_id == entry.id)
     return OwnEntry(
-        entry=None if entry is None else _facts(session, [entry])[0],
+        entry=None if entry is None else _entries_out(session, [entry])[0],
         waiver=row.waiver,
         marks=[
-            MarkFacts(
+            MarkOut(
                 problem_id=found.problem,
                 tries=found.mark.tries,
                 zone=found.mark.zone or None,
@@ -289,7 +289,7 @@ def _own(session: Session, row: Competition, entry: Entry | None) -> OwnEntry:
     )
 
 
-def _facts(session: Session, entries: Any) -> list[EntryFacts]:
+def _entries_out(session: Session, entries: Any) -> list[EntryOut]:
     signed = (
         select(WaiverSignature.entry_id, func.max(WaiverSignature.created_at))
         .where(WaiverSignature.entry_id.in_([entry.id for entry in entries]))
@@ -298,7 +298,7 @@ def _facts(session: Session, entries: Any) -> list[EntryFacts]:
     at: dict[UUID, datetime] = dict(session.execute(signed).all())
     columns = [column.key for column in Entry.__table__.columns]
     return [
-        EntryFacts.model_validate(
+        EntryOut.model_validate(
             {**{name: getattr(entry, name) for name in columns}, "waiver_at": at.get(entry.id)}
         )
         for entry in entries

@@ -29,7 +29,7 @@ from walltopo_gym.competitions.bodies import EventBody
 from walltopo_gym.competitions.history import marks_of, struck
 from walltopo_gym.competitions.http.competitions import competition_of
 from walltopo_gym.competitions.http.entries import ClimberMay, JudgeMay
-from walltopo_gym.competitions.judging import keep_event
+from walltopo_gym.competitions.judging import store_event
 from walltopo_gym.competitions.ledger import Kind
 from walltopo_gym.competitions.live import LiveBoards
 from walltopo_gym.competitions.models import Problem, Round, ScoreEvent
@@ -51,7 +51,7 @@ async def _boards(services: ServicesOf) -> LiveBoards:
 BoardsOf = Annotated[LiveBoards, Depends(_boards)]
 
 
-class EventFacts(BaseModel):
+class EventOut(BaseModel):
     """A score event. `seq`, `at`: its arrival at the server; `climbed_at`: `made_at` corrected by
     the error of the device's clock; `counts`: no other event strikes it."""
 
@@ -75,7 +75,7 @@ class EventFacts(BaseModel):
 class EventPage(BaseModel):
     """A page of events in order; `next`: the cursor of the next page."""
 
-    items: list[EventFacts]
+    items: list[EventOut]
     next: int | None
 
 
@@ -86,14 +86,14 @@ class ProblemMark(BaseModel):
     tries: int
     zone: int | None
     top: int | None
-    events: list[EventFacts]
+    events: list[EventOut]
 
 
-class AppealFacts(BaseModel):
+class AppealOut(BaseModel):
     """An appeal and its decision (`n` 1: upheld), if there is one."""
 
-    event: EventFacts
-    decision: EventFacts | None
+    event: EventOut
+    decision: EventOut | None
 
 
 @router.put("/gyms/{gym}/competitions/{competition}/events/{event}")
@@ -104,7 +104,7 @@ def put_score_event(
     response: Response,
     services: ServicesOf,
     access: ClimberMay,
-) -> EventFacts:
+) -> EventOut:
     """Store a score event under an id that the device made, so that it is stored once. Judges score
     everybody; competitors score themselves if the competition lets them."""
     judges = access.role.covers(Role.JUDGE)
@@ -112,10 +112,10 @@ def put_score_event(
     with services.database.writing() as session:
         row = locked(session, access.gym.id, competition)
         competition_of(session, access, competition)
-        kept, is_new = keep_event(session, row, event, body, access.actor.known, judges=judges)
+        kept, is_new = store_event(session, row, event, body, access.actor.known, judges=judges)
     response.status_code = 201 if is_new else 200
     with services.database.reading() as session:
-        return _event_facts(session, competition, [kept], about=not is_new)[0]
+        return _event_out(session, competition, [kept], about=not is_new)[0]
 
 
 @router.get("/gyms/{gym}/competitions/{competition}/events")
@@ -140,7 +140,7 @@ def list_score_events(
         rows = rows.where(ScoreEvent.kind == kind)
     found = session.scalars(rows.order_by(ScoreEvent.seq).limit(size + 1)).all()
     following = found[size - 1].seq if len(found) > size else None
-    return EventPage(items=_event_facts(session, row.id, found[:size]), next=following)
+    return EventPage(items=_event_out(session, row.id, found[:size]), next=following)
 
 
 @router.get("/gyms/{gym}/competitions/{competition}/problems/{problem}/marks")
@@ -159,9 +159,9 @@ def list_marks(
         ScoreEvent.competition_id == row.id, ScoreEvent.problem_id == problem
     )
     wanted = set(ids)
-    events = defaultdict[UUID, list[EventFacts]](list)
+    events = defaultdict[UUID, list[EventOut]](list)
     ordered = session.scalars(rows.order_by(ScoreEvent.seq)).all()
-    for facts in _event_facts(session, row.id, [one for one in ordered if one.id in wanted]):
+    for facts in _event_out(session, row.id, [one for one in ordered if one.id in wanted]):
         events[facts.entry_id].append(facts)
     return [
         ProblemMark(
@@ -176,27 +176,27 @@ def list_marks(
 
 
 @router.get("/gyms/{gym}/competitions/{competition}/appeals")
-def list_appeals(competition: UUID, session: Db, access: JudgeMay) -> list[AppealFacts]:
+def list_appeals(competition: UUID, session: Db, access: JudgeMay) -> list[AppealOut]:
     """Return appeals, the latest first, with their latest decisions."""
     row = competition_of(session, access, competition)
     kinds = ScoreEvent.kind.in_((Kind.APPEAL, Kind.DECISION))
     rows = select(ScoreEvent).where(ScoreEvent.competition_id == row.id, kinds)
-    found = _event_facts(session, row.id, session.scalars(rows.order_by(ScoreEvent.seq)).all())
+    found = _event_out(session, row.id, session.scalars(rows.order_by(ScoreEvent.seq)).all())
     decided = {
-        event_facts.target_id: event_facts
-        for event_facts in found
-        if event_facts.kind == Kind.DECISION and event_facts.counts
+        event_out.target_id: event_out
+        for event_out in found
+        if event_out.kind == Kind.DECISION and event_out.counts
     }
     return [
-        AppealFacts(event=event_facts, decision=decided.get(event_facts.id))
-        for event_facts in reversed(found)
-        if event_facts.kind == Kind.APPEAL and event_facts.counts
+        AppealOut(event=event_out, decision=decided.get(event_out.id))
+        for event_out in reversed(found)
+        if event_out.kind == Kind.APPEAL and event_out.counts
     ]
 
 
-def _event_facts(
+def _event_out(
     session: Session, competition: UUID, events: Sequence[ScoreEvent], *, about: bool = True
-) -> list[EventFacts]:
+) -> list[EventOut]:
     """Return messages of events; `about`: whether other events may refer to them already."""
     people = {event.person_id for event in events if event.person_id is not None}
     named = session.execute(select(Person.id, Person.name).where(Person.id.in_(people)))
@@ -204,7 +204,7 @@ def _event_facts(
     ids = [event.id for event in events]
     gone = struck(session, competition, ids) if ids and about else set()
     return [
-        EventFacts.model_validate(
+        EventOut.model_validate(
             {
                 **{name: getattr(event, name) for name in _COLUMNS},
                 "by_name": names.get(event.person_id, ""),
@@ -215,7 +215,7 @@ def _event_facts(
     ]
 
 
-_COLUMNS = [name for name in EventFacts.model_fields if name not in ("by_name", "counts")]
+_COLUMNS = [name for name in EventOut.model_fields if name not in ("by_name", "counts")]
 
 _WORDS: Final[dict[Language, dict[str, str]]] = {
     "en": {

@@ -59,7 +59,7 @@ class GymChange(Body):
     features_off: list[Switch] | None = Field(None, max_length=10)
 
 
-class GymFacts(BaseModel):
+class GymOut(BaseModel):
     """A gym; `role` is the viewer's, `features_off` the features that the gym has turned off."""
 
     id: UUID
@@ -88,16 +88,16 @@ class AuditLine(BaseModel):
 @router.get("/gyms")
 def list_gyms(
     session: Db, actor: AnyoneMay, cursor: Cursor = None, size: Size = 50
-) -> Page[GymFacts]:
+) -> Page[GymOut]:
     """Return the public gyms, the newest first."""
     rows, following = page_of(
         session, select(Gym).where(Gym.visibility == "public"), Gym, cursor, size
     )
-    return Page(items=[gym_facts(row, Role.GUEST) for row in rows], next=following)
+    return Page(items=[gym_out(row, Role.GUEST) for row in rows], next=following)
 
 
 @router.get("/me/gyms")
-def list_own_gyms(session: Db, actor: SignedInMay) -> list[GymFacts]:
+def list_own_gyms(session: Db, actor: SignedInMay) -> list[GymOut]:
     """Return one's own gyms."""
     rows = session.execute(
         select(Gym, Membership.role)
@@ -105,27 +105,27 @@ def list_own_gyms(session: Db, actor: SignedInMay) -> list[GymFacts]:
         .where(Membership.person_id == actor.known)
         .order_by(Gym.name)
     )
-    return [gym_facts(gym, Role(role)) for gym, role in rows]
+    return [gym_out(gym, Role(role)) for gym, role in rows]
 
 
 @router.post("/gyms", status_code=201)
-def make_gym(body: NewGym, session: Db, services: ServicesOf, actor: SignedInMay) -> GymFacts:
+def make_gym(body: NewGym, session: Db, services: ServicesOf, actor: SignedInMay) -> GymOut:
     """Create a gym as its owner."""
     if services.settings.new_gyms == "operators" and not actor.operator:
         raise ForbiddenError("gyms-by-operators", "ask-operator")
     facts = body.model_dump(include={"place", "time_zone", "visibility", "joining"})
     gym = open_gym(session, actor.known, body.name, body.slug, **facts)
-    return gym_facts(gym, Role.OWNER)
+    return gym_out(gym, Role.OWNER)
 
 
 @router.get("/gyms/{gym}")
-def read_gym(access: GuestMay) -> GymFacts:
+def read_gym(access: GuestMay) -> GymOut:
     """Return a gym."""
-    return gym_facts(access.gym, access.role)
+    return gym_out(access.gym, access.role)
 
 
 @router.patch("/gyms/{gym}")
-def change_gym(body: GymChange, session: Db, access: OwnerMay) -> GymFacts:
+def change_gym(body: GymChange, session: Db, access: OwnerMay) -> GymOut:
     """Change a gym's facts and visibility."""
     changes = body.model_dump(exclude_none=True)
     if "time_zone" in changes:
@@ -141,7 +141,7 @@ def change_gym(body: GymChange, session: Db, access: OwnerMay) -> GymFacts:
     log_change(
         session, "gym.change", person=access.actor.known, gym=gym.id, subject=gym.slug, **changes
     )
-    return gym_facts(gym, access.role)
+    return gym_out(gym, access.role)
 
 
 @router.delete("/gyms/{gym}", status_code=204)
@@ -164,9 +164,9 @@ def list_changes(
     return Page(items=lines, next=following)
 
 
-def gym_facts(gym: Gym, role: Role) -> GymFacts:
+def gym_out(gym: Gym, role: Role) -> GymOut:
     """Return a gym's facts for a role."""
-    facts = GymFacts.model_validate(gym, from_attributes=True)
+    facts = GymOut.model_validate(gym, from_attributes=True)
     return facts.model_copy(update={"role": role})
 
 
@@ -214,7 +214,7 @@ class ChangedGradeSystem(NewGradeSystem):
         return {old: own_label(self.kind, labels, new) or new for old, new in self.renamed.items()}
 
 
-class GradeSystemFacts(BaseModel):
+class GradeSystemOut(BaseModel):
     """A gym's grade system."""
 
     id: UUID
@@ -224,7 +224,7 @@ class GradeSystemFacts(BaseModel):
 
 
 @grades_router.get("/gyms/{gym}/grade-systems")
-def list_grade_systems(session: Db, access: GuestMay) -> list[GradeSystemFacts]:
+def list_grade_systems(session: Db, access: GuestMay) -> list[GradeSystemOut]:
     """Return the gym's grade systems."""
     rows = session.scalars(
         select(GradeSystem)
@@ -235,7 +235,7 @@ def list_grade_systems(session: Db, access: GuestMay) -> list[GradeSystemFacts]:
 
 
 @grades_router.post("/gyms/{gym}/grade-systems", status_code=201)
-def make_grade_system(body: NewGradeSystem, session: Db, access: OwnerMay) -> GradeSystemFacts:
+def make_grade_system(body: NewGradeSystem, session: Db, access: OwnerMay) -> GradeSystemOut:
     """Add a grade system."""
     row = GradeSystem(gym_id=access.gym.id, name=body.name, kind=body.kind, grades=body.rows())
     _refuse_taken(session, access.gym.id, body.name)
@@ -250,7 +250,7 @@ def make_grade_system(body: NewGradeSystem, session: Db, access: OwnerMay) -> Gr
 @grades_router.put("/gyms/{gym}/grade-systems/{system}")
 def change_grade_system(
     system: UUID, body: ChangedGradeSystem, session: Db, access: OwnerMay
-) -> GradeSystemFacts:
+) -> GradeSystemOut:
     """Change a grade system. Renames apply wherever a grade is used; removing a grade in use is
     refused."""
     row = _system_of(session, access.gym.id, system)
@@ -281,8 +281,8 @@ def drop_grade_system(
     )
 
 
-def _system(row: GradeSystem) -> GradeSystemFacts:
-    return GradeSystemFacts.model_validate(row, from_attributes=True)
+def _system(row: GradeSystem) -> GradeSystemOut:
+    return GradeSystemOut.model_validate(row, from_attributes=True)
 
 
 def _system_of(session: Session, gym: UUID, system: UUID) -> GradeSystem:

@@ -22,7 +22,7 @@ from walltopo_gym.api.services import Db, ServicesOf, network_of
 from walltopo_gym.errors import ForbiddenError, NotFoundError
 from walltopo_gym.events import TookPart, ask
 from walltopo_gym.gyms.access import Access, OwnerMay, gym_rule
-from walltopo_gym.gyms.http.gyms import GymFacts, gym_facts
+from walltopo_gym.gyms.http.gyms import GymOut, gym_out
 from walltopo_gym.gyms.members import (
     accept,
     add_member,
@@ -66,7 +66,7 @@ class NewBan(Body):
     reason: Text = Field("", max_length=200)
 
 
-class BanFacts(BaseModel):
+class BanOut(BaseModel):
     """A banned person."""
 
     id: UUID
@@ -83,7 +83,7 @@ class NewInvitation(Body):
     uses: int = Field(1, ge=1, le=10_000)
 
 
-class InvitationFacts(BaseModel):
+class InvitationOut(BaseModel):
     """An invitation without its secret."""
 
     id: UUID
@@ -104,13 +104,13 @@ class Acceptance(Body):
 
 
 @router.post("/gyms/{gym}/join")
-def join_gym(session: Db, access: VisitorMay) -> GymFacts:
+def join_gym(session: Db, access: VisitorMay) -> GymOut:
     """Become a member of an open gym."""
     person = access.actor.known
     if access.role == Role.GUEST and access.gym.joining != "open":
         raise ForbiddenError("join-by-invitation", "ask-the-gym")
     role = add_member(session, access.gym.id, person, Role.MEMBER, person)
-    return gym_facts(access.gym, role)
+    return gym_out(access.gym, role)
 
 
 @router.delete("/gyms/{gym}/membership", status_code=204)
@@ -152,7 +152,7 @@ def drop_member(person: UUID, session: Db, access: OwnerMay) -> None:
 
 
 @router.get("/gyms/{gym}/bans")
-def list_bans(session: Db, access: OwnerMay) -> list[BanFacts]:
+def list_bans(session: Db, access: OwnerMay) -> list[BanOut]:
     """Return the banned people, the latest first."""
     rows = session.execute(
         select(Person.id, Person.name, Ban.reason, Ban.created_at)
@@ -160,7 +160,7 @@ def list_bans(session: Db, access: OwnerMay) -> list[BanFacts]:
         .where(Ban.gym_id == access.gym.id)
         .order_by(Ban.created_at.desc(), Person.id)
     )
-    return [BanFacts(id=row[0], name=row[1], reason=row[2], created_at=row[3]) for row in rows]
+    return [BanOut(id=row[0], name=row[1], reason=row[2], created_at=row[3]) for row in rows]
 
 
 @router.put("/gyms/{gym}/bans/{person}", status_code=204)
@@ -178,14 +178,14 @@ def drop_ban(person: UUID, session: Db, access: OwnerMay) -> None:
 
 
 @router.get("/gyms/{gym}/invitations")
-def list_invitations(session: Db, access: OwnerMay) -> list[InvitationFacts]:
+def list_invitations(session: Db, access: OwnerMay) -> list[InvitationOut]:
     """Return the valid invitations."""
     rows = session.scalars(
         select(Invitation)
         .where(Invitation.gym_id == access.gym.id)
         .order_by(Invitation.created_at.desc())
     )
-    return [InvitationFacts.model_validate(row, from_attributes=True) for row in rows]
+    return [InvitationOut.model_validate(row, from_attributes=True) for row in rows]
 
 
 @router.post("/gyms/{gym}/invitations", status_code=201)
@@ -218,10 +218,10 @@ def drop_invitation(invitation: UUID, session: Db, access: OwnerMay) -> None:
 
 
 @router.post("/invitations/accept")
-def accept_invitation(body: Acceptance, session: Db, actor: SignedInMay) -> GymFacts:
+def accept_invitation(body: Acceptance, session: Db, actor: SignedInMay) -> GymOut:
     """Use an invitation."""
     gym, role = accept(session, body.secret, actor.known)
-    return gym_facts(gym, role)
+    return gym_out(gym, role)
 
 
 class SignUp(Body):

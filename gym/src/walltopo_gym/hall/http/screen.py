@@ -39,7 +39,7 @@ _DATES: Final = 8
 _KEY_S: Final = 400 * 86400  # as long as browsers keep a cookie
 
 
-class HallWords(Body):
+class HallIn(Body):
     """The screen's settings: `parts` in order, each for `seconds`. Routes are new for `days`.
     `board`: the screen shows the people who agreed to it."""
 
@@ -49,7 +49,7 @@ class HallWords(Body):
     board: bool
 
 
-class HallFacts(BaseModel):
+class HallOut(BaseModel):
     """The screen's settings; `key_made_at`: creation time of the link to a private gym's screen."""
 
     parts: list[Part]
@@ -109,7 +109,7 @@ class ScreenDate(BaseModel):
     path: str
 
 
-class ScreenFacts(BaseModel):
+class ScreenOut(BaseModel):
     """The content of the screen. `climbers`: number of climbers today, null below five; `board`:
     null if the gym shows none."""
 
@@ -125,7 +125,7 @@ class ScreenFacts(BaseModel):
 
 
 @router.get("/gyms/{gym}/screen")
-def read_screen(session: Db, access: GuestMay) -> ScreenFacts:
+def read_screen(session: Db, access: GuestMay) -> ScreenOut:
     """Return the current content of the hall screen."""
     gym = session.get_one(Gym, access.gym.id)
     chosen = settings_of(session, gym.id)
@@ -149,9 +149,9 @@ def read_screen(session: Db, access: GuestMay) -> ScreenFacts:
                 path=each.path,
             )
         )
-    return ScreenFacts(
+    return ScreenOut(
         name=gym.name,
-        **_facts(chosen).model_dump(include={"parts", "seconds", "days"}),
+        **_hall_out(chosen).model_dump(include={"parts", "seconds", "days"}),
         routes=[
             ScreenRoute.model_validate(route, from_attributes=True)
             for route in new_routes(session, gym, chosen.days)[:_ROUTES]
@@ -170,19 +170,19 @@ def read_screen(session: Db, access: GuestMay) -> ScreenFacts:
 
 
 @router.get("/gyms/{gym}/hall")
-def read_hall(session: Db, access: SetterMay) -> HallFacts:
+def read_hall(session: Db, access: SetterMay) -> HallOut:
     """Return the screen's settings."""
-    return _facts(settings_of(session, access.gym.id))
+    return _hall_out(settings_of(session, access.gym.id))
 
 
 @router.put("/gyms/{gym}/hall")
-def put_hall(body: HallWords, session: Db, access: OwnerMay) -> HallFacts:
+def put_hall(body: HallIn, session: Db, access: OwnerMay) -> HallOut:
     """Change the screen's settings."""
     row = session.merge(settings_of(session, access.gym.id))
     row.parts = list(dict.fromkeys(body.parts))
     row.seconds, row.days, row.board = body.seconds, body.days, body.board
     _log(session, access, "hall.change")
-    return _facts(row)
+    return _hall_out(row)
 
 
 @router.post("/gyms/{gym}/hall/key", status_code=201)
@@ -217,8 +217,8 @@ def open_screen(
     )
 
 
-def _facts(row: HallSettings) -> HallFacts:
-    return HallFacts.model_validate(row, from_attributes=True)
+def _hall_out(row: HallSettings) -> HallOut:
+    return HallOut.model_validate(row, from_attributes=True)
 
 
 def _log(session: Db, access: OwnerMay, action: str) -> None:

@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.fields import Body, Day, Text
-from walltopo_gym.api.problems import FaultFacts
+from walltopo_gym.api.problems import FaultOut
 from walltopo_gym.api.services import Db
 from walltopo_gym.errors import RequestError
 from walltopo_gym.gyms.access import Access, GuestMay, PublisherMay
@@ -23,7 +23,7 @@ from walltopo_gym.publishing.by_hand import (
     add_routes,
     check_facts,
 )
-from walltopo_gym.publishing.http.routes import RouteFacts, Short, Tags, facts_of_route, routes_of
+from walltopo_gym.publishing.http.routes import RouteOut, Short, Tags, route_out, routes_of
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.publishing.route_table import COLUMNS, read_routes
 from walltopo_gym.publishing.service import grade_of
@@ -85,23 +85,23 @@ class TableRoute(BaseModel):
     known: bool
 
 
-class RouteTableFacts(BaseModel):
+class RouteTableOut(BaseModel):
     """The content of a table, and how many of its routes are on the wall now."""
 
     routes: list[TableRoute]
-    errors: list[FaultFacts]
+    errors: list[FaultOut]
     columns: list[str]
     added: int
 
 
 @router.get("/gyms/{gym}/walls/{wall}/routes")
-def list_wall_routes(wall: UUID, session: Db, access: GuestMay) -> list[RouteFacts]:
+def list_wall_routes(wall: UUID, session: Db, access: GuestMay) -> list[RouteOut]:
     """Return the current routes of a wall, whether it has a published scan or not."""
     return routes_of(session, wall_of(session, access.gym.id, wall))
 
 
 @router.post("/gyms/{gym}/walls/{wall}/routes", status_code=201)
-def make_routes(wall: UUID, body: NewRoutes, session: Db, access: PublisherMay) -> list[RouteFacts]:
+def make_routes(wall: UUID, body: NewRoutes, session: Db, access: PublisherMay) -> list[RouteOut]:
     """Add routes to a wall without a scan; a later scan can place them."""
     row = wall_of(session, access.gym.id, wall)
     today = access.gym.today()
@@ -113,9 +113,7 @@ def make_routes(wall: UUID, body: NewRoutes, session: Db, access: PublisherMay) 
 
 
 @router.post("/gyms/{gym}/walls/{wall}/routes/import")
-def import_routes(
-    wall: UUID, body: RouteTable, session: Db, access: PublisherMay
-) -> RouteTableFacts:
+def import_routes(wall: UUID, body: RouteTable, session: Db, access: PublisherMay) -> RouteTableOut:
     """Check a table of routes, or add its routes: all of them, or none if a line has an error."""
     row = wall_of(session, access.gym.id, wall)
     lines, faults = read_routes(session, row, body.csv, body.id, access.gym.today())
@@ -125,9 +123,9 @@ def import_routes(
     shown = [
         TableRoute(line=line.line, known=line.known, **_shown(line.route.facts)) for line in lines
     ]
-    return RouteTableFacts(
+    return RouteTableOut(
         routes=shown,
-        errors=[FaultFacts.of(fault) for fault in faults],
+        errors=[FaultOut.of(fault) for fault in faults],
         columns=list(COLUMNS),
         added=len(lines) if is_added else 0,
     )
@@ -172,9 +170,7 @@ def _checked(
     return HandRoute(given.id or uuid4(), facts)
 
 
-def _added(
-    session: Session, access: Access, wall: Wall, routes: list[HandRoute]
-) -> list[RouteFacts]:
+def _added(session: Session, access: Access, wall: Wall, routes: list[HandRoute]) -> list[RouteOut]:
     rows: list[Route] = add_routes(session, wall, routes)
     log_change(
         session,
@@ -185,4 +181,4 @@ def _added(
         wall=str(wall.id),
         routes=len(rows),
     )
-    return [facts_of_route(row) for row in rows]
+    return [route_out(row) for row in rows]

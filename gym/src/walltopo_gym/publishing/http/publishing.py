@@ -22,7 +22,7 @@ from walltopo_gym.api.services import Db, Services, ServicesOf
 from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.gyms.access import Access, GuestMay, PublisherMay
 from walltopo_gym.gyms.roles import Role
-from walltopo_gym.publishing.http.routes import RouteFacts, RouteWords, facts_of_route, routes_of
+from walltopo_gym.publishing.http.routes import RouteIn, RouteOut, route_out, routes_of
 from walltopo_gym.publishing.models import Plan
 from walltopo_gym.publishing.plans import check_unplanned, rows_of
 from walltopo_gym.publishing.review import found_routes, review
@@ -32,17 +32,17 @@ from walltopo_gym.publishing.service import (
     check_entries,
     grade_of,
     publish,
-    put_back,
+    roll_back,
 )
 from walltopo_gym.publishing.versions import routes_as_they_were, unplaced_routes, versions_of
 from walltopo_gym.scans.distance import check_scalable, mark_points, set_distance
 from walltopo_gym.scans.edits import check_carried_out, results_version
-from walltopo_gym.scans.facts import ScanFacts, facts_of
 from walltopo_gym.scans.models import Scan
+from walltopo_gym.scans.scan_out import ScanOut, scan_out
 from walltopo_gym.scans.service import State, check_in_review, move, scan_of
 from walltopo_gym.walls.lookup import wall_of
 from walltopo_gym.walls.models import Wall
-from walltopo_gym.walls.zones import look_for_due
+from walltopo_gym.walls.zones import queue_publications
 
 router = APIRouter(tags=["publishing"])
 
@@ -50,7 +50,7 @@ Coordinate = Annotated[float, Field(ge=-1e6, le=1e6)]
 Place = tuple[Coordinate, Coordinate, Coordinate]
 
 
-class RouteEntry(RouteWords):
+class RouteEntry(RouteIn):
     """A route of the new scan: an existing route, or a new one."""
 
     number: int
@@ -129,11 +129,11 @@ class Draft(BaseModel):
     revision: int
     warnings: list[str]
     lines: list[DraftLine]
-    unplaced: list[RouteFacts]
+    unplaced: list[RouteOut]
     joined: Joined | None
 
 
-class MovesFacts(BaseModel):
+class MovesOut(BaseModel):
     """Suggested moves of a version, computed after its publication.
 
     `routes`: numbers of the routes with moves in the version's file `moves.json`. "failed": they
@@ -144,7 +144,7 @@ class MovesFacts(BaseModel):
     routes: list[int]
 
     @classmethod
-    def of(cls, scan: Scan) -> MovesFacts:
+    def of(cls, scan: Scan) -> MovesOut:
         """Return those of a published scan."""
         if scan.moves is None:
             return cls(state="waiting", routes=[])
@@ -159,8 +159,8 @@ class Version(BaseModel):
     revision: int
     published_at: datetime
     files: dict[str, str]
-    moves: MovesFacts
-    routes: list[RouteFacts]
+    moves: MovesOut
+    routes: list[RouteOut]
 
 
 @router.get("/gyms/{gym}/scans/{scan}/draft")
@@ -192,7 +192,7 @@ def read_draft(scan: UUID, session: Db, services: ServicesOf, access: PublisherM
         revision=found.revision,
         warnings=found.warnings,
         lines=lines,
-        unplaced=[facts_of_route(route) for route in unplaced],
+        unplaced=[route_out(route) for route in unplaced],
         joined=Joined.of(found.joined),
     )
 
@@ -200,7 +200,7 @@ def read_draft(scan: UUID, session: Db, services: ServicesOf, access: PublisherM
 @router.post("/gyms/{gym}/scans/{scan}/publish")
 def publish_scan(
     scan: UUID, body: Publication, services: ServicesOf, access: PublisherMay
-) -> ScanFacts:
+) -> ScanOut:
     """Publish a scan with these routes, in one transaction."""
     results = _results(services, access, scan)
     with services.database.writing() as session:
@@ -209,11 +209,11 @@ def publish_scan(
         publish(session, row, body.revision, entries, found, access.gym.today())
         session.refresh(row)
         _log(session, access, "scan.publish", str(row.id))
-        return facts_of(session, row)
+        return scan_out(session, row)
 
 
 @router.post("/gyms/{gym}/scans/{scan}/discard")
-def discard_scan(scan: UUID, session: Db, access: PublisherMay) -> ScanFacts:
+def discard_scan(scan: UUID, session: Db, access: PublisherMay) -> ScanOut:
     """Discard a scan in review. Its files are kept; a scan of photos can be started again."""
     row = scan_of(session, access.gym.id, scan)
     check_in_review(row.state)
@@ -221,7 +221,7 @@ def discard_scan(scan: UUID, session: Db, access: PublisherMay) -> ScanFacts:
     move(session, row.id, State.CANCELLED, before=State.REVIEW)
     session.refresh(row)
     _log(session, access, "scan.discard", str(row.id))
-    return facts_of(session, row)
+    return scan_out(session, row)
 
 
 class KnownDistance(Body):
@@ -234,7 +234,7 @@ class KnownDistance(Body):
 @router.post("/gyms/{gym}/scans/{scan}/distance")
 def scale_scan(
     scan: UUID, body: KnownDistance, services: ServicesOf, access: PublisherMay
-) -> ScanFacts:
+) -> ScanOut:
     """Scale a scan in review by a known distance: it runs again from the stage `scale` on. The
     edits of the scan are dropped. A version of a published wall has the scale of that version."""
     with services.database.reading() as session:
@@ -247,7 +247,7 @@ def scale_scan(
         check_carried_out(session, row.id)  # or its results would come after those of the new run
         set_distance(session, row, marked, body.metres)
         _log(session, access, "scan.scale", str(row.id))
-        return facts_of(session, row)
+        return scan_out(session, row)
 
 
 @dataclass(frozen=True)
@@ -301,15 +301,15 @@ def confirmed(
 
 
 @router.post("/gyms/{gym}/walls/{wall}/put-back")
-def put_back_scan(wall: UUID, body: PuttingBack, session: Db, access: PublisherMay) -> ScanFacts:
+def put_back_scan(wall: UUID, body: PuttingBack, session: Db, access: PublisherMay) -> ScanOut:
     """Roll back to a former version."""
     row = scan_of(session, access.gym.id, body.scan_id)
     if row.wall_id != wall_of(session, access.gym.id, wall).id:
         raise NotFoundError("not-there-version")
-    put_back(session, row, body.revision)
+    roll_back(session, row, body.revision)
     session.refresh(row)
     _log(session, access, "scan.put-back", str(row.id))
-    return facts_of(session, row)
+    return scan_out(session, row)
 
 
 @router.get("/gyms/{gym}/walls/{wall}/published", response_model=Version)
@@ -331,7 +331,7 @@ def read_published(
         revision=row.revision,
         published_at=scan.published_at,
         files={path: f"{base}/{path}" for path in sorted(scan.files)},
-        moves=MovesFacts.of(scan),
+        moves=MovesOut.of(scan),
         routes=routes_of(session, row),
     )
     # The tag is of the content: grades and setters change without the wall's revision.
@@ -405,7 +405,7 @@ def read_past(wall: UUID, scan: UUID, session: Db, access: GuestMay) -> Version:
     base = f"/api/v1/gyms/{access.gym.slug}/scans/{row.id}/files"
     routes = []
     for placement, route, then in routes_as_they_were(session, row.id):
-        facts = RouteFacts.model_validate(route, from_attributes=True).model_copy(update=then)
+        facts = RouteOut.model_validate(route, from_attributes=True).model_copy(update=then)
         facts.number, facts.holds = placement.number, placement.holds
         routes.append(facts)
     return Version(
@@ -413,7 +413,7 @@ def read_past(wall: UUID, scan: UUID, session: Db, access: GuestMay) -> Version:
         revision=found.revision,
         published_at=row.published_at,
         files={path: f"{base}/{path}" for path in sorted(row.files)},
-        moves=MovesFacts.of(row),
+        moves=MovesOut.of(row),
         routes=routes,
     )
 
@@ -424,7 +424,7 @@ class NewPlan(Publication):
     at: Moment | None = None
 
 
-class PlanFacts(BaseModel):
+class PlanOut(BaseModel):
     """A planned publication; `error`: why it failed."""
 
     scan_id: UUID
@@ -435,7 +435,7 @@ class PlanFacts(BaseModel):
 
 
 @router.get("/gyms/{gym}/plans")
-def list_plans(session: Db, access: PublisherMay) -> list[PlanFacts]:
+def list_plans(session: Db, access: PublisherMay) -> list[PlanOut]:
     """Return the planned publications."""
     rows = session.execute(
         select(Plan, Scan.wall_id)
@@ -444,11 +444,11 @@ def list_plans(session: Db, access: PublisherMay) -> list[PlanFacts]:
         .where(Wall.gym_id == access.gym.id)
         .order_by(Plan.created_at)
     )
-    return [_facts(plan, wall) for plan, wall in rows]
+    return [_plan_out(plan, wall) for plan, wall in rows]
 
 
 @router.put("/gyms/{gym}/scans/{scan}/plan")
-def put_plan(scan: UUID, body: NewPlan, services: ServicesOf, access: PublisherMay) -> PlanFacts:
+def put_plan(scan: UUID, body: NewPlan, services: ServicesOf, access: PublisherMay) -> PlanOut:
     """Plan the publication of a scan with these routes, replacing an earlier plan."""
     results = _results(services, access, scan)
     with services.database.writing() as session:
@@ -457,7 +457,7 @@ def put_plan(scan: UUID, body: NewPlan, services: ServicesOf, access: PublisherM
 
 def _plan(
     session: Session, access: Access, scan: UUID, body: NewPlan, results: _Results
-) -> PlanFacts:
+) -> PlanOut:
     row = scan_of(session, access.gym.id, scan)
     entries, found = confirmed(session, access, row, body, results)
     wall = session.get_one(Wall, row.wall_id)
@@ -477,7 +477,7 @@ def _plan(
             error="",
         )
     )
-    look_for_due(session, access.gym.id, body.at)
+    queue_publications(session, access.gym.id, body.at)
     log_change(
         session,
         "scan.plan",
@@ -486,7 +486,7 @@ def _plan(
         subject=str(scan),
         at=None if body.at is None else body.at.isoformat(),
     )
-    return _facts(plan, row.wall_id)
+    return _plan_out(plan, row.wall_id)
 
 
 @router.delete("/gyms/{gym}/scans/{scan}/plan", status_code=204)
@@ -501,7 +501,7 @@ def drop_plan(scan: UUID, session: Db, access: PublisherMay) -> None:
     )
 
 
-def _facts(plan: Plan, wall: UUID) -> PlanFacts:
-    return PlanFacts(
+def _plan_out(plan: Plan, wall: UUID) -> PlanOut:
+    return PlanOut(
         scan_id=plan.scan_id, wall_id=wall, at=plan.at, created_at=plan.created_at, error=plan.error
     )

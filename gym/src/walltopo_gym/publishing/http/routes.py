@@ -29,7 +29,7 @@ Tags = Annotated[list[Name], Field(max_length=20)]
 Short = Annotated[Text, Field(max_length=80)]
 
 
-class RouteWords(Body):
+class RouteIn(Body):
     """A route's facts; a change keeps omitted ones."""
 
     name: Short | None = None
@@ -50,13 +50,13 @@ class RouteWords(Body):
         }
 
 
-class RouteChange(RouteWords):
+class RouteChange(RouteIn):
     """Changes of a route; a colour is what the setter says, whatever a scan found."""
 
     colour: Text | None = Field(None, max_length=40)
 
 
-class RouteFacts(BaseModel):
+class RouteOut(BaseModel):
     """A route; `number`, `holds` and style are those of the published version. `by_hand`: it was
     added without a scan; while its `number` is null, the 3D view does not show it. `reach`: heights
     in metres (1.20 to 1.95, in steps of .15) for which the movement model finds moves to the top;
@@ -82,19 +82,19 @@ class RouteFacts(BaseModel):
 
 
 @router.get("/gyms/{gym}/routes")
-def list_routes(session: Db, access: GuestMay) -> list[RouteFacts]:
+def list_routes(session: Db, access: GuestMay) -> list[RouteOut]:
     """Return the current routes of a gym, wall by wall."""
-    return [facts_of_route(route, placed) for route, placed in gym_routes(session, access.gym.id)]
+    return [route_out(route, placed) for route, placed in gym_routes(session, access.gym.id)]
 
 
 @router.get("/gyms/{gym}/routes/{route}")
-def read_route(route: UUID, session: Db, access: GuestMay) -> RouteFacts:
+def read_route(route: UUID, session: Db, access: GuestMay) -> RouteOut:
     """Return a route, current or stripped."""
     return _one(session, route_of(session, access.gym.id, route))
 
 
 @router.patch("/gyms/{gym}/routes/{route}")
-def change_route(route: UUID, body: RouteChange, session: Db, access: PublisherMay) -> RouteFacts:
+def change_route(route: UUID, body: RouteChange, session: Db, access: PublisherMay) -> RouteOut:
     """Change a route's facts."""
     row = route_of(session, access.gym.id, route)
     change_facts(session, access.gym.id, row, body.facts(), access.actor.known)
@@ -102,7 +102,7 @@ def change_route(route: UUID, body: RouteChange, session: Db, access: PublisherM
 
 
 @router.post("/gyms/{gym}/routes/{route}/strip")
-def strip_route(route: UUID, session: Db, access: PublisherMay) -> RouteFacts:
+def strip_route(route: UUID, session: Db, access: PublisherMay) -> RouteOut:
     """Strip a route without a new scan."""
     row = route_of(session, access.gym.id, route)
     strip(session, row)
@@ -113,7 +113,7 @@ def strip_route(route: UUID, session: Db, access: PublisherMay) -> RouteFacts:
 
 
 @router.post("/gyms/{gym}/routes/{route}/restore")
-def restore_route(route: UUID, session: Db, access: PublisherMay) -> RouteFacts:
+def restore_route(route: UUID, session: Db, access: PublisherMay) -> RouteOut:
     """Undo the stripping of a route without a new scan."""
     row = route_of(session, access.gym.id, route)
     restore(session, row)
@@ -123,22 +123,22 @@ def restore_route(route: UUID, session: Db, access: PublisherMay) -> RouteFacts:
     return _one(session, row)
 
 
-def routes_of(session: Session, wall: Wall) -> list[RouteFacts]:
+def routes_of(session: Session, wall: Wall) -> list[RouteOut]:
     """Return the current routes of a wall by number, those without a placement last."""
-    return [facts_of_route(route, placed) for route, placed in wall_routes(session, wall)]
+    return [route_out(route, placed) for route, placed in wall_routes(session, wall)]
 
 
-def _one(session: Session, row: Route) -> RouteFacts:
+def _one(session: Session, row: Route) -> RouteOut:
     wall = session.get_one(Wall, row.wall_id)
     placed = select(Placement).where(
         Placement.route_id == row.id, Placement.scan_id == wall.published_scan_id
     )
-    return facts_of_route(row, session.scalar(placed))
+    return route_out(row, session.scalar(placed))
 
 
-def facts_of_route(row: Route, placement: Placement | None = None) -> RouteFacts:
+def route_out(row: Route, placement: Placement | None = None) -> RouteOut:
     """Return a route as the API has it."""
-    facts = RouteFacts.model_validate(row, from_attributes=True)
+    facts = RouteOut.model_validate(row, from_attributes=True)
     if placement is not None:
         facts.number, facts.holds = placement.number, placement.holds
         facts.steepness_deg, facts.hold_types = placement.steepness_deg, placement.hold_types

@@ -12,13 +12,13 @@ from walltopo_gym.api.fields import Body
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.gyms.access import OwnerMay
-from walltopo_gym.scans.facts import NetworkResult
 from walltopo_gym.scans.own_network import OwnNetwork, want
+from walltopo_gym.scans.scan_out import NetworkResult
 
 router = APIRouter(tags=["scans"])
 
 
-class OwnNetworkFacts(BaseModel):
+class OwnNetworkOut(BaseModel):
     """A gym's own network. `offered`: the server trains networks; `wanted`: the owner wants one;
     `error`: why the last training failed."""
 
@@ -36,15 +36,15 @@ class OwnNetworkChange(Body):
 
 
 @router.get("/gyms/{gym}/own-network")
-def read_own_network(session: Db, services: ServicesOf, access: OwnerMay) -> OwnNetworkFacts:
+def read_own_network(session: Db, services: ServicesOf, access: OwnerMay) -> OwnNetworkOut:
     """Return whether the gym has a network of its own, and how good it is."""
-    return _facts(session.get(OwnNetwork, access.gym.id), services.settings.own_networks)
+    return _network_out(session.get(OwnNetwork, access.gym.id), services.settings.own_networks)
 
 
 @router.put("/gyms/{gym}/own-network")
 def change_own_network(
     body: OwnNetworkChange, session: Db, services: ServicesOf, access: OwnerMay
-) -> OwnNetworkFacts:
+) -> OwnNetworkOut:
     """Turn the nightly training on or off. Turned off, the gym's own network is deleted."""
     offered = services.settings.own_networks
     if body.wanted and not offered:
@@ -58,14 +58,14 @@ def change_own_network(
         subject=access.gym.slug,
         wanted=body.wanted,
     )
-    return _facts(row, offered)
+    return _network_out(row, offered)
 
 
-def _facts(row: OwnNetwork | None, offered: bool) -> OwnNetworkFacts:
+def _network_out(row: OwnNetwork | None, offered: bool) -> OwnNetworkOut:
     if row is None:
-        return OwnNetworkFacts(offered=offered, wanted=False)
+        return OwnNetworkOut(offered=offered, wanted=False)
     result = None if row.result is None else NetworkResult.model_validate(row.result)
-    return OwnNetworkFacts(
+    return OwnNetworkOut(
         offered=offered,
         wanted=row.wanted,
         trained_at=row.trained_at,

@@ -22,8 +22,8 @@ from walltopo_gym.api.services import Db, Services, ServicesOf
 from walltopo_gym.gyms.access import Access, PublisherMay, gym_rule
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.scans.amendments import amend
-from walltopo_gym.scans.facts import ScanFacts, facts_of
 from walltopo_gym.scans.models import Scan
+from walltopo_gym.scans.scan_out import ScanOut, scan_out
 from walltopo_gym.scans.service import State, begin, move, scan_of, start
 from walltopo_gym.walls.lookup import wall_of
 
@@ -61,38 +61,38 @@ class ScanStart(Body):
 @router.get("/gyms/{gym}/walls/{wall}/scans")
 def list_scans(
     wall: UUID, session: Db, access: UploaderMay, cursor: Cursor = None, size: Size = 50
-) -> Page[ScanFacts]:
+) -> Page[ScanOut]:
     """Return the wall's versions, the newest first."""
     wall_of(session, access.gym.id, wall)
     rows, following = page_of(session, select(Scan).where(Scan.wall_id == wall), Scan, cursor, size)
-    return Page(items=[facts_of(session, row) for row in rows], next=following)
+    return Page(items=[scan_out(session, row) for row in rows], next=following)
 
 
 @router.post("/gyms/{gym}/walls/{wall}/scans", status_code=201)
-def begin_scan(wall: UUID, session: Db, access: UploaderMay) -> ScanFacts:
+def begin_scan(wall: UUID, session: Db, access: UploaderMay) -> ScanOut:
     """Create a version of the wall for uploads. It gets the coordinate frame of the published
     version."""
     row = wall_of(session, access.gym.id, wall)
     scan = begin(session, row, access.actor.known)
     _log(session, access, "scan.create", scan)
-    return facts_of(session, scan)
+    return scan_out(session, scan)
 
 
 @router.post("/gyms/{gym}/walls/{wall}/amendments", status_code=201)
-def amend_wall(wall: UUID, services: ServicesOf, access: PublisherMay) -> ScanFacts:
+def amend_wall(wall: UUID, services: ServicesOf, access: PublisherMay) -> ScanOut:
     """Create an amendment of the published version: the same mesh and photos, to be edited,
     reviewed and published. An amendment that is in review already is returned."""
     with services.database.reading() as session:
         row = wall_of(session, access.gym.id, wall)
     scan = amend(services.database, services.store, row.id, access.actor.known)
     with services.database.reading() as session:
-        return facts_of(session, session.get_one(Scan, scan))
+        return scan_out(session, session.get_one(Scan, scan))
 
 
 @router.get("/gyms/{gym}/scans/{scan}")
-def read_scan(scan: UUID, session: Db, access: UploaderMay) -> ScanFacts:
+def read_scan(scan: UUID, session: Db, access: UploaderMay) -> ScanOut:
     """Return a version of a wall and its progress."""
-    return facts_of(session, scan_of(session, access.gym.id, scan))
+    return scan_out(session, scan_of(session, access.gym.id, scan))
 
 
 @dataclass(frozen=True)
@@ -100,24 +100,24 @@ class _Watched:
     """A scan whose progress a client streams, and its state when the stream began."""
 
     gym: UUID
-    facts: ScanFacts
+    facts: ScanOut
 
 
 def _to_watch(scan: UUID, session: Db, access: UploaderMay) -> _Watched:
     """Look the scan up before the response begins, because a stream cannot answer 404."""
-    facts = facts_of(session, scan_of(session, access.gym.id, scan))
+    facts = scan_out(session, scan_of(session, access.gym.id, scan))
     return _Watched(access.gym.id, facts)
 
 
-def _facts_now(services: Services, watched: _Watched) -> ScanFacts:
+def _scan_now(services: Services, watched: _Watched) -> ScanOut:
     with services.database.reading() as session:
-        return facts_of(session, scan_of(session, watched.gym, watched.facts.id))
+        return scan_out(session, scan_of(session, watched.gym, watched.facts.id))
 
 
 @router.get("/gyms/{gym}/scans/{scan}/events", response_class=EventSourceResponse)
 async def watch_scan(
     request: Request, services: ServicesOf, first: Annotated[_Watched, Depends(_to_watch)]
-) -> AsyncIterator[ScanFacts]:
+) -> AsyncIterator[ScanOut]:
     """Stream the progress of a scan until no worker works on it.
 
     It is read from the table, so that any server can stream the progress of any worker.
@@ -126,7 +126,7 @@ async def watch_scan(
     yield facts
     while facts.state in (State.QUEUED, State.RUNNING) and not await request.is_disconnected():
         await sleep(_WATCH_S)
-        before, facts = facts, await to_thread.run_sync(_facts_now, services, first)
+        before, facts = facts, await to_thread.run_sync(_scan_now, services, first)
         if facts != before:
             yield facts
 
@@ -134,23 +134,23 @@ async def watch_scan(
 @router.post("/gyms/{gym}/scans/{scan}/start")
 def start_scan(
     scan: UUID, session: Db, access: UploaderMay, body: ScanStart | None = None
-) -> ScanFacts:
+) -> ScanOut:
     """Start a scan of the photos, also after a failure or a cancellation."""
     row = scan_of(session, access.gym.id, scan)
     body = body or ScanStart()
     start(session, row, part=body.part, colours=body.colours)
     _log(session, access, "scan.start", row)
-    return facts_of(session, row)
+    return scan_out(session, row)
 
 
 @router.post("/gyms/{gym}/scans/{scan}/cancel")
-def cancel_scan(scan: UUID, session: Db, access: UploaderMay) -> ScanFacts:
+def cancel_scan(scan: UUID, session: Db, access: UploaderMay) -> ScanOut:
     """Cancel a scan; finished stages are kept for a restart."""
     row = scan_of(session, access.gym.id, scan)
     move(session, row.id, State.CANCELLED)
     session.refresh(row)
     _log(session, access, "scan.cancel", row)
-    return facts_of(session, row)
+    return scan_out(session, row)
 
 
 def _log(session: Session, access: Access, action: str, scan: Scan) -> None:

@@ -59,7 +59,7 @@ router = APIRouter(tags=["uploads"])
 Tus = Depends(_speak_tus)
 
 
-class PhotoFacts(BaseModel):
+class PhotoOut(BaseModel):
     """A photo of a scan, or a video of so many `frames`; `reason`: why it is unusable, or why a
     video was not read to its end. `plate_frames`: in how many frames a scale plate was seen."""
 
@@ -74,7 +74,7 @@ class PhotoFacts(BaseModel):
     plate_frames: int
 
 
-class ShiftFacts(BaseModel):
+class ShiftOut(BaseModel):
     """How far the view moved from one photo to another that overlaps it: `right` and `up`, as a
     share of the picture's width and height; negative to the left and down."""
 
@@ -84,7 +84,7 @@ class ShiftFacts(BaseModel):
     up: float
 
 
-class OverlapFacts(BaseModel):
+class OverlapOut(BaseModel):
     """Groups of overlapping photos: `groups` of ids, the largest first.
 
     `pending`: photos came or went, and the groups are being recomputed. `shifts` join the photos of
@@ -93,28 +93,28 @@ class OverlapFacts(BaseModel):
 
     pending: bool
     groups: list[list[UUID]]
-    shifts: list[ShiftFacts]
+    shifts: list[ShiftOut]
 
 
 @router.get("/gyms/{gym}/scans/{scan}/photos")
-def list_photos(scan: UUID, session: Db, access: UploaderMay) -> list[PhotoFacts]:
+def list_photos(scan: UUID, session: Db, access: UploaderMay) -> list[PhotoOut]:
     """Return the photos of a scan in the order of their announcement."""
     row = scan_of(session, access.gym.id, scan)
     photos = select(Photo).where(Photo.scan_id == row.id).order_by(Photo.created_at, Photo.id)
     return [
-        PhotoFacts.model_validate(photo, from_attributes=True) for photo in session.scalars(photos)
+        PhotoOut.model_validate(photo, from_attributes=True) for photo in session.scalars(photos)
     ]
 
 
 @router.get("/gyms/{gym}/scans/{scan}/overlap")
-def read_overlap(scan: UUID, session: Db, access: UploaderMay) -> OverlapFacts:
+def read_overlap(scan: UUID, session: Db, access: UploaderMay) -> OverlapOut:
     """Return the groups of overlapping photos. One group becomes the wall, the rest is left out."""
     row = session.get(PhotoOverlap, scan_of(session, access.gym.id, scan).id)
     if row is None:
-        return OverlapFacts(pending=False, groups=[], shifts=[])
+        return OverlapOut(pending=False, groups=[], shifts=[])
     groups = [[UUID(photo) for photo in group] for group in row.groups]
-    shifts = [ShiftFacts.model_validate(shift) for shift in row.shifts]
-    return OverlapFacts(pending=row.answered < row.requested, groups=groups, shifts=shifts)
+    shifts = [ShiftOut.model_validate(shift) for shift in row.shifts]
+    return OverlapOut(pending=row.answered < row.requested, groups=groups, shifts=shifts)
 
 
 @router.post("/gyms/{gym}/scans/{scan}/photos", status_code=201, dependencies=[Tus])

@@ -2,8 +2,8 @@
 
 import type { Schemas } from "../../api/client";
 
-type Photo = Pick<Schemas["PhotoFacts"], "id" | "plate_frames">;
-type Facts = Schemas["OverlapFacts"];
+type Photo = Pick<Schemas["PhotoOut"], "id" | "plate_frames">;
+type Facts = Schemas["OverlapOut"];
 
 export type Hint = { name: "apart" | "stepLeft" | "stepRight" | "higher" } | { name: "plate"; count: number } | { name: "plateUnseen" };
 

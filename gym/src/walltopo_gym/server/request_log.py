@@ -33,7 +33,7 @@ _HEADER: Final = "x-request-id"
 _PLAUSIBLE: Final = re.compile(r"[\w.-]{8,64}", re.ASCII)
 
 
-class Observed:
+class RequestLogMiddleware:
     """The outermost middleware."""
 
     def __init__(self, app: ASGIApp, metrics: Metrics) -> None:

@@ -24,7 +24,7 @@ class Progress(BaseModel):
     at: datetime
 
 
-class ScaleFacts(BaseModel):
+class ScaleOut(BaseModel):
     """The source of a scan's metres: the method, and the labels of its scale plates."""
 
     method: Literal["measure", "stickers", "distance", "poses", "reference", "none"]
@@ -50,7 +50,7 @@ class NetworkResult(BaseModel):
     better: bool
 
 
-class ScanFacts(BaseModel):
+class ScanOut(BaseModel):
     """A version of a wall; `error` and `hint`: why it failed, and what to do. `part`: its photos
     show a part of the wall, and the rest is from `reference_id`. `colours`: only holds of these
     colours are exchanged; empty: all. `network`: scores of the gym's own network that found its
@@ -65,16 +65,16 @@ class ScanFacts(BaseModel):
     hint: str
     created_at: datetime
     published_at: datetime | None
-    scale: ScaleFacts | None
+    scale: ScaleOut | None
     part: bool
     colours: list[str]
     network: NetworkResult | None
     progress: Progress | None = None
 
 
-def facts_of(session: Session, row: Scan) -> ScanFacts:
+def scan_out(session: Session, row: Scan) -> ScanOut:
     """Return a scan with its progress."""
-    facts = ScanFacts.model_validate(row, from_attributes=True)
+    facts = ScanOut.model_validate(row, from_attributes=True)
     progress = session.get(ScanProgress, row.id)
     if progress is not None:
         facts.progress = Progress.model_validate(progress, from_attributes=True)
