@@ -34,7 +34,7 @@ export interface HoldReportIn {
 }
 
 /** A problem of one's own; the ids of its holds are those of the version `scan_id`. */
-export interface ProblemDraft {
+export interface ProblemIn {
   wall_id: string;
   scan_id: string;
   holds: { hold: number; use: "start" | "hand" | "foot" | "top" }[];
@@ -73,7 +73,7 @@ export type Words = Common & (
   | { what: "ascent"; id: string; route: string; body: AscentIn; takenBack: boolean; known: boolean }
   | { what: "opinion"; route: string; body: OpinionIn }
   | { what: "hold"; id: string; body: HoldReportIn }
-  | { what: "problem"; id: string; body: ProblemDraft; takenBack: boolean; known: boolean }
+  | { what: "problem"; id: string; body: ProblemIn; takenBack: boolean; known: boolean }
   | { what: "climbed"; problem: string; body: { climbed_at: string | null } }
   | { what: "score"; id: string; competition: string; body: ScoreIn }
 );

@@ -1,13 +1,13 @@
 /** A problem that is being made, changed or remixed. */
 
 import { SvelteMap } from "svelte/reactivity";
-import type { ProblemDraft } from "../outbox/store";
+import type { ProblemIn } from "../outbox/store";
 import type { HoldSet } from "../walls/viewer";
 import type { WallProblem } from "./problems.svelte";
 
 export const USES = ["start", "hand", "foot", "top"] as const;
 export type Use = (typeof USES)[number];
-type Used = ProblemDraft["holds"];
+type Used = ProblemIn["holds"];
 
 /** The holds as the viewer shows them. */
 export function setOf(holds: Used): HoldSet {
@@ -22,7 +22,7 @@ export class ProblemDraft {
   name = $state("");
   /** System and label, with a line break between; empty: no grade. */
   grade = $state("");
-  share = $state<ProblemDraft["share"]>("gym");
+  share = $state<ProblemIn["share"]>("gym");
   matching = $state(true);
   note = $state("");
 
@@ -60,7 +60,7 @@ export class ProblemDraft {
     return [...this.uses].map(([hold, use]) => ({ hold, use }));
   }
 
-  words(wall: string, scan: string): ProblemDraft {
+  words(wall: string, scan: string): ProblemIn {
     const [system, label] = this.grade.split("\n");
     return {
       wall_id: wall,

@@ -5,7 +5,7 @@ import { loadingKept, type Loaded } from "../lib/loaded.svelte";
 import { PROBLEMS_SHOWN } from "../offline/keepGym";
 import { offlineSince } from "../offline/reception.svelte";
 import { mine, say } from "../outbox/outbox.svelte";
-import { keyOf, settle, type Item, type ProblemDraft } from "../outbox/store";
+import { keyOf, settle, type Item, type ProblemIn } from "../outbox/store";
 import { me } from "../session.svelte";
 
 type Facts = Schemas["ClimberProblem"];
@@ -60,7 +60,7 @@ export class WallProblems {
   }
 
   /** Store a problem; `before` is what the server had of it. */
-  async keep(id: string, words: ProblemDraft, before: WallProblem | null): Promise<void> {
+  async keep(id: string, words: ProblemIn, before: WallProblem | null): Promise<void> {
     await say({ what: "problem", id, person: me()!.id, gym: this.gym(), name: words.name, body: words, takenBack: false, known: before !== null });
   }
 
@@ -103,7 +103,7 @@ function climbedBy(row: WallProblem, at: string | null): Pick<WallProblem, "clim
 }
 
 /** A problem that the server does not have yet. */
-function made(id: string, words: ProblemDraft, at: number): Facts {
+function made(id: string, words: ProblemIn, at: number): Facts {
   const { wall_id, holds, name, grade_system_id, grade, share, matching, note, remix_of } = words;
   return {
     id, wall_id, holds, name, grade_system_id, grade, share, matching, note, remix_of,
