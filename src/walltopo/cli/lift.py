@@ -10,7 +10,9 @@ from walltopo.cli.options import Number, add_options, add_overwrite, options_giv
 from walltopo.segment.lift.settings import LiftParams
 
 if TYPE_CHECKING:
-    from walltopo.core import Instances, Mesh
+    from collections.abc import Mapping, Sequence
+
+    from walltopo.core import Instances, Mesh, View
 
 
 EXAMPLES = """\
@@ -75,14 +77,7 @@ def run(args: argparse.Namespace) -> int:
     from walltopo.geometry.mesh_files import read_mesh_file, write_ply
     from walltopo.segment.lift import lift
     from walltopo.segment.lift.refine import refine_borders
-    from walltopo.segment.lift_files import (
-        find_cameras,
-        read_cameras,
-        read_masks,
-        records_of,
-        table_of,
-        write_coloured,
-    )
+    from walltopo.segment.lift_files import find_cameras, read_cameras, read_masks
     from walltopo.segment.lift_frames import explain_frames
     from walltopo.segment.lift_matching import attach_masks
     from walltopo.segment.lift_nothing import explain_nothing
@@ -107,19 +102,13 @@ def run(args: argparse.Namespace) -> int:
         if frames := explain_frames(mesh, views, params.seed):
             console.print(f"warning: {frames}")
 
-        def write(folder: Path, mesh: Mesh, found: Instances) -> None:
-            folder.mkdir(parents=True, exist_ok=True)
-            table_of(found).save(folder / "instances.npz")
-            records_of(found, views, classes).save(folder / "instances.json")
-            write_coloured(folder, mesh, found)
-
-        write(out, mesh, instances)
+        _write(out, mesh, instances, views, classes)
         if source.file_face is not None:
             with atomic_path(out / "file_faces.npz") as temporary, temporary.open("wb") as stream:
                 np.savez_compressed(stream, file_face=source.file_face)
         if args.refine_borders:
             finer, labels = refine_borders(mesh, views, instances, params, args.refine_borders)
-            write(out / "refined", finer, labels)
+            _write(out / "refined", finer, labels, views, classes)
             write_ply(out / "refined" / "mesh.ply", finer)
     total = sum(len(view.masks) for view in views)
     console.print(
@@ -132,3 +121,15 @@ def run(args: argparse.Namespace) -> int:
             f"{args.output / 'refined' / 'mesh.ply'}, with its own instances.npz beside it"
         )
     return 0
+
+
+def _write(
+    folder: Path, mesh: Mesh, found: Instances, views: Sequence[View], classes: Mapping[int, str]
+) -> None:
+    """Write the labels of a mesh, the instances, and the coloured mesh."""
+    from walltopo.segment.lift_files import records_of, table_of, write_coloured
+
+    folder.mkdir(parents=True, exist_ok=True)
+    table_of(found).save(folder / "instances.npz")
+    records_of(found, views, classes).save(folder / "instances.json")
+    write_coloured(folder, mesh, found)

@@ -109,6 +109,19 @@ def _material(writer: GlbWriter, surface: Surface, picture: tuple[bytes, str] | 
     return entries
 
 
+def _scene_extras(
+    holds: Sequence[Hold], routes: Sequence[Route], title: str, metric: bool
+) -> dict[str, Any]:
+    """Return what readers without property tables get: the rows as JSON."""
+    return {
+        "version": 1,
+        "title": title,
+        "metric": metric,
+        "holds": msgspec.to_builtins(list(holds)),
+        "routes": msgspec.to_builtins(list(routes)),
+    }
+
+
 def write_glb(
     surface: Surface,
     holds: Sequence[Hold],
@@ -135,24 +148,18 @@ def write_glb(
     writer = GlbWriter(compress=packing.compressed)
     attributes, transform = _attributes(writer, surface, packing)
     indices = writer.indices(surface.triangles, len(surface.positions))
+    max_id = int(surface.feature.max(initial=0))
     tables: list[dict[str, Any]] = []
     if labels:
-        max_patch = int(surface.feature.max(initial=0))
-        features = [{"featureCount": max_patch + 1, "attribute": 0, "label": "patch"}]
+        features = [{"featureCount": max_id + 1, "attribute": 0, "label": "patch"}]
         extras: dict[str, Any] = {"version": 1, "labels": labels}
     else:
-        columns = hold_columns(holds, int(surface.feature.max(initial=0)))
+        columns = hold_columns(holds, max_id)
         tables.append(writer.property_table("holds", "hold", columns))
         if routes:
             tables.append(writer.property_table("routes", "route", route_columns(routes)))
         features = [_feature_ids(0, "hold", len(columns[0].values), 0)]
-        extras = {
-            "version": 1,
-            "title": title,
-            "metric": metric,
-            "holds": msgspec.to_builtins(list(holds)),
-            "routes": msgspec.to_builtins(list(routes)),
-        }
+        extras = _scene_extras(holds, routes, title, metric)
     writer.use("EXT_mesh_features")
     if surface.guessed is not None:
         features.append(_feature_ids(1, "origin", 2, len(tables)))

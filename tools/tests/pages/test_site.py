@@ -62,7 +62,8 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = tmp_path_factory.mktemp("site")
     stage(ROOT, root / "build" / "site")
     shutil.copyfile(ROOT / "zensical.toml", root / "zensical.toml")
-    (root / "src").symlink_to(ROOT / "src")
+    for folder in ("src", "tools"):
+        (root / folder).symlink_to(ROOT / folder)
     done = subprocess.run(
         [Path(sys.executable).parent / "zensical", "build", "--strict"],
         cwd=root,

@@ -174,15 +174,19 @@ def join_with_reference(
     store("routes_raw", tables.routes)
     store("edits", _joined_edits(joint))
     progress.advance()
+    return joined, _metrics(mesh, tables.holds)
+
+
+def _metrics(mesh: Mesh, holds: Holds) -> dict[str, Metrics]:
+    """Return by stage the metrics that the join changes."""
     area = round(float(mesh.areas[mesh.measured].sum()), 3)
-    metrics: dict[str, Metrics] = {
+    return {
         "dense": {"faces": len(mesh.faces), "area": area},
         "classify": {
-            "holds": sum(hold.kind == "hold" for hold in tables.holds.holds),
-            "volumes": sum(hold.kind == "volume" for hold in tables.holds.holds),
+            "holds": sum(hold.kind == "hold" for hold in holds.holds),
+            "volumes": sum(hold.kind == "volume" for hold in holds.holds),
         },
     }
-    return joined, metrics
 
 
 def _storer(folder: ScanFolder) -> Callable[[str, object], None]:
