@@ -2,11 +2,10 @@
 
 import { Box3, Vector3 } from "three";
 import type { Tables } from "../data/types";
-import type { Surface } from "../tiers/surface";
 
 /** The parts of a wall that determine its framing. */
 export interface FramingInput {
-  surfaces: Surface[];
+  surfaces: { position: Float32Array; index: Uint16Array | Uint32Array }[];
   tables: Tables;
   box: Box3;
 }
