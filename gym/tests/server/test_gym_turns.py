@@ -13,7 +13,7 @@ from gym.tests.worlds import ORIGIN, World, make_world
 from sqlalchemy.orm import Session
 
 from walltopo_gym.api import turns
-from walltopo_gym.api.problems import handle_problems
+from walltopo_gym.api.error_responses import handle_errors
 from walltopo_gym.api.turns import turn_for
 from walltopo_gym.clock import now
 from walltopo_gym.competitions import live
@@ -28,7 +28,7 @@ class Heavy:
     def __init__(self) -> None:
         self.app = FastAPI()
         self.app.state.turns = {}
-        handle_problems(self.app)
+        handle_errors(self.app)
         self.done, self.working, self.most = asyncio.Event(), 0, 0
         self.app.get("/heavy", dependencies=[turn_for("heavy")])(self._work)
 

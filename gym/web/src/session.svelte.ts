@@ -1,6 +1,6 @@
 /** The signed-in person. The secret is a cookie that no script can read; this only says whose it is. */
 
-import { answer, api, Problem, type Schemas } from "./api/client";
+import { answer, api, ApiError, type Schemas } from "./api/client";
 import { forgetBody } from "./walls/body";
 import { forgetWall } from "./walls/script";
 import { forgetPrivate, isCutOff, KEPT, keeps, returned } from "./offline/reception.svelte";
@@ -50,7 +50,7 @@ async function ask(): Promise<boolean> {
     person = await answer(api.GET("/api/v1/me"));
     return true;
   } catch (error) {
-    if (!(error instanceof Problem)) throw error;
+    if (!(error instanceof ApiError)) throw error;
     if (error.status === 401) signedOut();
     return error.status === 401;
   }

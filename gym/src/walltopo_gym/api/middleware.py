@@ -20,7 +20,7 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from walltopo_gym.api.problems import problem_answer
+from walltopo_gym.api.error_responses import error_response
 from walltopo_gym.api.services import network_of
 from walltopo_gym.errors import RequestError
 
@@ -52,7 +52,7 @@ class Bounds:
             await self._app(scope, receive, send)
             return
         if not self._counter.hit(self._limit, network_of(Request(scope))):
-            answer = problem_answer(
+            answer = error_response(
                 RequestError("too-many-requests", "wait-a-minute"), 429, {"retry-after": "60"}
             )
             await answer(scope, receive, send)
@@ -116,7 +116,7 @@ class BodyLimit:
 
 
 def _too_large() -> Response:
-    return problem_answer(RequestError("body-too-large"), 413)
+    return error_response(RequestError("body-too-large"), 413)
 
 
 _SAFE = {"GET", "HEAD", "OPTIONS"}
@@ -137,7 +137,7 @@ class CrossOriginGuard:
         if scope["type"] == "http" and scope["method"] not in _SAFE:
             headers = Headers(scope=scope)
             if not self._is_ours(headers):
-                answer = problem_answer(RequestError("other-site"), 403)
+                answer = error_response(RequestError("other-site"), 403)
                 await answer(scope, receive, send)
                 return
         await self._app(scope, receive, send)

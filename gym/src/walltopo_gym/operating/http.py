@@ -17,8 +17,8 @@ from walltopo_gym.accounts.access import AnyoneMay, SignedInMay
 from walltopo_gym.accounts.cookies import sign_out_here
 from walltopo_gym.accounts.notices import NotifyOwner
 from walltopo_gym.accounts.passwords import Password, check_own_password
+from walltopo_gym.api.error_responses import error_response
 from walltopo_gym.api.fields import Body
-from walltopo_gym.api.problems import problem_answer
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.api.tables import CsvDialectOf, CsvFile
 from walltopo_gym.errors import NotFoundError, RequestError
@@ -106,14 +106,14 @@ def read_readiness(services: ServicesOf) -> Health | JSONResponse:
         with services.database.reading() as session:
             session.execute(text("SELECT 1"))
     except SQLAlchemyError:
-        return problem_answer(RequestError("database-away"), 503)
+        return error_response(RequestError("database-away"), 503)
     try:
         services.store.has("nothing")
     except (BaseError, OSError):
-        return problem_answer(RequestError("store-away"), 503)
+        return error_response(RequestError("store-away"), 503)
     fullness = services.get(Incoming).fullness()
     if fullness == "full":
-        return problem_answer(RequestError("disk-is-full", "disk-make-room"), 503)
+        return error_response(RequestError("disk-is-full", "disk-make-room"), 503)
     return Health(status="ok" if fullness == "ok" else f"the disk is {fullness}")
 
 

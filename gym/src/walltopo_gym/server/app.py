@@ -23,8 +23,8 @@ import walltopo_gym.walls.http as walls
 from walltopo_gym.accounts.access import declare_rules
 from walltopo_gym.accounts.http import oidc
 from walltopo_gym.accounts.passwords import Passwords
+from walltopo_gym.api.error_responses import ERROR_RESPONSES, handle_errors
 from walltopo_gym.api.middleware import BodyLimit, Bounds, CrossOriginGuard, SafeHeaders
-from walltopo_gym.api.problems import PROBLEMS, handle_problems
 from walltopo_gym.api.services import Services
 from walltopo_gym.database.engine import CONNECTIONS
 from walltopo_gym.editing.service import EditSessions
@@ -92,7 +92,7 @@ def build_app(services: Services) -> FastAPI:
         # Both load scripts of other hosts.
         docs_url=None,
         redoc_url=None,
-        responses=PROBLEMS,
+        responses=ERROR_RESPONSES,
         generate_unique_id_function=lambda route: route.name,
     )
     app.state.services = services
@@ -108,7 +108,7 @@ def build_app(services: Services) -> FastAPI:
     app.include_router(metrics_router)
     app.include_router(oidc.router)
     app.include_router(pages.router)  # the last: it answers every path that is left
-    handle_problems(app)
+    handle_errors(app)
     app.add_middleware(BodyLimit, longer=_LONGER_BODIES)
     app.add_middleware(CrossOriginGuard, origin=services.settings.link_base)
     app.add_middleware(Bounds, per_minute=services.settings.requests_per_minute)

@@ -17,7 +17,7 @@ from uuid import uuid4
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from walltopo_gym.api.problems import problem_answer
+from walltopo_gym.api.error_responses import error_response
 from walltopo_gym.database.lock import lock_scope
 from walltopo_gym.errors import RequestError
 from walltopo_gym.log_lines import PlainFormatter
@@ -63,7 +63,7 @@ class RequestLogMiddleware:
             _LOG.exception("a defect")
             if status:  # the answer had begun; it breaks off
                 raise
-            answer = problem_answer(RequestError("defect", "defect-log"), 500)
+            answer = error_response(RequestError("defect", "defect-log"), 500)
             await answer(scope, receive, send_with_id)
         finally:
             self._note(scope, status or 500, time.perf_counter() - begun)

@@ -1,6 +1,6 @@
 /** Proof of one's identity before a way to sign in changes: the server demands it, `ConfirmDialog` asks for it. */
 
-import { Problem } from "../api/client";
+import { ApiError } from "../api/client";
 
 let answered = $state.raw<((confirmed: boolean) => void) | null>(null);
 
@@ -18,7 +18,7 @@ export async function confirmed<T>(change: () => Promise<T>): Promise<T> {
   try {
     return await change();
   } catch (error) {
-    if (!(error instanceof Problem) || error.code !== "confirm-first") throw error;
+    if (!(error instanceof ApiError) || error.code !== "confirm-first") throw error;
     if (!(await new Promise<boolean>((resolve) => (answered = resolve)))) throw error;
     return change();
   }

@@ -1,13 +1,13 @@
 /** Passkeys in this browser, by SimpleWebAuthn; its script is fetched when one is used. */
 
-import { answer, api, Problem, type Schemas } from "../api/client";
+import { answer, api, ApiError, type Schemas } from "../api/client";
 import { t } from "../i18n.svelte";
 
 type Library = typeof import("@simplewebauthn/browser");
 
 export const canPasskeys = typeof window.PublicKeyCredential === "function";
 
-/** The device's response. Throws a `Problem` if its owner refused, or the device failed. */
+/** The device's response. Throws a `ApiError` if its owner refused, or the device failed. */
 async function requested<T>(use: (library: Library) => Promise<T>): Promise<T> {
   const library = await import("@simplewebauthn/browser");
   try {
@@ -16,7 +16,7 @@ async function requested<T>(use: (library: Library) => Promise<T>): Promise<T> {
     if (!(error instanceof Error)) throw error;
     // A device that has this account's passkey already says InvalidStateError.
     const twice = error.name === "InvalidStateError";
-    throw new Problem(0, t(twice ? "passkeys.twice" : "passkeys.not"), twice ? "" : t("passkeys.notHint"));
+    throw new ApiError(0, t(twice ? "passkeys.twice" : "passkeys.not"), twice ? "" : t("passkeys.notHint"));
   }
 }
 

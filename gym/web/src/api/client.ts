@@ -31,7 +31,7 @@ api.use({
 type Message = { title: unknown; hint?: unknown; code?: unknown; hint_code?: unknown; values?: Record<string, string> };
 
 /** Why a request failed: the server's sentence, or ours if the server could not be reached. */
-export class Problem extends Error {
+export class ApiError extends Error {
   constructor(
     readonly status: number,
     message: string,
@@ -42,36 +42,36 @@ export class Problem extends Error {
     super(message);
   }
 
-  static of(error: unknown): Problem {
-    if (error instanceof Problem) return error;
-    if (error instanceof TypeError) return Problem.unreachable();
+  static of(error: unknown): ApiError {
+    if (error instanceof ApiError) return error;
+    if (error instanceof TypeError) return ApiError.unreachable();
     throw error;
   }
 
-  static unreachable(): Problem {
-    return new Problem(0, t("problem.unreachable"), t("problem.unreachableHint"));
+  static unreachable(): ApiError {
+    return new ApiError(0, t("problem.unreachable"), t("problem.unreachableHint"));
   }
 
   /** Reads a response's body, which is `application/problem+json` (RFC 9457) unless a proxy wrote it. */
-  static from(status: number, body: unknown): Problem {
+  static from(status: number, body: unknown): ApiError {
     if (typeof body === "object" && body !== null && "title" in body) {
       const { title, hint, code, hint_code, values } = body as Message;
       const text = (key: unknown, english: unknown): string =>
         problemText(String(key ?? ""), values ?? {}) ?? (typeof english === "string" ? english : "");
-      return new Problem(status, text(code, title), text(hint_code, hint), String(code ?? ""));
+      return new ApiError(status, text(code, title), text(hint_code, hint), String(code ?? ""));
     }
-    return new Problem(status, t("problem.status", { status }));
+    return new ApiError(status, t("problem.status", { status }));
   }
 }
 
-/** Returns the server's response. Throws a `Problem` if the request failed. */
+/** Returns the server's response. Throws a `ApiError` if the request failed. */
 export async function answer<T>(requested: Promise<{ data?: T; error?: unknown; response: Response }>): Promise<T> {
   let result;
   try {
     result = await requested;
   } catch (error) {
-    throw Problem.of(error);
+    throw ApiError.of(error);
   }
-  if (!result.response.ok) throw Problem.from(result.response.status, result.error);
+  if (!result.response.ok) throw ApiError.from(result.response.status, result.error);
   return result.data as T;
 }

@@ -1,6 +1,6 @@
 /** A board that keeps itself up to date: by server-sent events, or by polling if the stream fails. */
 
-import { PREFIX, Problem } from "../api/client";
+import { PREFIX, ApiError } from "../api/client";
 import { board as ask } from "./asking";
 import type { Board, Line, Team } from "./facts";
 
@@ -33,7 +33,7 @@ export function merged(board: Board, { seq, at, categories, teams }: Omit<LiveMe
 
 export class LiveBoard {
   board = $state.raw<Board>();
-  problem = $state.raw<Problem | null>(null);
+  problem = $state.raw<ApiError | null>(null);
   /** Whether changes are streamed; otherwise they are polled. */
   live = $state(false);
   private source: EventSource | null = null;
@@ -92,7 +92,7 @@ export class LiveBoard {
       this.problem = null;
       if (isOver(board)) this.stop();
     } catch (error) {
-      const problem = Problem.of(error);
+      const problem = ApiError.of(error);
       this.problem = problem.status === 0 && this.board ? null : problem;
     }
   }

@@ -1,7 +1,7 @@
 /** Data of the server: loading, loaded, or failed. During a reload the old data stays. */
 
 import { untrack } from "svelte";
-import { Problem } from "../api/client";
+import { ApiError } from "../api/client";
 import { isCutOff, KEPT, keeps, returned } from "../offline/reception.svelte";
 
 /** The source of data: the server, or this browser's storage. */
@@ -14,7 +14,7 @@ const hasOnlyKept = (): boolean => keeps() && untrack(isCutOff);
 
 export class Loaded<T> {
   data = $state.raw<T>();
-  problem = $state.raw<Problem | null>(null);
+  problem = $state.raw<ApiError | null>(null);
   private turn = 0;
   private answered = 0;
 
@@ -31,7 +31,7 @@ export class Loaded<T> {
       this.problem = null;
     } catch (error) {
       if (turn !== this.turn) return;
-      const problem = Problem.of(error);
+      const problem = ApiError.of(error);
       if (GONE.includes(problem.status)) {
         this.answered = turn;
         this.data = undefined;
@@ -61,7 +61,7 @@ export class Loaded<T> {
     const kept = await this.ask(KEPT).catch(() => undefined);
     if (turn !== this.turn) return;
     this.data = kept ?? this.data;
-    this.problem = this.data === undefined ? Problem.unreachable() : null;
+    this.problem = this.data === undefined ? ApiError.unreachable() : null;
   }
 }
 

@@ -1,6 +1,6 @@
 /** Requests everything that the app needs offline, so that the service worker stores it. */
 
-import { answer, api, PREFIX, Problem } from "../api/client";
+import { answer, api, PREFIX, ApiError } from "../api/client";
 import { me } from "../session.svelte";
 import { isPortal } from "./portal";
 import { keeps } from "./reception.svelte";
@@ -30,7 +30,7 @@ export function keepTrying(request: () => Promise<void>): () => void {
       await controlled();
       if (!isEnded) await request();
     } catch (error) {
-      const isRefused = error instanceof Problem && error.status >= 400 && error.status < 429;
+      const isRefused = error instanceof ApiError && error.status >= 400 && error.status < 429;
       if (!isEnded && !isRefused) timer = setTimeout(() => void attempt(Math.min(2 * wait, MAX_WAIT_MS)), wait);
     }
   };

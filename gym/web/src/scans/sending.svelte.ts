@@ -1,7 +1,7 @@
 /** Sends photos by tus, a few at a time; resumes by itself after a broken connection, and in a later tab. */
 
 import type { Upload } from "tus-js-client";
-import { PREFIX, Problem } from "../api/client";
+import { PREFIX, ApiError } from "../api/client";
 import { t } from "../i18n.svelte";
 import { forget, hashOf, keep, pendingOf } from "./pending";
 
@@ -11,7 +11,7 @@ const WAITS_MS = [500, 1000, 2000, 4000, 8000, 16000, ...Array<number>(120).fill
 
 export class Sent {
   sent = $state(0);
-  problem = $state.raw<Problem | null>(null);
+  problem = $state.raw<ApiError | null>(null);
   done = $state(false);
   begun = false;
   upload: Upload | null = null;
@@ -72,7 +72,7 @@ export class Sending {
   /** List a file that cannot be read with the reason; the others go on. */
   private unreadable(file: File): void {
     const photo = new Sent(`unread ${file.name} ${file.size}`, file);
-    photo.problem = new Problem(0, t("photos.unread"), t("photos.unreadHint"));
+    photo.problem = new ApiError(0, t("photos.unread"), t("photos.unreadHint"));
     this.photos = [...this.photos.filter(({ hash }) => hash !== photo.hash), photo];
   }
 
@@ -101,7 +101,7 @@ export class Sending {
     const tus = await import("tus-js-client").catch(() => null);
     if (this.stopped) return;
     if (!tus) {
-      photo.problem = Problem.unreachable();
+      photo.problem = ApiError.unreachable();
       return;
     }
     const upload = new tus.Upload(photo.file, {
@@ -143,7 +143,7 @@ export class Sending {
     } catch {
       // A proxy's page, or nothing at all.
     }
-    photo.problem = answer ? Problem.from(answer.getStatus(), body) : Problem.of(new TypeError(error.message));
+    photo.problem = answer ? ApiError.from(answer.getStatus(), body) : ApiError.of(new TypeError(error.message));
     // Refused for its content: a retry would be refused again.
     if (answer && answer.getStatus() >= 400 && answer.getStatus() < 500) void forget(this.scan, photo.hash);
     this.next();

@@ -14,8 +14,8 @@ from sqlalchemy.orm import Session
 from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.models import Person
+from walltopo_gym.api.error_responses import FaultOut
 from walltopo_gym.api.fields import Body, LongText, Name, Text
-from walltopo_gym.api.problems import FaultOut
 from walltopo_gym.api.services import Db
 from walltopo_gym.competitions.bodies import Bib, EntryBody, Gender, Handicap, Year
 from walltopo_gym.competitions.entering import (

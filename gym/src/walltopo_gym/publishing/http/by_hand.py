@@ -11,8 +11,8 @@ from pydantic import BaseModel, Field
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.audit import log_change
+from walltopo_gym.api.error_responses import FaultOut
 from walltopo_gym.api.fields import Body, Day, Text
-from walltopo_gym.api.problems import FaultOut
 from walltopo_gym.api.services import Db
 from walltopo_gym.errors import RequestError
 from walltopo_gym.gyms.access import Access, GuestMay, PublisherMay

@@ -31,7 +31,7 @@ _LOG = logging.getLogger("walltopo_gym.api")
 _STATUS: Final[Mapping[type[WalltopoError], int]] = {InputError: 422, EnvironmentLacksError: 507}
 
 # The error answers of every endpoint, for the OpenAPI document.
-PROBLEMS: Final[dict[int | str, dict[str, Any]]] = {
+ERROR_RESPONSES: Final[dict[int | str, dict[str, Any]]] = {
     "4XX": {
         "description": "Why not, in words",
         "content": {
@@ -54,13 +54,13 @@ PROBLEMS: Final[dict[int | str, dict[str, Any]]] = {
 }
 
 
-def codes_of(problem: RequestError) -> dict[str, object]:
-    """Return `code`, `hint_code` and `values` of a problem, as far as it has them."""
-    found: dict[str, object] = {"code": problem.key}
-    if problem.hint_key:
-        found["hint_code"] = problem.hint_key
-    if problem.values:
-        found["values"] = {name: str(value) for name, value in problem.values.items()}
+def codes_of(error: RequestError) -> dict[str, object]:
+    """Return `code`, `hint_code` and `values` of an error, as far as it has them."""
+    found: dict[str, object] = {"code": error.key}
+    if error.hint_key:
+        found["hint_code"] = error.hint_key
+    if error.values:
+        found["values"] = {name: str(value) for name, value in error.values.items()}
     return found
 
 
@@ -78,28 +78,28 @@ class FaultOut(BaseModel):
     @classmethod
     def of(cls, fault: Fault) -> FaultOut:
         """Return it as the API has it."""
-        problem = fault.problem
+        error = fault.problem
         facts = {
             "line": fault.line,
             "column": fault.column,
-            "why": problem.message,
-            "hint": problem.hint,
-            **codes_of(problem),
+            "why": error.message,
+            "hint": error.hint,
+            **codes_of(error),
         }
         return cls.model_validate(facts)
 
 
-def problem_answer(
-    problem: RequestError, status: int | None = None, headers: Mapping[str, str] | None = None
+def error_response(
+    error: RequestError, status: int | None = None, headers: Mapping[str, str] | None = None
 ) -> JSONResponse:
     """Return a response that says what happened and what to do, in English and by key. The app
     translates the key.
 
     Parameters
     ----------
-    status : overrides the problem's own status.
+    status : overrides the error's own status.
     """
-    return _answer(status or problem.status, problem.message, problem.hint, headers, problem)
+    return _answer(status or error.status, error.message, error.hint, headers, error)
 
 
 def _answer(
@@ -107,19 +107,19 @@ def _answer(
     title: str,
     hint: str = "",
     headers: Mapping[str, str] | None = None,
-    problem: RequestError | None = None,
+    error: RequestError | None = None,
 ) -> JSONResponse:
     body: dict[str, object] = {"title": title, "status": status}
     if hint:
         body["hint"] = hint
-    if problem is not None:
-        body |= codes_of(problem)
+    if error is not None:
+        body |= codes_of(error)
     return JSONResponse(body, status, headers, media_type="application/problem+json")
 
 
-def handle_problems(app: FastAPI) -> None:
+def handle_errors(app: FastAPI) -> None:
     """Register the handlers of errors in the application."""
-    app.add_exception_handler(RequestError, _handle_problem)
+    app.add_exception_handler(RequestError, _handle_request_error)
     app.add_exception_handler(WalltopoError, _handle_error_of_walltopo)
     app.add_exception_handler(RequestValidationError, _handle_invalid)
     app.add_exception_handler(HTTPException, _handle_http)
@@ -129,14 +129,14 @@ def handle_problems(app: FastAPI) -> None:
     app.add_exception_handler(StoreError, _handle_away)
 
 
-def _handle_problem(request: Request, error: Exception) -> JSONResponse:
+def _handle_request_error(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, RequestError)
     headers = {}
     if isinstance(error, TooManyError):
         headers["retry-after"] = str(error.seconds)
     if isinstance(error, SignInNeededError):
         headers["www-authenticate"] = "Bearer"
-    return problem_answer(error, headers=headers)
+    return error_response(error, headers=headers)
 
 
 def _handle_error_of_walltopo(request: Request, error: Exception) -> JSONResponse:
@@ -160,7 +160,7 @@ def _handle_http(request: Request, error: Exception) -> JSONResponse:
 def _handle_race(request: Request, error: Exception) -> JSONResponse:
     """Answer the loser of two simultaneous requests; the database accepted the other."""
     _LOG.info("conflict: %s", error)
-    return problem_answer(RequestError("same-moment", "look-again"), 409)
+    return error_response(RequestError("same-moment", "look-again"), 409)
 
 
 def _handle_away(request: Request, error: Exception) -> JSONResponse:
@@ -171,6 +171,6 @@ def _handle_away(request: Request, error: Exception) -> JSONResponse:
     _LOG.error("the database or the file store does not answer: %s", error)
     found = explain(error)
     if isinstance(found, UnavailableError):
-        return problem_answer(found)
+        return error_response(found)
     away = found or RequestError("database-away", "try-again-soon")
-    return problem_answer(away, 503, {"retry-after": "2"})
+    return error_response(away, 503, {"retry-after": "2"})
