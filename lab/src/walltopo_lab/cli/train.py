@@ -103,6 +103,24 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         help="votes (default), or one of Ultralytics' networks (AGPL-3.0, extra [ultralytics]): "
         "yolo11s-seg, yolo11s, rtdetr-l and their sizes",
     )
+    _add_training(parser)
+    parser.set_defaults(run=run)
+    add_needs(parser, _needs)
+    others = {
+        word: build(f"{parser.prog} {word}")
+        for word, build in (
+            ("gym", gym_parser),
+            ("classifier", classifier_parser),
+            ("hold-types", hold_types_parser),
+            ("paint", paint_parser),
+            ("pack", pack_parser),
+        )
+    }
+    commands.choices["train"] = _ByFirstWord(parser, others)
+
+
+def _add_training(parser: argparse.ArgumentParser) -> None:
+    """Add the settings of training and augmentation."""
     group = parser.add_argument_group("training")
     group.add_argument(
         "--hyp",
@@ -121,19 +139,6 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         "options below go before both",
     )
     _add_settings(group, AugmentSettings)
-    parser.set_defaults(run=run)
-    add_needs(parser, _needs)
-    others = {
-        word: build(f"{parser.prog} {word}")
-        for word, build in (
-            ("gym", gym_parser),
-            ("classifier", classifier_parser),
-            ("hold-types", hold_types_parser),
-            ("paint", paint_parser),
-            ("pack", pack_parser),
-        )
-    }
-    commands.choices["train"] = _ByFirstWord(parser, others)
 
 
 def _needs(args: argparse.Namespace) -> dict[str, str]:

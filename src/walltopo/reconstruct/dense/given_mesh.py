@@ -98,13 +98,7 @@ def place_mesh(
     mesh, uv = _crop(mesh, uv, scene)
     _check_size(mesh, edge, path)
     mesh, uv = _split(mesh, uv, _LONGEST_EDGE * edge)
-    if uv is None:
-        context.progress.note(f"{path.name}: painted from the photos: {content.lacks}")
-    else:
-        context.progress.note(
-            f"{path.name}: its own texture is used; people in it are not hidden "
-            "(dense.mesh_texture=never paints the photos instead)"
-        )
+    context.progress.note(f"{path.name}: {_painting(content.lacks, has_texture=uv is not None)}")
     picture = None
     if content.picture is not None:
         picture = TextureImage(context.scratch / "given.png")
@@ -122,6 +116,16 @@ def place_mesh(
     }
     return GivenMesh(
         mesh, picture, None if uv is None else TextureUv(uv.astype(np.float32)), figures
+    )
+
+
+def _painting(lacks: str, *, has_texture: bool) -> str:
+    """Return in words what paints the mesh."""
+    if not has_texture:
+        return f"painted from the photos: {lacks}"
+    return (
+        "its own texture is used; people in it are not hidden (dense.mesh_texture=never paints the "
+        "photos instead)"
     )
 
 

@@ -98,14 +98,8 @@ def map_photos(
         raise contradiction(given)
     attempt = _reconstruct(folder, photos, given, views, settings, context)
     result = attempt.result
-    if not result.models and given is not None:
-        raise contradiction(given)
     if not result.models:
-        raise StageError(
-            f"none of the {len(photos)} photos could be registered",
-            "They overlap too little. Take sharp photos of one wall that overlap by two thirds, "
-            "and move between them.",
-        )
+        raise _not_registered(len(photos)) if given is None else contradiction(given)
     best = Path(result.best)
     _note_groups(result, context)
     missing = {photo.name: photo.name for photo in photos if photo.name not in attempt.registered}
@@ -125,6 +119,14 @@ def map_photos(
     if fit is not None:
         figures |= {"poses_median": fit.median, "poses_median_deg": fit.median_deg}
     return model, None, fit, figures
+
+
+def _not_registered(photos: int) -> StageError:
+    return StageError(
+        f"none of the {photos} photos could be registered",
+        "They overlap too little. Take sharp photos of one wall that overlap by two thirds, and "
+        "move between them.",
+    )
 
 
 def _write_in_frame_of_poses(
