@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from walltopo_gym.database.engine import Database
@@ -28,8 +29,8 @@ class Feature:
 
     Parameters
     ----------
+    name : of its folder.
     switch : the name by which operators and gyms turn it off; None: it is always on.
-    routers : returns its endpoints.
     listeners : of events and questions, while it is on.
     data_listeners : the same, also while it is off: of those that concern its rows.
     parts : makes the objects that a server keeps for it (`Services.get`).
@@ -37,11 +38,16 @@ class Feature:
     start : called once when a worker starts.
     """
 
+    name: str
     switch: Switch | None = None
-    routers: Callable[[], Sequence[APIRouter]] = _nothing
     listeners: Listeners = field(default_factory=dict[type, Sequence[Any]])
     data_listeners: Listeners = field(default_factory=dict[type, Sequence[Any]])
     parts: Callable[[Database], Sequence[object]] = _nothing
     tasks: Callable[[GymSettings, Database, FileStore], Sequence[Task]] = _nothing
     chores: Callable[[GymSettings, Database], Sequence[Chore]] = _nothing
     start: Callable[[Database], object] = _nothing
+
+    def routers(self) -> Sequence[APIRouter]:
+        """Return its endpoints: `ROUTERS` of its module or package `http`."""
+        found: Sequence[APIRouter] = import_module(f"walltopo_gym.{self.name}.http").ROUTERS
+        return found

@@ -20,15 +20,7 @@ from walltopo_gym.feature import Feature
 from walltopo_gym.settings import GymSettings
 
 if TYPE_CHECKING:
-    from fastapi import APIRouter
-
     from walltopo_gym.jobs.worker import Chore
-
-
-def _routers() -> Sequence[APIRouter]:
-    from walltopo_gym.competitions.http import ROUTERS
-
-    return ROUTERS
 
 
 def _chores(settings: GymSettings, database: Database) -> Sequence[Chore]:
@@ -52,8 +44,8 @@ def _person_deleted(session: Session, event: PersonDeleted) -> None:
 
 
 FEATURE = Feature(
+    "competitions",
     switch="competitions",
-    routers=_routers,
     listeners={ComingDates: (add_dates,), DemoFilled: (hold_cups,)},
     data_listeners={OwnTables: (_own_tables,), PersonDeleted: (_person_deleted,)},
     parts=lambda database: (LiveBoards(database),),

@@ -14,15 +14,7 @@ from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore
 
 if TYPE_CHECKING:
-    from fastapi import APIRouter
-
     from walltopo_gym.jobs.queue import Task
-
-
-def _routers() -> Sequence[APIRouter]:
-    from walltopo_gym.grading.http import ROUTERS
-
-    return ROUTERS
 
 
 def _tasks(settings: GymSettings, database: Database, store: FileStore) -> Sequence[Task]:
@@ -32,7 +24,7 @@ def _tasks(settings: GymSettings, database: Database, store: FileStore) -> Seque
 
 
 FEATURE = Feature(
-    routers=_routers,
+    "grading",
     listeners={
         ReviewChanged: (review_changed,),
         GradeOutliersOf: (answer_outliers,),

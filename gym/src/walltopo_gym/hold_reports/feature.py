@@ -2,24 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
 from sqlalchemy import update
 from sqlalchemy.orm import Session
 
 from walltopo_gym.events import OwnTables, PersonDeleted
 from walltopo_gym.feature import Feature
 from walltopo_gym.hold_reports.models import HoldReport
-
-if TYPE_CHECKING:
-    from fastapi import APIRouter
-
-
-def _routers() -> Sequence[APIRouter]:
-    from walltopo_gym.hold_reports.http import ROUTERS
-
-    return ROUTERS
 
 
 def _own_tables(session: Session, question: OwnTables) -> None:
@@ -33,6 +21,6 @@ def _person_deleted(session: Session, event: PersonDeleted) -> None:
 
 
 FEATURE = Feature(
-    routers=_routers,
+    "hold_reports",
     data_listeners={OwnTables: (_own_tables,), PersonDeleted: (_person_deleted,)},
 )

@@ -23,16 +23,8 @@ from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore
 
 if TYPE_CHECKING:
-    from fastapi import APIRouter
-
     from walltopo_gym.jobs.queue import Task
     from walltopo_gym.jobs.worker import Chore
-
-
-def _routers() -> Sequence[APIRouter]:
-    from walltopo_gym.notifications.http import ROUTERS
-
-    return ROUTERS
 
 
 def _tasks(settings: GymSettings, database: Database, store: FileStore) -> Sequence[Task]:
@@ -63,7 +55,7 @@ def _own_tables(session: Session, question: OwnTables) -> None:
 
 
 FEATURE = Feature(
-    routers=_routers,
+    "notifications",
     listeners={
         HoldReported: (happened.hold_reported,),
         HoldReportDone: (happened.hold_report_done,),

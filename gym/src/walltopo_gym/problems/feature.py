@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from sqlalchemy.orm import Session
 
@@ -13,15 +12,6 @@ from walltopo_gym.events import OwnTables
 from walltopo_gym.feature import Feature
 from walltopo_gym.problems.demo import make_problems
 from walltopo_gym.problems.models import Problem, ProblemAscent, ProblemReport
-
-if TYPE_CHECKING:
-    from fastapi import APIRouter
-
-
-def _routers() -> Sequence[APIRouter]:
-    from walltopo_gym.problems.http import ROUTERS
-
-    return ROUTERS
 
 
 def _parts(database: Database) -> Sequence[object]:
@@ -41,8 +31,8 @@ def _own_tables(session: Session, question: OwnTables) -> None:
 
 
 FEATURE = Feature(
+    "problems",
     listeners={DemoFilled: (make_problems,)},
-    routers=_routers,
     parts=_parts,
     data_listeners={OwnTables: (_own_tables,)},
 )

@@ -2,23 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
 from sqlalchemy.orm import Session
 
 from walltopo_gym.events import OwnTables
 from walltopo_gym.feature import Feature
 from walltopo_gym.reset_plans.models import GradeProposal, ResetPerson, SignOff
-
-if TYPE_CHECKING:
-    from fastapi import APIRouter
-
-
-def _routers() -> Sequence[APIRouter]:
-    from walltopo_gym.reset_plans.http import ROUTERS
-
-    return ROUTERS
 
 
 def _own_tables(session: Session, question: OwnTables) -> None:
@@ -31,4 +19,4 @@ def _own_tables(session: Session, question: OwnTables) -> None:
     )
 
 
-FEATURE = Feature(routers=_routers, data_listeners={OwnTables: (_own_tables,)})
+FEATURE = Feature("reset_plans", data_listeners={OwnTables: (_own_tables,)})

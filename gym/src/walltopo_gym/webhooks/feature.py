@@ -13,15 +13,7 @@ from walltopo_gym.storage.files import FileStore
 from walltopo_gym.webhooks.service import DELIVERY, LISTENERS, drop_given_up
 
 if TYPE_CHECKING:
-    from fastapi import APIRouter
-
     from walltopo_gym.jobs.queue import Task
-
-
-def _routers() -> Sequence[APIRouter]:
-    from walltopo_gym.webhooks.http import ROUTERS
-
-    return ROUTERS
 
 
 def _tasks(settings: GymSettings, database: Database, store: FileStore) -> Sequence[Task]:
@@ -32,7 +24,7 @@ def _tasks(settings: GymSettings, database: Database, store: FileStore) -> Seque
 
 
 FEATURE = Feature(
-    routers=_routers,
+    "webhooks",
     listeners=LISTENERS,
     data_listeners={RowsExpired: (drop_given_up,)},
     tasks=_tasks,
