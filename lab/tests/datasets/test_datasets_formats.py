@@ -101,8 +101,7 @@ def test_outline_of_a_bitmap_draws_it_again(
     ],
 )
 def test_names_of_data_yaml(tmp_path: Path, text: str) -> None:
-    (tmp_path / "data.yaml").write_text(text)
-    assert read_names(tmp_path / "data.yaml") == {0: "hold", 1: "volume"}
+    assert read_names(tmp_path / "data.yaml", text) == {0: "hold", 1: "volume"}
 
 
 def test_via_project_with_all_shapes(tmp_path: Path) -> None:

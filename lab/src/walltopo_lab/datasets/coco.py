@@ -130,10 +130,11 @@ def read_coco(path: Path, photos: Path | None = None) -> Dataset:
 
 def _without_area(row: _Row, extra: dict[str, Any]) -> str | None:
     """Return the kind of an annotation that encloses no area; None if it does."""
-    if row.segmentation and not isinstance(row.segmentation, Rle):
+    if isinstance(row.segmentation, Rle):
+        return None
+    if row.segmentation:
         return "line" if all(len(one) in (0, 2, 4) for one in row.segmentation) else None
-    alone = row.segmentation is None or row.segmentation == ()
-    return "keypoints" if alone and row.bbox is None and extra.get("keypoints") else None
+    return "keypoints" if row.bbox is None and extra.get("keypoints") else None
 
 
 def _annotation(row: _Row, image: _Image, label: int, extra: dict[str, Any]) -> Annotation:

@@ -32,15 +32,11 @@ def photo_size(path: Path) -> tuple[int, int]:
         return image.size
 
 
-def read_names(path: Path) -> dict[int, str]:
-    """Return the `names` of a data.yaml: a list or a mapping, inline or in lines.
+def read_names(path: Path, text: str) -> dict[int, str]:
+    """Return the `names` in the text of a data.yaml: a list or a mapping, inline or in lines.
 
     Only this key is parsed, so that no YAML library is needed.
     """
-    return _names(path, read_text(path))
-
-
-def _names(path: Path, text: str) -> dict[int, str]:
     match = re.search(r"^names:[ \t]*(.*(?:\n[ \t-].*)*)", text, re.MULTILINE)
     if match is None:
         raise InputError(f"{path}: has no `names`")
@@ -80,7 +76,7 @@ def read_yolo(root: Path) -> Dataset:
     places = (root / "data.yaml", root.parent / "data.yaml")
     yaml = next((place for place in places if place.is_file()), None)
     about = read_text(yaml) if yaml else ""
-    names = {k + 1: v for k, v in _names(yaml, about).items()} if yaml else {}
+    names = {k + 1: v for k, v in read_names(yaml, about).items()} if yaml else {}
     poses = re.search(r"^kpt_shape:", about, re.MULTILINE) is not None
     not_read: Counter[str] = Counter()
     result: list[Photo] = []
