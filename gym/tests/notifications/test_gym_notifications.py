@@ -30,7 +30,7 @@ from tests.at_once import at_once
 
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.clock import now
-from walltopo_gym.competitions.calendar import tell_begins
+from walltopo_gym.competitions.calendar import publish_beginnings
 from walltopo_gym.competitions.models import Competition
 from walltopo_gym.events import RoutesToForerun, publish_event
 from walltopo_gym.gyms import days
@@ -165,7 +165,7 @@ def tasks(server: Server) -> list[Task]:
 
 
 def note(world: World) -> None:
-    tell_begins(world.server.database)
+    publish_beginnings(world.server.database)
     store_due_messages(world.server.database)
 
 

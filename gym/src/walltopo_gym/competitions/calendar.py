@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from datetime import datetime, timedelta
+from collections.abc import Sequence
+from datetime import timedelta
 from typing import Final
 from uuid import UUID
 
@@ -16,18 +16,6 @@ from walltopo_gym.database.engine import Database
 from walltopo_gym.events import ComingDates, CompetitionBegins, GymDate, publish_event
 from walltopo_gym.gyms.models import Gym
 
-
-@dataclass(frozen=True)
-class Date:
-    """A public competition's begin and end."""
-
-    competition_id: UUID
-    name: str
-    about: str
-    starts_at: datetime
-    ends_at: datetime | None
-
-
 _BEGINS: Final = timedelta(hours=24)
 
 
@@ -39,19 +27,21 @@ def add_dates(session: Session, question: ComingDates) -> None:
     question.found.extend(
         GymDate(
             "competition",
-            f"competition-{each.competition_id}",
-            each.starts_at,
+            f"competition-{each.id}",
+            at,
             each.name,
-            f"/g/{gym.slug}/competitions/{each.competition_id}",
+            f"/g/{gym.slug}/competitions/{each.id}",
             each.ends_at,
         )
         for each in dates_of(session, gym.id)
-        if (each.ends_at or each.starts_at) > now() and each.starts_at < question.until
+        if (at := each.starts_at) is not None
+        and (each.ends_at or at) > now()
+        and at < question.until
     )
 
 
-def tell_begins(database: Database) -> None:
-    """Tell the competitions that begin within a day."""
+def publish_beginnings(database: Database) -> None:
+    """Publish the competitions that begin within a day; listeners must bear repetition."""
     soon = select(Competition).where(
         Competition.state != "draft",
         Competition.starts_at > now(),
@@ -67,13 +57,13 @@ def tell_begins(database: Database) -> None:
                 Entry.competition_id == competition.id, Entry.withdrawn.is_(False)
             )
             people = frozenset(person for person in session.scalars(entered) if person is not None)
-            if competition.starts_at is not None and "competitions" not in gym.features_off:
-                at = competition.starts_at
+            at = competition.starts_at
+            if at is not None and "competitions" not in gym.features_off:
                 event = CompetitionBegins(gym.id, competition.id, competition.name, at, people)
                 publish_event(session, event)
 
 
-def dates_of(session: Session, gym_id: UUID) -> list[Date]:
+def dates_of(session: Session, gym_id: UUID) -> Sequence[Competition]:
     """Return a gym's competitions that have a date and are not drafts, the earliest first."""
     rows = (
         select(Competition)
@@ -84,8 +74,4 @@ def dates_of(session: Session, gym_id: UUID) -> list[Date]:
         )
         .order_by(Competition.starts_at, Competition.id)
     )
-    return [
-        Date(row.id, row.name, row.about, row.starts_at, row.ends_at)
-        for row in session.scalars(rows)
-        if row.starts_at is not None
-    ]
+    return session.scalars(rows).all()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from sqlalchemy.orm import Session
 
-from walltopo_gym.competitions.calendar import add_dates, tell_begins
+from walltopo_gym.competitions.calendar import add_dates, publish_beginnings
 from walltopo_gym.competitions.demo import hold_cups
 from walltopo_gym.competitions.entering import forget_names
 from walltopo_gym.competitions.live import LiveBoards
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 def _chores(settings: GymSettings, database: Database) -> Sequence[Chore]:
     from walltopo_gym.jobs.worker import Chore
 
-    return [Chore("competitions-begin", "*/10 * * * *", partial(tell_begins, database))]
+    return [Chore("competitions-begin", "*/10 * * * *", partial(publish_beginnings, database))]
 
 
 def _own_tables(session: Session, question: OwnTables) -> None:
