@@ -70,22 +70,21 @@ def _of_gym_alone(session: Session, gym: Gym) -> list[Row]:
     """Return a gym's messages; none on an error, so that other gyms do not wait."""
     try:
         with session.begin_nested():
-            return [
-                *_digests(session, gym, wanting(session, gym.id, DIGEST)),
-                *_new_routes(session, gym, wanting(session, gym.id, "new_routes")),
-                *_soon(session, gym, wanting(session, gym.id, "soon")),
-            ]
+            return [*_digests(session, gym), *_new_routes(session, gym), *_soon(session, gym)]
     except Exception:
         _LOG.exception("gym %s: its messages cannot be made", gym.slug)
         return []
 
 
-def _digests(session: Session, gym: Gym, to: list[NotificationPreferences]) -> Iterator[Row]:
+def _digests(session: Session, gym: Gym) -> Iterator[Row]:
     zone = zone_of(gym)
     local = now().astimezone(zone)
     monday = local.date() - timedelta(days=local.weekday())
     due = datetime.combine(monday, _DIGEST_AT, zone)
-    if not to or not due <= local < due + _DIGEST_LATE:
+    if not due <= local < due + _DIGEST_LATE:
+        return
+    to = wanting(session, gym.id, DIGEST)
+    if not to:
         return
     new = new_routes(session, gym, _WEEK + 1)
     walls = {wall.id: wall for wall in session.scalars(select(Wall).filter_by(gym_id=gym.id))}
@@ -126,7 +125,7 @@ def _named(route: Route, words: Words) -> str:
     return ", ".join(filter(None, parts))
 
 
-def _new_routes(session: Session, gym: Gym, to: list[NotificationPreferences]) -> Iterator[Row]:
+def _new_routes(session: Session, gym: Gym) -> Iterator[Row]:
     """Return messages about new routes, once the evening's last wall is published."""
     published = session.scalars(
         select(Scan.published_at)
@@ -134,7 +133,10 @@ def _new_routes(session: Session, gym: Gym, to: list[NotificationPreferences]) -
         .where(Wall.gym_id == gym.id, Scan.published_at > now() - _LATE)
     ).all()
     moments = [at for at in published if at is not None]
-    if not to or not moments or max(moments) > now() - _SETTLED:
+    if not moments or max(moments) > now() - _SETTLED:
+        return
+    to = wanting(session, gym.id, "new_routes")
+    if not to:
         return
     # Set by these publications, not named in one that only corrects.
     new = [
@@ -155,7 +157,10 @@ def _new_routes(session: Session, gym: Gym, to: list[NotificationPreferences]) -
     yield from pushes(session, gym, Notice("new_routes", subject, subject, "new_routes", shown), to)
 
 
-def _soon(session: Session, gym: Gym, to: list[NotificationPreferences]) -> Iterator[Row]:
+def _soon(session: Session, gym: Gym) -> Iterator[Row]:
+    to = wanting(session, gym.id, "soon")
+    if not to:
+        return
     names = {wall.id: wall.name for wall in session.scalars(select(Wall).filter_by(gym_id=gym.id))}
     for preferences in to:
         for route in _projects(session, gym, preferences.person_id, today(gym) + _SOON):
