@@ -7,7 +7,7 @@ finds them. An error of a listener undoes the change.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import date, datetime
 from typing import TYPE_CHECKING, Any, Final, Generic, Literal, TypeVar
@@ -15,11 +15,11 @@ from uuid import UUID
 
 from sqlalchemy.orm import Session
 
+from walltopo_gym.database.engine import Database
+
 if TYPE_CHECKING:
     from walltopo_climb.grades.model import Range
 
-Listener = Callable[[Session, Any], None]
-Listeners = Mapping[type, Sequence[Listener]]
 Answer = TypeVar("Answer")
 
 
@@ -259,6 +259,6 @@ def ask(session: Session, question: Question[Answer]) -> list[Answer]:
 
 
 def _call(session: Session, what: object) -> None:
-    listeners: Listeners = session.info["database"].listeners
-    for listener in listeners.get(type(what), ()):
+    database: Database = session.info["database"]
+    for listener in database.listeners.get(type(what), ()):
         listener(session, what)

@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from walltopo_gym.database.engine import Database
-from walltopo_gym.events import Listeners
+from walltopo_gym.database.engine import Database, Listeners
 from walltopo_gym.settings import GymSettings, Switch
 from walltopo_gym.storage.files import FileStore
 

@@ -12,8 +12,8 @@ from typing import Final
 
 from walltopo_gym.climbing.counting import queue_recount
 from walltopo_gym.climbing.people import took_part
-from walltopo_gym.database.engine import Database
-from walltopo_gym.events import DaysChanged, Listener, Listeners, TookPart
+from walltopo_gym.database.engine import Database, Listener, Listeners
+from walltopo_gym.events import DaysChanged, TookPart
 from walltopo_gym.feature import Feature
 from walltopo_gym.settings import GymSettings, Switch
 

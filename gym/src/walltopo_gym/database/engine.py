@@ -30,7 +30,10 @@ _REBUILDS = "walltopo_rebuilds"
 _TURN = "walltopo_turn"
 _BUSY_S = 20
 _TURNS: Final = 0x77740003  # class of the advisory locks of `take_turn`
-_NONE: Final[Mapping[type, Sequence[Callable[[Session, Any], None]]]] = MappingProxyType({})
+# Functions that events and questions (`events.py`) call, by the class of the event or question.
+Listener = Callable[[Session, Any], None]
+Listeners = Mapping[type, Sequence[Listener]]
+_NONE: Final[Listeners] = MappingProxyType({})
 CONNECTIONS: Final = 20  # kept open; as many again while more are needed
 
 
@@ -43,9 +46,7 @@ class Database:
     listeners : by the class of what they listen to (`events.py`).
     """
 
-    def __init__(
-        self, url: str, listeners: Mapping[type, Sequence[Callable[[Session, Any], None]]] = _NONE
-    ) -> None:
+    def __init__(self, url: str, listeners: Listeners = _NONE) -> None:
         self.url = url
         self.listeners = listeners
         self.is_sqlite = make_url(url).get_backend_name() == "sqlite"

@@ -15,9 +15,9 @@ from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.clock import now
+from walltopo_gym.database.engine import Listeners
 from walltopo_gym.events import (
     HoldReported,
-    Listeners,
     RouteRestored,
     RoutesAdded,
     RouteStripped,
