@@ -1,6 +1,7 @@
 /** The app's texts in the reader's language, by i18next. One language is loaded at a time. */
 
 import i18next from "i18next";
+import { browserLanguages } from "./lib/languages";
 import type competitions from "./competitions/locales/en.json";
 import type hall from "./hall/locales/en.json";
 import type insights from "./insights/locales/en.json";
@@ -52,7 +53,7 @@ export function language(): Language {
  * country is international, not American.
  */
 export function locale(): string {
-  const exact = navigator.languages.find((code) => code.startsWith(`${spoken}-`));
+  const exact = browserLanguages().find((code) => code.startsWith(`${spoken}-`));
   return exact ?? (spoken === "en" ? "en-GB" : spoken);
 }
 
@@ -62,7 +63,7 @@ function isKnown(code: string): code is Language {
 
 /** The chosen language, else the first available one of the browser's. */
 function preferredLanguage(): Language {
-  const requested = [localStorage.getItem(KEPT) ?? "", ...navigator.languages];
+  const requested = [localStorage.getItem(KEPT) ?? "", ...browserLanguages()];
   return requested.map((code) => code.slice(0, 2)).find(isKnown) ?? "en";
 }
 
