@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from walltopo.core import InputError, Mesh, View
 from walltopo.core.files import read_json, write_json
 from walltopo.geometry.zbuffer import faces_in_view, render_culled, render_ids, submesh
-from walltopo.pipeline.stages import STAGES
+from walltopo.pipeline.plan import names_of_plan
 from walltopo.reconstruct.settings import SparseSettings
 from walltopo.reconstruct.sparse.feature_cache import database_of
 from walltopo.reconstruct.sparse.jobs import Pairing, photo_ids
@@ -71,16 +71,16 @@ def run_stages(hall: Path, place: Path, count: int) -> dict[str, dict[str, float
     for photo in first_photos(hall, count):
         if not (photos / photo.name).exists():
             (photos / photo.name).symlink_to(photo.absolute())
-    for stage in STAGES:
-        if stage.name in figures:
+    for stage in names_of_plan(part=False):
+        if stage in figures:
             continue
         command = [sys.executable, "-m", "walltopo", "scan", str(photos), "-q"]
-        command += ["-o", str(place / "scan"), "--to", stage.name]
+        command += ["-o", str(place / "scan"), "--to", stage]
         child = os.posix_spawn(sys.executable, command, os.environ)
         _, status, usage = os.wait4(child, 0)
         if status:
-            raise SystemExit(f"{count} photos: stage {stage.name} failed")
-        figures[stage.name] = {
+            raise SystemExit(f"{count} photos: stage {stage} failed")
+        figures[stage] = {
             "cpu": usage.ru_utime + usage.ru_stime,
             "gib": usage.ru_maxrss / 2**20,
         }
@@ -101,7 +101,7 @@ def show_stages(measured: Mapping[int, Mapping[str, Mapping[str, float]]]) -> No
     for key, title in (("cpu", "CPU-s"), ("gib", "peak GiB")):
         print(f"\n| {title} | {' | '.join(f'{n} photos' for n in counts)} | exponent |")
         print("|---" * (len(counts) + 2) + "|")
-        rows = {s.name: [measured[n][s.name][key] for n in counts] for s in STAGES}
+        rows = {s: [measured[n][s][key] for n in counts] for s in names_of_plan(part=False)}
         merged = sum if key == "cpu" else max
         rows["all"] = [merged(row) for row in zip(*rows.values(), strict=True)]
         for name, values in rows.items():

@@ -24,9 +24,9 @@ from walltopo.geometry.mesh_files import read_mesh
 from walltopo.pipeline.runner import scan
 from walltopo.pipeline.settings import load_settings
 from walltopo.scans.colmap_model import read_views
-from walltopo.scans.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder, read_joined
 from walltopo.scans.holds import Holds
-from walltopo.scans.manifest import Joined, Manifest
+from walltopo.scans.joined import Joined
 from walltopo_lab.evaluate.align import align_views
 from walltopo_lab.evaluate.carry import carry_truth, overlap_with_missing
 from walltopo_lab.evaluate.routes import match_pairs
@@ -61,7 +61,7 @@ class Rescan:
     @property
     def figures(self) -> Joined:
         """Return what the rescan replaced."""
-        joined = Manifest.load(self.joined.manifest).joined
+        joined = read_joined(self.joined)
         assert joined is not None
         return joined
 

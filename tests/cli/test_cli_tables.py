@@ -11,7 +11,7 @@ from walltopo.cli import main
 from walltopo.cli.console import Terminal
 from walltopo.cli.listener import describe_metrics
 from walltopo.cli.scan import _show_result
-from walltopo.pipeline.stages import stage_names
+from walltopo.pipeline.plan import names_of_plan
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.holds import Hold, Holds
 from walltopo.scans.manifest import Manifest, StageRecord
@@ -68,15 +68,16 @@ def test_the_result_names_routes(tmp_path: Path, terminal: io.StringIO) -> None:
 def test_status_fits_eighty_columns(tmp_path: Path, terminal: io.StringIO) -> None:
     manifest = Manifest.load(tmp_path / "none")
     metrics = {f"figure {k}": k * 1000 for k in range(12)}
-    for name in stage_names():
+    names = names_of_plan(part=False)
+    for name in names:
         record = StageRecord("done", seconds=12_345.6, peak_mb=23_456.0, metrics=metrics)
         manifest.stages[name] = record
     manifest.stages["lift"] = StageRecord("interrupted", seconds=1.0)
     manifest.save(ScanFolder(tmp_path).manifest)
     assert main(["status", str(tmp_path)]) == 1
     lines = [line.rstrip() for line in terminal.getvalue().splitlines()]
-    table = [line for line in lines if line.split(" ")[0] in stage_names()]
-    assert len(table) == len(stage_names()), "a line a stage"
+    table = [line for line in lines if line.split(" ")[0] in names]
+    assert len(table) == len(names), "a line a stage"
     assert max(map(len, lines[:-1])) <= 80
     assert lines[-1].endswith(f"would run now: walltopo scan -o {tmp_path}")
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from tests.breakpoints.breakpoint import Breakpoint
 
-from walltopo.pipeline.stages import stage_names
+from walltopo.pipeline.plan import names_of_plan
 from walltopo.scans.manifest import Manifest
 
 # Those of `tiny_scan`.
@@ -46,7 +46,7 @@ def test_killed_in_every_stage(
     tiny_photos: Path, tiny_scan: Path, tmp_path: Path, child_breakpoint: Breakpoint
 ) -> None:
     killed = tmp_path / "killed"
-    for stage in stage_names():
+    for stage in names_of_plan(part=False):
         assert _run_and_kill_in(tiny_photos, killed, stage, child_breakpoint) == "running"
         # Whatever is in the folder is whole: every JSON parses, no temporary has a final name.
         for path in killed.glob("*.json"):

@@ -11,7 +11,7 @@ import pytest
 
 from walltopo.core import EnvironmentLacksError, InputError, StageError
 from walltopo.core.files import read_json, shipped_file
-from walltopo.pipeline import runner, stages
+from walltopo.pipeline import plan, stages
 from walltopo.pipeline.runner import scan
 from walltopo.pipeline.settings import Settings
 from walltopo.pipeline.stage import Stage
@@ -113,7 +113,7 @@ def pipeline(monkeypatch: pytest.MonkeyPatch) -> Pipeline:
         Stage("sparse", SparseReads, SparseWrites, fake.sparse),
         Stage("routes", RoutesReads, RoutesWrites, fake.routes),
     )
-    monkeypatch.setattr("walltopo.pipeline.runner.STAGES", stages)
+    monkeypatch.setattr("walltopo.pipeline.plan.STAGES", stages)
     monkeypatch.setattr("walltopo.pipeline.stages.STAGES", stages)
     return fake
 
@@ -165,7 +165,7 @@ def test_another_shipped_model_runs_its_stage(
         replace(stage, models=(model.name,)) if stage.name == "sparse" else stage
         for stage in stages.STAGES
     ]
-    monkeypatch.setattr("walltopo.pipeline.runner.STAGES", tuple(used))
+    monkeypatch.setattr("walltopo.pipeline.plan.STAGES", tuple(used))
     scan(photo, tmp_path / "scan")
     assert scan(photo, tmp_path / "scan").ran == ()
     model.write_text("other weights")
@@ -277,7 +277,7 @@ def test_two_runs_at_once_are_refused(
         return RoutesWrites(Routes(routes=()), {})
 
     routes = replace(stages.STAGES[2], run=again)
-    monkeypatch.setattr(runner, "STAGES", (*stages.STAGES[:2], routes))
+    monkeypatch.setattr(plan, "STAGES", (*stages.STAGES[:2], routes))
     scan(photo, out)
     assert "another walltopo process is working" in str(caught[0])
 
@@ -323,6 +323,10 @@ def test_a_reference_counts_by_what_is_used_of_it_and_a_choice_is_no_path(
     scan(photo, tmp_path / "scan", settings)
     assert pipeline.ran == []
     (reference / "sparse" / "cameras.bin").write_text("moved")
+    scan(photo, tmp_path / "scan", settings)
+    assert pipeline.ran == ["sparse"]
+    # A scan outlives its reference.
+    shutil.rmtree(reference)
     scan(photo, tmp_path / "scan", settings)
     assert pipeline.ran == ["sparse"]
 

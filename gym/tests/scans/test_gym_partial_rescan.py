@@ -8,6 +8,7 @@ from typing import Any
 from uuid import UUID, uuid4
 
 import httpx
+import msgspec
 import pytest
 from gym.tests.running import Process, announce, browser, send, wait_for
 from gym.tests.worlds import Server, World, hold, make_world
@@ -15,7 +16,8 @@ from gym.tests.worlds import Server, World, hold, make_world
 from walltopo.pipeline.partial.colours import colours_of
 from walltopo.pipeline.settings import load_settings
 from walltopo.scans.folder import ScanFolder
-from walltopo.scans.manifest import Joined, Manifest
+from walltopo.scans.joined import Joined
+from walltopo.scans.manifest import Manifest
 from walltopo_gym.clock import now
 from walltopo_gym.scans.artifacts import drop_joined
 from walltopo_gym.scans.service import State
@@ -149,7 +151,7 @@ def test_a_part_that_starts_again_starts_from_its_photos(server: Server) -> None
     world = make_world(server)
     store = server.services.store
     whole, part = (world.reviewed({1: [1, 2]}, HOLDS, part=part) for part in (False, True))
-    joined = Joined(0.3, 1.5, 3, 4, (5,), (1,), (3,), (2,))
+    joined = _joined(stays=(5,), same=(1,), gone=(3,), added=(2,))
     _edit_manifest(server, part, joined)
     assert not drop_joined(store, whole)
     assert drop_joined(store, part)
@@ -161,11 +163,17 @@ def test_a_part_that_starts_again_starts_from_its_photos(server: Server) -> None
 def test_an_amendment_of_a_part_is_of_the_whole_wall(server: Server) -> None:
     world = make_world(server)
     amendment = world.reviewed({1: [1, 2]}, HOLDS)
-    _edit_manifest(server, amendment, Joined(0.3, 1.5, 3, 4, (1, 2), (), (), ()))
+    _edit_manifest(server, amendment, _joined(stays=(1, 2)))
     path = f"{world.path}/scans/{amendment}/draft"
     draft = server.ask("GET", path, world.people["setter"]).json()
     assert draft["joined"] is None
     assert [line["photographed"] for line in draft["lines"]] == [True]
+
+
+def _joined(**holds: tuple[int, ...]) -> Joined:
+    lists = {name: holds.get(name, ()) for name in ("stays", "same", "gone", "added")}
+    figures = {"replaced_share": 0.3, "seam_mm": 1.5, "photos_kept": 3, "photos_new": 4}
+    return msgspec.convert(figures | lists, Joined)
 
 
 def _edit_manifest(server: Server, scan: Any, joined: Joined) -> None:

@@ -9,8 +9,8 @@ from uuid import uuid4
 import pytest
 from gym.tests.worlds import World
 
-from walltopo.scans.folder import ScanFolder
-from walltopo.scans.manifest import Joined, Manifest
+from walltopo.scans.folder import ScanFolder, read_joined
+from walltopo.scans.joined import Joined
 from walltopo.scans.routes import Routes
 from walltopo_gym.clock import now
 
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture
 def joined(reset_day: Path) -> Joined:
-    found = Manifest.load(ScanFolder(reset_day / "joined").manifest).joined
+    found = read_joined(ScanFolder(reset_day / "joined"))
     assert found is not None
     return found
 

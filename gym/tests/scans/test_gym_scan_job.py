@@ -17,7 +17,7 @@ from gym.tests.worlds import Server, World, make_world
 from numpy.typing import NDArray
 from PIL import Image
 
-from walltopo.pipeline.stages import stage_names
+from walltopo.pipeline.plan import names_of_plan
 from walltopo.scans.colmap_model import open_model
 from walltopo_gym.jobs.place import living
 
@@ -158,7 +158,7 @@ def test_a_scan_outlives_its_server(tmp_path: Path, tiny_photos: Path) -> None:
         after = _manifest(tmp_path, begun["id"])
         # Stages that ended before the kill did not run again.
         assert {name: after[name] for name in before} == before
-        assert tuple(after) == stage_names()
+        assert tuple(after) == names_of_plan(part=False)
         wait_for(lambda: not list((tmp_path / "work").rglob(begun["id"])))
         # Started again in review: no.
         assert client.post(f"{path}/start").status_code == 409

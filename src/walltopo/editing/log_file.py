@@ -10,7 +10,7 @@ from walltopo.core.errors import EditsChangedError
 from walltopo.core.files import atomic_path, hash_path
 from walltopo.core.locks import take_lock
 from walltopo.scans.edits import EditLog
-from walltopo.scans.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder, read_edits
 
 
 class EditLogFile:
@@ -24,7 +24,7 @@ class EditLogFile:
         return hash_path(self._scan.edits) or "none"
 
     def read(self) -> tuple[EditLog, str]:
-        """Return the log and its version; an empty log without a file.
+        """Return the log and its version; without a file the log that a rescan carried over.
 
         The version is read first. If a save happens in between, the next save is refused, not
         lost.
@@ -34,7 +34,7 @@ class EditLogFile:
         InputError : a file is invalid (the message names the file and the entry).
         """
         version = self.version()
-        return ScanFolder.edits.load(self._scan) or EditLog(), version
+        return read_edits(self._scan), version
 
     def save(self, log: EditLog, version: str) -> str:
         """Write the log and return its new version.

@@ -24,6 +24,8 @@ from walltopo.scans.artifacts import Load, load_bundle
 from walltopo.scans.edits import EditLog, Place
 from walltopo.scans.folder import ScanFolder
 
+_LOGS = ("edits", "carried")  # artifacts that do not change the scan before any edit
+
 
 class Rebuilder(Protocol):
     """Runs the stages that follow from the log; see `walltopo.pipeline.edit_session`."""
@@ -176,7 +178,7 @@ class EditSession:
     def _snapshot(self) -> ScanSnapshot:
         """Return the scan before edits, rebuilt if one of its files changed."""
         files = load_bundle(self.folder, SnapshotFiles, self._cache.load)
-        names = [field.name for field in fields(SnapshotFiles) if field.name != "edits"]
+        names = [field.name for field in fields(SnapshotFiles) if field.name not in _LOGS]
         if self._kept is not None:
             before = self._kept[0]
             if all(getattr(before, name) is getattr(files, name) for name in names):

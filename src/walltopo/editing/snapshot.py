@@ -34,6 +34,12 @@ class SnapshotFiles:
     light: SceneLight = of(ScanFolder.light)
     routes_raw: Routes = of(ScanFolder.routes_raw)
     edits: EditLog | None = of(ScanFolder.edits)
+    carried: EditLog | None = of(ScanFolder.carried)
+
+    @property
+    def log(self) -> EditLog:
+        """Return the edit log: the saved one, else the one carried from a reference."""
+        return self.edits or self.carried or EditLog()
 
 
 @dataclass(frozen=True, eq=False)

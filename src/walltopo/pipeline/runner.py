@@ -15,6 +15,7 @@ from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Protocol
 
 import msgspec
@@ -23,17 +24,30 @@ from walltopo.core import InputError, Progress, Silent, WalltopoError
 from walltopo.core.files import HashCache, as_text, explain_full_disk, hash_path
 from walltopo.core.memory import peak_mb, reset_peak
 from walltopo.pipeline.forecast import Forecast, photos_of
+from walltopo.pipeline.plan import (
+    Plan,
+    Step,
+    check_stages,
+    check_steps,
+    fixed_photos_error,
+    plan_of,
+    select_steps,
+)
 from walltopo.pipeline.settings import Settings
 from walltopo.pipeline.stage import Stage
-from walltopo.pipeline.stages import STAGES, stage_index, stage_named
-from walltopo.pipeline.stages.edit import EDIT
+from walltopo.pipeline.stages import stage_named
 from walltopo.pipeline.stages.ingest import INGEST
-from walltopo.pipeline.stages.sparse import SPARSE
 from walltopo.pipeline.warm_up import warming_up
-from walltopo.pipeline.workplace import changed_outputs, input_hash, locked, outputs_of, set_aside
+from walltopo.pipeline.workplace import (
+    InputHash,
+    changed_outputs,
+    input_hash,
+    locked,
+    outputs_of,
+    set_aside,
+)
 from walltopo.reconstruct.ingest.sources import find_sources, is_video, list_sources
 from walltopo.scans.artifacts import (
-    Artifact,
     Context,
     Load,
     artifacts_of,
@@ -110,37 +124,34 @@ def scan(
     EnvironmentLacksError : `out` cannot be written, or another run holds its lock.
     """
     given = [photos] if isinstance(photos, (str, Path)) else list(photos)
-    chosen = _select_stages(from_stage, to_stage)
     settings = settings or Settings()
     listener = listener or _SilentListener()
     folder = ScanFolder(out)
+    check_stages(from_stage, to_stage)
     with locked(folder):
         manifest = Manifest.load(folder.manifest)
         manifest.walltopo = version("walltopo")
         sources = [Path(p).absolute() for p in given] or [Path(p) for p in manifest.sources]
         if not sources:
             raise InputError(f"{folder.root}: no photos given, and none were ingested before")
+        plan = plan_of(folder, settings, manifest)
+        chosen, forced = select_steps(plan, folder, from_stage, to_stage, force)
         hashes = HashCache(folder.work / "hashes.json", trust=not verify)
         new = not folder.manifest.exists()
         if new:  # check all stages before anything is written
-            _check(chosen, settings)
+            check_steps(chosen, settings)
         runner = _Runner(folder, manifest, settings, sources, listener, hashes, accept_changes)
-        runner.check_settled(given, force, from_stage)
-        poses = given_poses(folder, sources, settings.sparse.poses)
-        write_sources(folder, sources, hashes)
-        write_poses(folder, poses)
-        first = 0 if force else len(STAGES) if from_stage is None else stage_index(from_stage)
-        forced = [stage for stage in chosen if stage_index(stage.name) >= first]
+        _write_user_files(plan[0], folder, sources, settings, hashes)
         due = runner.due(chosen, forced)
         if not new:
-            _check(due, settings)
+            check_steps(due, settings)
         listener.scan_begins(runner.forecast(due))
         # A run that makes a mesh needs most kernels; a scan with a mesh has compiled most before.
-        compiling = any(stage.name == "dense" for stage in due)
+        compiling = any(step.name == "dense" for step in due)
         try:
             with warming_up() if compiling else nullcontext():
-                for stage in chosen:
-                    runner.run(stage, stage in forced)
+                for step in chosen:
+                    runner.run(step, step in forced)
         finally:
             # The hash cache only saves time, so it may fail. A folder without a scan stays empty.
             if folder.manifest.exists():
@@ -150,29 +161,47 @@ def scan(
         return ScanResult(folder, metrics, tuple(runner.ran))
 
 
-def _check(stages: Sequence[Stage], settings: Settings) -> None:
-    """Check before a run what its stages need.
+def _write_user_files(
+    first: Step,
+    folder: ScanFolder,
+    sources: Sequence[Path],
+    settings: Settings,
+    hashes: HashCache,
+) -> None:
+    """Write what the first stage reads: the list of photos, and their poses.
 
     Raises
     ------
-    EnvironmentLacksError : this machine lacks what a stage needs.
-    SettingsError, InputError : see `check_colours`.
+    InputError : photos or poses are unusable; or the plan has no `ingest`, and the photos are
+        others.
     """
-    for stage in stages:
-        stage.check(getattr(settings, stage.name))
-    if SPARSE in stages and settings.sparse.part_colours:
-        from walltopo.pipeline.partial.colours import check_colours
-
-        check_colours(settings)
+    if first.name != INGEST.name:
+        if any(path.exists() for path in sources):
+            listed = list_sources(sources, folder.root, hashes.hash)
+            if listed.content_hash != SourceList.fingerprint(folder.sources):
+                raise fixed_photos_error(folder)
+        return
+    poses = given_poses(first.folder, sources, settings.sparse.poses)
+    write_sources(first.folder, sources, hashes, folder)
+    write_poses(first.folder, poses)
 
 
 def write_sources(
-    folder: ScanFolder, given: Sequence[Path], hashes: HashCache | None = None
+    folder: ScanFolder,
+    given: Sequence[Path],
+    hashes: HashCache | None = None,
+    scan: ScanFolder | None = None,
 ) -> None:
-    """Write `sources.json`; if the photos were moved away, the old list stays."""
+    """Write `sources.json`; if the photos were moved away, the old list stays.
+
+    Parameters
+    ----------
+    scan : the scan that `folder` is a part of, in which no photos may lie; None: `folder` itself.
+    """
     if folder.sources.exists() and not any(path.exists() for path in given):
         return
-    listed = list_sources(given, folder.root, hashes.hash if hashes else hash_path)
+    own = (scan or folder).root
+    listed = list_sources(given, own, hashes.hash if hashes else hash_path)
     folder.root.mkdir(exist_ok=True)
     listed.save(folder.sources)
 
@@ -225,12 +254,21 @@ def stored_settings(folder: ScanFolder) -> Settings:
         ) from error
 
 
+def stored_plan(folder: ScanFolder) -> Plan:
+    """Return the steps of a scan by its stored settings.
+
+    Raises
+    ------
+    InputError : the settings are unknown to this version of walltopo.
+    """
+    return plan_of(folder, stored_settings(folder), Manifest.load(folder.manifest))
+
+
 def stale_stages(folder: ScanFolder, names: Sequence[str]) -> list[str]:
     """Return which of some stages were run before and would run again."""
     runner = _stored_runner(folder, load_artifact)
-    stages = [stage_named(name) for name in names]
-    known = [stage for stage in stages if stage.name in runner.manifest.stages]
-    return [stage.name for stage in runner.due(known, [])]
+    known = [step for step in _named(folder, names) if step.name in runner.manifest.stages]
+    return [step.name for step in runner.due(known, [])]
 
 
 def refresh(folder: ScanFolder, names: Sequence[str], load: Load = load_artifact) -> list[str]:
@@ -244,12 +282,16 @@ def refresh(folder: ScanFolder, names: Sequence[str], load: Load = load_artifact
     """
     runner = _stored_runner(folder, load)
     try:
-        for name in names:
-            runner.run(stage_named(name), forced=False)
+        for step in _named(folder, names):
+            runner.run(step, forced=False)
     finally:
         with suppress(WalltopoError):
             runner.hashes.save()
     return runner.ran
+
+
+def _named(folder: ScanFolder, names: Sequence[str]) -> list[Step]:
+    return [step for step in stored_plan(folder) if step.name in names]
 
 
 def _stored_runner(folder: ScanFolder, load: Load) -> _Runner:
@@ -282,125 +324,58 @@ class _Runner:
         self.load = load
         self.ran: list[str] = []
 
-    def due(self, stages: Sequence[Stage], forced: Sequence[Stage]) -> list[Stage]:
-        """Return the stages that will probably run.
+    def due(self, steps: Sequence[Step], forced: Sequence[Step]) -> list[Step]:
+        """Return the steps that will probably run.
 
         The list is an upper bound: a stage with unchanged outputs does not trigger later stages.
         """
-        found: list[Stage] = []
-        changed: set[Artifact[Any]] = set()
-        for stage in stages:
-            if self._is_settled(stage):
-                continue
-            record = self.manifest.stages.get(stage.name)
+        found: list[Step] = []
+        changed: set[Path] = set()
+        for step in steps:
+            record = self.manifest.stages.get(step.name)
             if not (
-                stage in forced
+                step in forced
                 or record is None
                 or record.state != "done"
-                or changed.intersection(stage.reads)
-                or record.input_hash != self._input_hash(stage)
-                or changed_outputs(self.folder, stage, record, self.hashes)
+                or changed.intersection(step.reads)
+                or record.input_hash != self._inputs(step).hash
+                or changed_outputs(step, record, self.hashes)
             ):
                 continue
-            found.append(stage)
-            changed.update(stage.writes)
+            found.append(step)
+            changed.update(step.writes)
         return found
 
-    def forecast(self, stages: Sequence[Stage]) -> Forecast:
-        """Return the forecast of some stages."""
-        names = [stage.name for stage in stages]
+    def forecast(self, steps: Sequence[Step]) -> Forecast:
+        """Return the forecast of some steps."""
         before = dict(self.manifest.stages)
         photos = photos_of(before)
-        if INGEST in stages:
-            with suppress(InputError):  # the run itself reports the error
-                files = [item.file for item in ScanFolder.sources.load(self.folder).files]
-                photos = None if any(map(is_video, files)) else len(files)
-        return Forecast(names, photos, before)
+        for step in steps:
+            if step.stage is INGEST:
+                with suppress(InputError):  # the run itself reports the error
+                    files = [item.file for item in ScanFolder.sources.load(step.folder).files]
+                    photos = None if any(map(is_video, files)) else len(files)
+        return Forecast([step.name for step in steps], photos, before)
 
-    def check_settled(
-        self, given: Sequence[Path | str], force: bool, from_stage: str | None
-    ) -> None:
-        """Raise InputError if a run would repeat an earlier stage of a joined partial rescan.
-
-        Parameters
-        ----------
-        given : photos; empty if the caller named none.
-        """
-        if self.manifest.joined is None:
-            return
-        first = 0 if force else len(STAGES) if from_stage is None else stage_index(from_stage)
-        if first < len(STAGES) and self._is_settled(STAGES[first]):
-            why = f"{STAGES[first].name} cannot run again"
-        elif given and self._are_others(given):
-            why = "its photos cannot change"
-        else:
-            return
-        raise InputError(
-            f"{self.folder.root}: is a partial rescan that was joined with its reference, so {why}",
-            "Scan the photos into a new folder.",
-        )
-
-    def _are_others(self, given: Sequence[Path | str]) -> bool:
-        """Return whether photos are not those of the scan."""
-        paths = [Path(path).absolute() for path in given]
-        listed = list_sources(paths, self.folder.root, self.hashes.hash)
-        return listed.content_hash != SourceList.fingerprint(self.folder.sources)
-
-    def _is_settled(self, stage: Stage) -> bool:
-        """Return whether the stage's outputs were joined with those of a reference."""
-        return self.manifest.joined is not None and stage_index(stage.name) < stage_index(EDIT.name)
-
-    def _join(self) -> None:
-        """Join a partial rescan with its reference, and record the new outputs of its stages."""
-        from walltopo.pipeline.partial.colours import colours_of
-        from walltopo.pipeline.partial.join import join_with_reference
-
-        self.listener.stage_begins(EDIT.name)
-        reference = ScanFolder(self.settings.sparse.reference)
-        root = self.folder.root
-        with (
-            explain_full_disk(root),
-            tempfile.TemporaryDirectory(prefix=".partial-", dir=root) as scratch,
-        ):
-            joined, metrics = join_with_reference(
-                self.folder,
-                reference,
-                Path(scratch),
-                self.listener,
-                colours_of(self.settings.sparse.part_colours),
-            )
-        for stage in STAGES[: stage_index(EDIT.name)]:
-            record = self.manifest.stages[stage.name]
-            record.outputs = outputs_of(self.folder, stage, self.hashes)
-            record.metrics = record.metrics | metrics.get(stage.name, {})
-        self.manifest.joined = joined
-        self.manifest.save(self.folder.manifest)
-        self.listener.note(joined.summary)
-
-    def run(self, stage: Stage, forced: bool) -> None:
+    def run(self, step: Step, forced: bool) -> None:
         """Run one stage if it is forced or stale, and record the result."""
-        if self._is_settled(stage):
-            self.listener.stage_kept(stage.name, self.manifest.stages[stage.name])
-            return
-        if stage is EDIT and self.settings.sparse.part and self.manifest.joined is None:
-            self._join()
-        inputs = self._input_hash(stage)
-        record = self.manifest.stages.get(stage.name)
+        inputs = self._inputs(step)
+        record = self.manifest.stages.get(step.name)
         if record is not None and record.state == "done":
-            fresh = record.input_hash == inputs and not forced
-            if self._outputs_valid(stage, record, accept=fresh and self.accept_changes) and fresh:
-                self.listener.stage_kept(stage.name, record)
+            fresh = record.input_hash == inputs.hash and not forced
+            if self._outputs_valid(step, record, accept=fresh and self.accept_changes) and fresh:
+                self.listener.stage_kept(step.name, record)
                 return
         self.manifest.settings = self.settings.as_dict()
         self.manifest.sources = [as_text(path) for path in self.sources]
-        record = StageRecord("running", input_hash=inputs)
-        self._save_record(stage, record)
-        self.listener.stage_begins(stage.name)
+        record = StageRecord("running", input_hash=inputs.hash, elsewhere=inputs.elsewhere)
+        self._save_record(step, record)
+        self.listener.stage_begins(step.name)
         started = time.monotonic()
         reset_peak()
         try:
-            record.metrics = self._run_stage(stage)
-            record.outputs = outputs_of(self.folder, stage, self.hashes)
+            record.metrics = self._run_stage(step)
+            record.outputs = outputs_of(step, self.hashes)
             record.state = "done"
         except KeyboardInterrupt:
             record.state = "interrupted"
@@ -414,52 +389,50 @@ class _Runner:
         finally:
             record.seconds = round(time.monotonic() - started, 2)
             record.peak_mb = round(peak_mb(), 1)
-            self._finish(stage, record)
-        self.ran.append(stage.name)
+            self._save_record(step, record)
+            self.listener.stage_ends(step.name, record)
+        self.ran.append(step.name)
 
-    def _finish(self, stage: Stage, record: StageRecord) -> None:
-        self._save_record(stage, record)
-        self.listener.stage_ends(stage.name, record)
-
-    def _save_record(self, stage: Stage, record: StageRecord) -> None:
-        self.manifest.stages[stage.name] = record
+    def _save_record(self, step: Step, record: StageRecord) -> None:
+        self.manifest.stages[step.name] = record
         self.manifest.save(self.folder.manifest)
 
-    def _run_stage(self, stage: Stage) -> Metrics:
+    def _run_stage(self, step: Step) -> Metrics:
         return run_stage(
-            self.folder,
-            stage,
-            getattr(self.settings, stage.name),
+            step.folder,
+            step.stage,
+            step.stage.settings_of(self.settings),
             self.listener,
             records=self.manifest.stages,
             load=self.load,
+            others=step.others,
         )
 
-    def _input_hash(self, stage: Stage) -> str:
+    def _inputs(self, step: Step) -> InputHash:
         """Return the hash of everything that determines the stage's outputs."""
-        return input_hash(self.folder, stage, self.settings, self.hashes)
+        return input_hash(step, self.settings, self.hashes, self.manifest.stages.get(step.name))
 
-    def _outputs_valid(self, stage: Stage, record: StageRecord, accept: bool) -> bool:
+    def _outputs_valid(self, step: Step, record: StageRecord, accept: bool) -> bool:
         """Return whether the outputs are unchanged, or are accepted as they are.
 
         Files that were changed from outside are moved to `set-aside/`, so that no work is lost.
         """
-        changed = changed_outputs(self.folder, stage, record, self.hashes)
-        present = [item for item in changed if item.in_folder(self.folder).exists()]
+        changed = changed_outputs(step, record, self.hashes)
+        present = [item for item in changed if item.in_folder(step.folder).exists()]
         if accept and changed and changed == present:
-            record.outputs = outputs_of(self.folder, stage, self.hashes)
-            self._save_record(stage, record)
+            record.outputs = outputs_of(step, self.hashes)
+            self._save_record(step, record)
             return True
         if present:  # move files away only if they can be recomputed
-            load_bundle(self.folder, stage.reads_type, self.load)
+            load_bundle(step.folder, step.stage.reads_type, self.load, step.others)
         for item in changed:
-            path = item.in_folder(self.folder)
+            path = item.in_folder(step.folder)
             if item not in present:
-                self.listener.note(f"{path.name} is missing: {stage.name} runs again")
+                self.listener.note(f"{path.name} is missing: {step.name} runs again")
                 continue
             kept = set_aside(self.folder, path)
             self.listener.note(
-                f"{path.name} was changed since {stage.name} wrote it: recomputing it (the changed "
+                f"{path.name} was changed since {step.name} wrote it: recomputing it (the changed "
                 f"file is now {kept.relative_to(self.folder.root)})"
             )
         return not changed
@@ -473,6 +446,7 @@ def run_stage(
     *,
     records: Mapping[str, StageRecord] | None = None,
     load: Load = load_artifact,
+    others: Mapping[str, ScanFolder] = MappingProxyType({}),
 ) -> Metrics:
     """Load the inputs of one stage, run it and store its outputs; return its metrics.
 
@@ -481,13 +455,14 @@ def run_stage(
     settings : the stage's settings section.
     records : records of earlier stages, for the report.
     load : loads an artifact of a scan.
+    others : other scans that the stage reads, by name.
 
     Raises
     ------
     InputError : an input is missing or damaged; the stage may raise further errors.
     """
     stage = stage_named(stage) if isinstance(stage, str) else stage
-    reads = load_bundle(folder, stage.reads_type, load)
+    reads = load_bundle(folder, stage.reads_type, load, others)
     folder.work.mkdir(parents=True, exist_ok=True)
     # The scratch folder is on the scan's disk, so that outputs are moved by a rename.
     with (
@@ -506,12 +481,3 @@ def run_stage(
             item.store(folder, getattr(outputs, name))
     metrics: Metrics = outputs.metrics
     return metrics
-
-
-def _select_stages(from_stage: str | None, to_stage: str | None) -> Sequence[Stage]:
-    """Return all stages up to `to_stage`; those before `from_stage` run only if stale."""
-    first = stage_index(from_stage) if from_stage is not None else 0
-    last = stage_index(to_stage) if to_stage is not None else len(STAGES) - 1
-    if first > last:
-        raise InputError(f"--from {from_stage} comes after --to {to_stage}")
-    return STAGES[: last + 1]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from walltopo.scans.artifacts import Artifact, artifacts_of
+from walltopo.scans.artifacts import Artifact, artifacts_of, scans_of
 
 
 @dataclass(frozen=True)
@@ -34,14 +34,16 @@ class Stage:
 
     Parameters
     ----------
-    name : name of the settings section and of the entry in `scan.json`.
+    name : name of the entry in `scan.json`, and of the settings section unless `section` is given.
     reads_type, writes_type : dataclasses whose fields `walltopo.scans.artifacts.of` declares;
-        `writes_type` also has the stage's `metrics`. A stage cannot read anything else.
+        `writes_type` also has the stage's `metrics`. A stage cannot read anything else, but other
+        scans that `walltopo.scans.artifacts.scan_of` declares.
     run : function of the inputs, the stage's settings and a `Context` that returns the outputs.
     check : raises, before the first stage starts, if this machine lacks what the settings need.
     version : increased when a code change makes old results invalid.
     models : files of `walltopo/models` that the stage uses; their content is an input.
     cost : typical duration, for the forecast.
+    section : name of the settings section; "": the stage's name.
     """
 
     name: str
@@ -52,11 +54,30 @@ class Stage:
     version: int = 1
     models: tuple[str, ...] = ()
     cost: Cost = Cost(1, 0)
+    section: str = ""
+
+    @property
+    def settings_section(self) -> str:
+        """Return the name of the settings section."""
+        return self.section or self.name
+
+    def settings_of(self, settings: Any) -> Any:
+        """Return the section of the stage in all settings."""
+        return getattr(settings, self.settings_section)
 
     @cached_property
     def reads(self) -> tuple[Artifact[Any], ...]:
-        """Return the artifacts that the stage reads."""
+        """Return the artifacts that the stage reads of its own scan."""
         return tuple(item for _, item in artifacts_of(self.reads_type))
+
+    @cached_property
+    def reads_elsewhere(self) -> tuple[tuple[str, Artifact[Any]], ...]:
+        """Return the artifacts that the stage reads of other scans, each with the scan's name."""
+        return tuple(
+            (scan, item)
+            for _, scan, bundle in scans_of(self.reads_type)
+            for _, item in artifacts_of(bundle)
+        )
 
     @cached_property
     def writes(self) -> tuple[Artifact[Any], ...]:

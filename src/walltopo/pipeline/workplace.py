@@ -9,15 +9,16 @@ import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from walltopo.core import BusyError, EnvironmentLacksError, InputError, settings_of
-from walltopo.core.files import HashCache, files_below, is_special, shipped_file
+from walltopo.core.files import HashCache, as_text, files_below, is_special, shipped_file
 from walltopo.core.locks import take_lock
 from walltopo.geometry.mesh_files import files_of_mesh
+from walltopo.pipeline.plan import Step
 from walltopo.pipeline.settings import Settings
-from walltopo.pipeline.stage import Stage
 from walltopo.scans.artifacts import Artifact
 from walltopo.scans.folder import ScanFolder, owning_scan
 from walltopo.scans.manifest import Output, StageRecord
@@ -91,7 +92,7 @@ def _has_files(root: Path) -> bool:
 
 def _remove_partial(folder: ScanFolder) -> None:
     """Remove the temporary folders of a killed run; finished files are never in them."""
-    for parent in (folder.root, folder.work):
+    for parent in (folder.root, folder.work, folder.part.root, folder.part.work):
         for leftover in parent.glob(".partial-*"):
             shutil.rmtree(leftover, ignore_errors=True)
 
@@ -114,36 +115,67 @@ def _lock(folder: ScanFolder) -> Iterator[None]:
         yield
 
 
-def input_hash(folder: ScanFolder, stage: Stage, settings: Settings, hashes: HashCache) -> str:
-    """Return a hash of everything that determines a stage's outputs: inputs, settings, models,
-    version."""
-    section = settings.as_dict()[stage.name]
+@dataclass(frozen=True)
+class InputHash:
+    """The hash of everything that determines a stage's outputs; `elsewhere` as in `StageRecord`."""
+
+    hash: str
+    elsewhere: dict[str, str]
+
+
+def input_hash(
+    step: Step, settings: Settings, hashes: HashCache, record: StageRecord | None
+) -> InputHash:
+    """Return the hash of a stage's inputs, settings, models and version.
+
+    A reference that was deleted counts as it was when the stage last ran.
+
+    Parameters
+    ----------
+    record : of the stage's last run.
+    """
+    stage, known = step.stage, {} if record is None else record.elsewhere
+    elsewhere: dict[str, str] = {}
+
+    def hash_elsewhere(root: Path, path: Path, item: Artifact[Any] | None = None) -> str:
+        key = as_text(path)
+        found = _hash_of(path, item, hashes) if root.exists() else known.get(key, "")
+        if found:
+            elsewhere[key] = found
+        return found
+
+    section = settings.as_dict()[stage.settings_section]
     parts: list[Any] = [stage.name, stage.version, section]
     # A setting that names a file (a model, a palette, a reference) is hashed by the file's content.
-    parts += [hashes.hash(path) for path in _named_paths(getattr(settings, stage.name))]
+    named = _named_paths(stage.settings_of(settings))
+    parts += [found for root, path in named if (found := hash_elsewhere(root, path))]
     parts += [hashes.hash(shipped_file(name)) for name in stage.models]
     for item in stage.reads:
-        path = item.in_folder(folder)
-        parts.append([item.name, item.fingerprint(path) if item.fingerprint else hashes.hash(path)])
+        parts.append([item.name, _hash_of(item.in_folder(step.folder), item, hashes)])
+    for scan, item in stage.reads_elsewhere:
+        other = step.others[scan]
+        parts.append([scan, item.name, hash_elsewhere(other.root, item.in_folder(other), item)])
     text = json.dumps(parts, sort_keys=True, default=str)
-    return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
+    return InputHash(hashlib.blake2b(text.encode(), digest_size=16).hexdigest(), elsewhere)
 
 
-def outputs_of(folder: ScanFolder, stage: Stage, hashes: HashCache) -> dict[str, Output]:
+def _hash_of(path: Path, item: Artifact[Any] | None, hashes: HashCache) -> str:
+    return item.fingerprint(path) if item and item.fingerprint else hashes.hash(path)
+
+
+def outputs_of(step: Step, hashes: HashCache) -> dict[str, Output]:
     """Return the size and hash of a stage's outputs by artifact name."""
-    return {item.name: _output(item.in_folder(folder), hashes) for item in stage.writes}
+    return {item.name: _output(item.in_folder(step.folder), hashes) for item in step.stage.writes}
 
 
-def changed_outputs(
-    folder: ScanFolder, stage: Stage, record: StageRecord, hashes: HashCache
-) -> list[Artifact[Any]]:
+def changed_outputs(step: Step, record: StageRecord, hashes: HashCache) -> list[Artifact[Any]]:
     """Return the artifacts that are missing or differ from what the stage wrote.
 
     For a record without hashes (older walltopo), only missing artifacts are found.
     """
     found = []
-    for item in stage.writes:
-        path = item.in_folder(folder)
+    for item in step.stage.writes:
+        path = item.in_folder(step.folder)
         recorded = record.outputs.get(item.name)
         if recorded is not None:
             changed = hashes.hash(path) != recorded.hash
@@ -159,14 +191,15 @@ def _output(path: Path, hashes: HashCache) -> Output:
     return Output(sum(file.stat().st_size for file in files), hashes.hash(path))
 
 
-def _named_paths(section: Any) -> Iterator[Path]:
-    """Yield the existing files and folders that a stage's settings name and whose content
-    counts."""
+def _named_paths(section: Any) -> Iterator[tuple[Path, Path]]:
+    """Yield the files and folders that a stage's settings name and whose content counts, each with
+    the path in the setting."""
     for name, declared in settings_of(type(section)).items():
         value = getattr(section, name)
         for part in declared.content if value else ():
-            path = Path(value) / part
+            root, path = Path(value), Path(value) / part
             # Ignore a folder that happens to have the name of a built-in choice.
-            if path.is_file() or (part != "." and path.exists()):
-                yield path
-                yield from files_of_mesh(path)
+            if path.is_file() or part != ".":
+                yield root, path
+                for file in files_of_mesh(path):
+                    yield root, file

@@ -5,6 +5,10 @@
     @dataclass(frozen=True)
     class Reads:
         mesh: Mesh = of(ScanFolder.mesh)
+
+A stage may also read other scans, each a bundle of artifacts with a name:
+
+        reference: WholeScan = scan_of(WholeScan, "reference")
 """
 
 from __future__ import annotations
@@ -13,6 +17,7 @@ import dataclasses
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Generic, Protocol, Self, TypeVar, cast, overload
 
 from walltopo.core import InputError, Progress, Silent
@@ -36,6 +41,7 @@ class Stored(Protocol):
 
 
 S = TypeVar("S", bound=Stored)
+B = TypeVar("B", bound="DataclassInstance")
 
 
 class HasRoot(Protocol):
@@ -134,6 +140,16 @@ def of(source: Artifact[T]) -> T:
     return cast(T, dataclasses.field(metadata={"artifact": source}))
 
 
+def scan_of(bundle: type[B], name: str) -> B:
+    """Declare a field of a dataclass as artifacts of another scan.
+
+    Parameters
+    ----------
+    bundle : dataclass whose fields `of` declares; name : which scan, for the stage's caller.
+    """
+    return cast(B, dataclasses.field(metadata={"bundle": bundle, "scan": name}))
+
+
 def figures() -> Metrics:
     """Declare the field of a stage's `Writes` for the stage's figures."""
     return cast(Metrics, dataclasses.field())
@@ -146,8 +162,14 @@ def artifacts_of(bundle: type[DataclassInstance]) -> Iterator[tuple[str, Artifac
             yield declared.name, declared.metadata["artifact"]
 
 
+def scans_of(bundle: type[DataclassInstance]) -> Iterator[tuple[str, str, type[Any]]]:
+    """Yield field name, scan name and bundle of each field that `scan_of` declares."""
+    for declared in dataclasses.fields(bundle):
+        if "scan" in declared.metadata:
+            yield declared.name, declared.metadata["scan"], declared.metadata["bundle"]
+
+
 Load = Callable[[Any, Artifact[Any]], Any]
-B = TypeVar("B", bound="DataclassInstance")
 
 
 def load_artifact(folder: HasRoot, source: Artifact[T]) -> T:
@@ -155,14 +177,26 @@ def load_artifact(folder: HasRoot, source: Artifact[T]) -> T:
     return source.load(folder)
 
 
-def load_bundle(folder: HasRoot, bundle: type[B], load: Load = load_artifact) -> B:
+def load_bundle(
+    folder: HasRoot,
+    bundle: type[B],
+    load: Load = load_artifact,
+    others: Mapping[str, HasRoot] = MappingProxyType({}),
+) -> B:
     """Return a dataclass whose fields are the values of their artifacts.
+
+    Parameters
+    ----------
+    others : the scans that `scan_of` names.
 
     Raises
     ------
     InputError : an artifact is missing (and not optional) or damaged.
     """
-    return bundle(**{name: load(folder, source) for name, source in artifacts_of(bundle)})
+    values = {name: load(folder, source) for name, source in artifacts_of(bundle)}
+    for name, scan, inner in scans_of(bundle):
+        values[name] = load_bundle(others[scan], inner, load)
+    return bundle(**values)
 
 
 @dataclass(frozen=True)

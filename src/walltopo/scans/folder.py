@@ -15,6 +15,8 @@ from walltopo.scans.detections import Detections
 from walltopo.scans.edits import EditLog
 from walltopo.scans.holds import Holds
 from walltopo.scans.instances import InstanceRecords, InstanceTable, Relabelled
+from walltopo.scans.joined import Joined
+from walltopo.scans.manifest import Manifest
 from walltopo.scans.moves import Moves
 from walltopo.scans.photos import PhotoList, PhotoSet, SourceList
 from walltopo.scans.pictures import Cutouts, Made, SceneLight, TextureImage, TextureUv
@@ -59,6 +61,10 @@ class ScanFolder:
     light = artifact(SceneLight, "work/light.npz", "classify")
     cutouts = artifact(Cutouts, "cutouts", "classify")
     routes_raw = artifact(Routes, "work/routes.json", "routes")
+    # A partial rescan: what it replaced of its reference, and the reference's edits that still
+    # apply; absent in other scans.
+    joined = optional_artifact(Joined, "joined.json", "join")
+    carried = optional_artifact(EditLog, "work/carried-edits.json", "join")
     routes = artifact(Routes, "routes.json", "edit")
     holds = artifact(Holds, "holds.json", "edit")
     # Triangles whose label an edit changed; absent without any.
@@ -71,7 +77,7 @@ class ScanFolder:
     # Written by `walltopo moves`; the script is for pages opened from disk.
     moves = optional_artifact(Moves, "moves.json")
     moves_script = optional_artifact(Made, "moves.js")
-    # A setter's corrections, replayed on every run.
+    # A setter's corrections, replayed on every run; until the first save those of `carried`.
     edits = optional_artifact(EditLog, "edits.json")
 
     def __init__(self, root: Path | str) -> None:
@@ -86,6 +92,11 @@ class ScanFolder:
         return self.root / "scan.json"
 
     @property
+    def part(self) -> ScanFolder:
+        """Return the scan of the photos of a partial rescan alone, before it is joined."""
+        return ScanFolder(self.root / "part")
+
+    @property
     def work(self) -> Path:
         """Return the folder of intermediate files, which can be deleted at any time."""
         return self.root / "work"
@@ -95,7 +106,7 @@ ARTIFACTS: tuple[Artifact[object], ...] = tuple(
     member for member in vars(ScanFolder).values() if isinstance(member, Artifact)
 )
 # Top-level names that belong to the scan; a user may keep other files (a palette) beside them.
-_OWN = {Path(item.path).parts[0] for item in ARTIFACTS} | {"scan.json", "work", ".lock"}
+_OWN = {Path(item.path).parts[0] for item in ARTIFACTS} | {"scan.json", "work", "part", ".lock"}
 
 
 def owning_scan(path: Path) -> ScanFolder | None:
@@ -119,8 +130,32 @@ def world_frame(scan: ScanFolder) -> str:
     ------
     InputError : `scale.json` is missing or damaged.
     """
-    scale = Scale.load(scan.scale)
-    return scale.reference_frame if scale.method == "reference" else hash_path(scan.sparse)
+    return frame_of(Scale.load(scan.scale), SparseModel(scan.sparse))
+
+
+def frame_of(scale: Scale, sparse: SparseModel) -> str:
+    """Return the identity of a world frame, as `world_frame`, from the scan's scale and cameras."""
+    return scale.reference_frame if scale.method == "reference" else hash_path(sparse.folder)
+
+
+def read_joined(scan: ScanFolder) -> Joined | None:
+    """Return what a partial rescan replaced of its reference; None for other scans.
+
+    Raises
+    ------
+    InputError : `joined.json` or `scan.json` is damaged.
+    """
+    return ScanFolder.joined.load(scan) or Manifest.load(scan.manifest).joined
+
+
+def read_edits(scan: ScanFolder) -> EditLog:
+    """Return the edit log of a scan: the saved one, else the one carried from its reference.
+
+    Raises
+    ------
+    InputError : a file is damaged.
+    """
+    return ScanFolder.edits.load(scan) or ScanFolder.carried.load(scan) or EditLog()
 
 
 def write_moves(folder: ScanFolder, moves: Moves) -> None:

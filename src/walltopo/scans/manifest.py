@@ -9,8 +9,8 @@ import msgspec
 
 from walltopo.core import InputError
 from walltopo.core.files import read_json, write_json
-from walltopo.scans.document import Label, parse
-from walltopo.scans.edits import Place
+from walltopo.scans.document import parse
+from walltopo.scans.joined import Joined
 
 FORMAT_VERSION = 1
 
@@ -40,6 +40,8 @@ class StageRecord(msgspec.Struct):
     seconds : wall clock of the run.
     peak_mb : peak memory of the process during the stage, MiB.
     input_hash : hash of the stage's inputs, settings and code version.
+    elsewhere : hashes of the inputs outside of the scan, by path; those of a reference count on
+        when the reference is deleted.
     metrics : the stage's figures.
     error : the message of a failure.
     outputs : artifacts it wrote, by name; an artifact that does not match is made again.
@@ -49,59 +51,10 @@ class StageRecord(msgspec.Struct):
     seconds: float = 0.0
     peak_mb: float = 0.0
     input_hash: str = ""
+    elsewhere: dict[str, str] = {}
     metrics: Metrics = {}
     error: str = ""
     outputs: dict[str, Output] = {}
-
-
-class Joined(msgspec.Struct, frozen=True):
-    """The parts of its reference that a partial rescan replaced (`sparse.part`).
-
-    Parameters
-    ----------
-    replaced_share : share of the reference's surface that the new photos replaced.
-    seam_mm : 95th percentile of the distance between both surfaces along the seam; None if they
-        nowhere meet.
-    photos_kept, photos_new : numbers of photos of the reference and of the rescan.
-    stays : ids of holds that were not photographed or are of other colours; same : photographed and
-        unchanged; gone : no more there; added : new.
-    seam : lines along which replaced surface meets the rest, points in the scan's frame.
-    colours : only holds of these colours were exchanged; empty: all (`sparse.part_colours`).
-    missing : ids of holds of other colours that stay, although the photos do not show them.
-    ignored : number of new holds that were not added, because of their colour or because a hold of
-        another colour stays in their place.
-    """
-
-    replaced_share: float
-    seam_mm: float | None
-    photos_kept: int
-    photos_new: int
-    stays: tuple[Label, ...]
-    same: tuple[Label, ...]
-    gone: tuple[Label, ...]
-    added: tuple[Label, ...]
-    seam: tuple[tuple[Place, ...], ...] = ()
-    colours: tuple[str, ...] = ()
-    missing: tuple[Label, ...] = ()
-    ignored: int = 0
-
-    @property
-    def summary(self) -> str:
-        """Return one sentence for people."""
-        off = self.seam_mm
-        seam = "" if off is None else f"; 95 % of the seam is off by at most {off:.1f} mm"
-        left, only = "not photographed", ""
-        if self.colours:
-            left = "not exchanged"
-            only = (
-                f"; only {', '.join(self.colours)}: {len(self.missing)} holds of other colours are "
-                f"not on the photos and stay, {self.ignored} new holds ignored"
-            )
-        return (
-            f"{100 * self.replaced_share:.0f} % of the wall replaced: {len(self.added)} holds new, "
-            f"{len(self.gone)} gone, {len(self.same)} unchanged, {len(self.stays)} "
-            f"{left}{seam}{only}"
-        )
 
 
 class Manifest(msgspec.Struct):
@@ -113,8 +66,9 @@ class Manifest(msgspec.Struct):
     settings : settings of the last run, by section and key.
     sources : where the photos came from.
     stages : stage name to its last run.
-    joined : what a partial rescan replaced; None for other scans, and before it is joined. The
-        stages before `edit` of a joined scan never run again.
+    joined : what a partial rescan replaced that an older walltopo joined in place, with the
+        reference's files over its own; its stages before `edit` never run again. Newer ones have
+        `joined.json`.
     """
 
     version: int

@@ -20,6 +20,7 @@ from walltopo.scans.detections import CocoFile
 from walltopo.scans.edits import EditLog
 from walltopo.scans.holds import Holds
 from walltopo.scans.instances import InstanceRecords
+from walltopo.scans.joined import Joined
 from walltopo.scans.manifest import Manifest
 from walltopo.scans.moves import Moves
 from walltopo.scans.page_labels import PageLabels
@@ -43,6 +44,7 @@ SCHEMAS: dict[str, type[msgspec.Struct]] = {
     "holds.json": Holds,
     "moves.json": Moves,
     "page/labels.json": PageLabels,
+    "joined.json": Joined,
     "edits.json": EditLog,
     "sources.json": SourceList,
     "poses.json": GivenPoses,

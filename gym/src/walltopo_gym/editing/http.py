@@ -28,6 +28,7 @@ from walltopo_gym.api.services import Services, ServicesOf
 from walltopo_gym.editing.service import EditSessions, OpenScan
 from walltopo_gym.errors import RequestError
 from walltopo_gym.gyms.access import Access, PublisherMay
+from walltopo_gym.scans.artifacts import read_carried
 from walltopo_gym.scans.edits import read_log
 from walltopo_gym.scans.service import check_in_review, scan_of
 
@@ -44,8 +45,9 @@ def read_edit_log(scan: UUID, services: ServicesOf, access: PublisherMay) -> Res
     _check(services, access, scan)
     with services.database.reading() as session:
         saved = read_log(session, scan)
+    log = saved.log if saved.revision else read_carried(services.store, scan)
     version = str(saved.revision)
-    return json_response(LogOut(version, saved.log), version)
+    return json_response(LogOut(version, log), version)
 
 
 @router.post("/gyms/{gym}/scans/{scan}/editor/log", response_model=None)

@@ -12,12 +12,13 @@ from uuid import UUID
 from walltopo.editing.messages import EditResult, RebuildStatus
 from walltopo.pipeline.edit_session import STAGES_AFTER_LOG, open_session
 from walltopo.scans.edits import EditLog
-from walltopo.scans.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder, read_edits
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.database.engine import Database
 from walltopo_gym.errors import TooManyError
 from walltopo_gym.publishing.plans import check_unplanned
 from walltopo_gym.scans.artifacts import (
+    carried_log,
     download_scan,
     store_public_files,
     upload_files,
@@ -49,9 +50,13 @@ class EditLogTable:
         return str(self.saved().revision)
 
     def read(self) -> tuple[EditLog, str]:
-        """Return the log and the number of the last save."""
+        """Return the log and the number of the last save.
+
+        Before the first save it is the log that a partial rescan carried from its reference.
+        """
         saved = self.saved()
-        return saved.log, str(saved.revision)
+        log = saved.log if saved.revision else carried_log(self._folder)
+        return log, str(saved.revision)
 
     def save(self, log: EditLog, version: str) -> str:
         """Save a log based on a save; return its own number.
@@ -75,10 +80,10 @@ class EditLogTable:
 
     def copy_to_folder(self) -> str:
         """Write the log to the folder's `edits.json`, if that differs; return its number."""
-        saved = self.saved()
-        if (ScanFolder.edits.load(self._folder) or EditLog()) != saved.log:
-            saved.log.save(self._folder.edits)
-        return str(saved.revision)
+        log, version = self.read()
+        if read_edits(self._folder) != log:
+            log.save(self._folder.edits)
+        return version
 
     def saved(self) -> SavedLog:
         """Return the log with the numbers of its save and of the save that the files show."""

@@ -12,12 +12,14 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo.describe.matching.routes import RouteMatch, compare
+from walltopo.pipeline.stages.join import JOIN
 from walltopo.scans import routes as found
 from walltopo.scans.folder import ScanFolder
-from walltopo.scans.manifest import Joined, Manifest
+from walltopo.scans.joined import Joined
+from walltopo.scans.manifest import Manifest
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.publishing.version_holds import read_holds
-from walltopo_gym.scans.artifacts import download_files, read_manifest
+from walltopo_gym.scans.artifacts import download_files, read_joined, read_manifest
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.storage.files import FileStore
 from walltopo_gym.walls.models import Wall
@@ -61,8 +63,11 @@ def regressions_against(before: Manifest | None, after: Manifest) -> list[str]:
 
 
 def _figure(scan: Manifest, stage: str, name: str) -> float:
-    record = scan.stages.get(stage)
-    return float(record.metrics.get(name, 0.0)) if record is not None else 0.0
+    """Return a figure of the whole wall: of a partial rescan that of its stage `join`, if any."""
+    for record in (scan.stages.get(JOIN.name), scan.stages.get(stage)):
+        if record is not None and name in record.metrics:
+            return float(record.metrics[name])
+    return 0.0
 
 
 @dataclass(frozen=True)
@@ -92,7 +97,8 @@ def review(session: Session, store: FileStore, scan: Scan) -> Review:
     new = {number: route.holds for number, route in routes.items()}
     before = wall.published_scan_id
     after = read_manifest(store, scan.id)
-    joined = after.joined if scan.part else None  # an amendment has the files of its original
+    # An amendment has the files of its original.
+    joined = read_joined(store, scan.id) if scan.part else None
     warnings = regressions_against(None if before is None else read_manifest(store, before), after)
     if scan.part and scan.reference_id != before:
         warnings.append(

@@ -12,9 +12,12 @@ from typing import Any, Final
 from uuid import UUID
 
 from walltopo.core.files import files_below
-from walltopo.pipeline.stages import stage_named
+from walltopo.pipeline.runner import stored_plan
 from walltopo.publish.page_tiers import TIERS
-from walltopo.scans.folder import ARTIFACTS, ScanFolder
+from walltopo.scans.edits import EditLog
+from walltopo.scans.folder import ScanFolder, read_edits
+from walltopo.scans.folder import read_joined as joined_of
+from walltopo.scans.joined import Joined
 from walltopo.scans.manifest import Manifest
 from walltopo.scans.object_store import fetch_missing, send_files
 from walltopo_gym.errors import NotFoundError
@@ -28,13 +31,8 @@ def _prefix(scan: UUID) -> str:
 
 
 def upload_stage(store: FileStore, scan: UUID, folder: ScanFolder, stage: str) -> None:
-    """Upload the files that a stage wrote.
-
-    Before the stage `edit`, a partial rescan is joined with its reference, which changes the files
-    of all earlier stages.
-    """
-    joined = stage == "edit" and Manifest.load(folder.manifest).joined is not None
-    made = [item.in_folder(folder) for item in (ARTIFACTS if joined else stage_named(stage).writes)]
+    """Upload the files that a stage wrote."""
+    made = [path for step in stored_plan(folder) if step.name == stage for path in step.writes]
     if stage == "export":  # can be made again, but an edit would take as long as an export
         made.append(folder.work / TIERS)
     upload_files(store, scan, folder, *made, folder.manifest)
@@ -47,11 +45,16 @@ def upload_files(store: FileStore, scan: UUID, folder: ScanFolder, *paths: Path)
     send_files(store.objects, folder.root, there, f"{_prefix(scan)}/")
 
 
+def drop_part(store: FileStore, scan: UUID) -> None:
+    """Drop the files of a partial rescan before it was joined: nothing reads them any more."""
+    store.drop(store.keys(f"{_prefix(scan)}/{ScanFolder('').part.root.name}/"))
+
+
 def drop_joined(store: FileStore, scan: UUID) -> bool:
-    """Drop the files of a partial rescan that was joined, so that it starts from its photos again.
+    """Drop the files of a scan that an older walltopo joined in place, so that it starts again.
 
     Its earlier stages could not run again, with other photos or another reference. Returns whether
-    it was joined.
+    it was one.
     """
     below = f"{_prefix(scan)}/"
     if not store.has(f"{below}scan.json") or read_manifest(store, scan).joined is None:
@@ -71,6 +74,42 @@ def read_manifest(store: FileStore, scan: UUID) -> Manifest:
         folder = ScanFolder(Path(name))
         download_files(store, scan, folder, folder.manifest)
         return Manifest.load(folder.manifest)
+
+
+def read_joined(store: FileStore, scan: UUID) -> Joined | None:
+    """Return what a partial rescan replaced of its reference; None for other scans.
+
+    Raises
+    ------
+    NotFoundError : the scan has not come so far.
+    """
+    with tempfile.TemporaryDirectory() as name:
+        folder = ScanFolder(Path(name))
+        download_files(store, scan, folder, folder.manifest)
+        if store.has(f"{_prefix(scan)}/{folder.joined.name}"):
+            download_files(store, scan, folder, folder.joined)
+        return joined_of(folder)
+
+
+def read_carried(store: FileStore, scan: UUID) -> EditLog:
+    """Return the edit log that a partial rescan carried from its reference; else an empty one."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = ScanFolder(Path(name))
+        for path in (folder.manifest, folder.carried, folder.edits):
+            if store.has(f"{_prefix(scan)}/{path.relative_to(folder.root).as_posix()}"):
+                download_files(store, scan, folder, path)
+        return carried_log(folder)
+
+
+def carried_log(folder: ScanFolder) -> EditLog:
+    """Return the log of a scan folder before any edit of the scan itself.
+
+    A scan that an older walltopo joined in place has it in `edits.json`; else that file is of an
+    earlier run, whose coordinates were others.
+    """
+    if Manifest.load(folder.manifest).joined is not None:
+        return read_edits(folder)
+    return ScanFolder.carried.load(folder) or EditLog()
 
 
 def download_scan(store: FileStore, scan: UUID, folder: ScanFolder) -> None:

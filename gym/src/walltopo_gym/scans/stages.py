@@ -14,6 +14,7 @@ from uuid import UUID
 
 from sqlalchemy import select, update
 
+from walltopo.pipeline.plan import names_of_plan
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.scale import Scale
 from walltopo_gym.clock import now
@@ -22,6 +23,7 @@ from walltopo_gym.errors import ConflictError
 from walltopo_gym.scans.artifacts import (
     download_scan,
     drop_joined,
+    drop_part,
     store_public_files,
     upload_stage,
 )
@@ -71,6 +73,12 @@ class ScanSteps:
             shutil.rmtree(self._folder(scan).root.parent, ignore_errors=True)
         return True
 
+    def names(self, scan: UUID) -> tuple[str, ...]:
+        """Return the names of a scan's stages, in order."""
+        with self.database.reading() as session:
+            row = session.get(Scan, scan)
+            return names_of_plan(part=row is not None and row.part)
+
     def stage(self, scan: UUID, run: int, stage: str) -> str:
         """Run one stage to its end; return why it failed, empty on success."""
         child = self.running.get((scan, run))
@@ -115,6 +123,7 @@ class ScanSteps:
     def finish(self, scan: UUID, run: int) -> None:
         """Put the scan into review."""
         folder = self._folder(scan)
+        drop_part(self.store, scan)
         files = store_public_files(self.store, folder)
         store_front(self.store, scan, folder)
         with self.database.writing() as session:

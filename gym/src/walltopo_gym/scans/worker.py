@@ -18,7 +18,6 @@ from sqlalchemy import update
 from sqlalchemy.exc import InterfaceError, OperationalError
 from sqlalchemy.orm import Session
 
-from walltopo.pipeline.stages import stage_names
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.jobs.queue import Failure
 from walltopo_gym.scans.job import Failed
@@ -48,7 +47,7 @@ class ScanJobs:
             if not DBOS.run_step({"name": "claim"}, self._patient(self._steps.claim), one, run):
                 return
             why = ""
-            for stage in stage_names():
+            for stage in self._patient(self._steps.names)(one):
                 make = self._patient(self._steps.stage)
                 why = DBOS.run_step({"name": stage}, make, one, run, stage)
                 if why:

@@ -1,15 +1,14 @@
-"""Join a finished partial rescan with its reference, in the rescan's own folder.
+"""Join the scan of a part of a wall with its reference: the function of the stage `join`.
 
-Until here the scan shows only what the new photos show, in the reference's frame. Afterwards the
-folder is a scan of the whole wall: the reference's surface, texture, photos and holds where nothing
-was photographed, the new ones elsewhere. It needs the reference no more, and can be the reference
-of the next rescan. The reference's folder is never modified.
+The part shows only what the new photos show, in the reference's frame. The result is a scan of the
+whole wall: the reference's surface, texture, photos and holds where nothing was photographed, the
+new ones elsewhere. It can be the reference of the next rescan.
 """
 
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -18,10 +17,11 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from walltopo.core import InputError, Mesh, Progress, StageError
+from walltopo.core import InputError, Mesh, StageError
 from walltopo.images.files import read_rgb
 from walltopo.pipeline.partial.cameras import join_models, photos_that_stay, without_points
 from walltopo.pipeline.partial.colours import ColourChoice
+from walltopo.pipeline.partial.files import JoinedFiles, ReferenceFiles, WallFiles
 from walltopo.pipeline.partial.region import Region, replaced_region, seam_offsets
 from walltopo.pipeline.partial.rows import (
     JoinedTables,
@@ -33,14 +33,15 @@ from walltopo.pipeline.partial.rows import (
 )
 from walltopo.pipeline.partial.seam import seam_lines
 from walltopo.pipeline.partial.surface import Part, join_meshes, join_textures
-from walltopo.scans.artifacts import load_bundle, of
+from walltopo.scans.artifacts import Context
 from walltopo.scans.colmap_model import SparseModel
 from walltopo.scans.detections import Detections
 from walltopo.scans.edits import EditLog, Place
-from walltopo.scans.folder import ScanFolder, world_frame
+from walltopo.scans.folder import frame_of
 from walltopo.scans.holds import Holds
 from walltopo.scans.instances import InstanceRecords, InstanceTable
-from walltopo.scans.manifest import Joined, Metrics
+from walltopo.scans.joined import Joined
+from walltopo.scans.manifest import Metrics
 from walltopo.scans.people import PEOPLE, PeopleList
 from walltopo.scans.photos import PhotoList, PhotoSet
 from walltopo.scans.pictures import (
@@ -52,41 +53,21 @@ from walltopo.scans.pictures import (
     TextureImage,
     TextureUv,
 )
-from walltopo.scans.routes import Routes
 
 
-@dataclass(frozen=True, eq=False)
-class _Scan:
-    """The artifacts of one scan before any edit."""
-
-    photos: PhotoSet = of(ScanFolder.photos)
-    photo_list: PhotoList = of(ScanFolder.photo_list)
-    sparse: SparseModel = of(ScanFolder.sparse)
-    mesh: Mesh = of(ScanFolder.mesh)
-    texture: TextureImage = of(ScanFolder.texture)
-    texture_uv: TextureUv = of(ScanFolder.texture_uv)
-    detections: Detections = of(ScanFolder.detections)
-    instances: InstanceTable = of(ScanFolder.instances)
-    records: InstanceRecords = of(ScanFolder.instance_records)
-    holds: Holds = of(ScanFolder.holds_raw)
-    light: SceneLight = of(ScanFolder.light)
-    cutouts: Cutouts = of(ScanFolder.cutouts)
-    routes: Routes = of(ScanFolder.routes_raw)
-    edits: EditLog | None = of(ScanFolder.edits)
-
-    def tables(self, chosen: NDArray[np.int32]) -> Tables:
-        """Return the tables, with the instances of the chosen triangles' labels."""
-        labels = self.instances.face_instance
-        # An instance without triangles has no place in the mesh, so nothing can replace it.
-        nowhere = {h.id for h in (*self.holds.holds, *self.holds.left_out)} - set(labels.tolist())
-        present = set(np.unique(chosen).tolist()) - {0}
-        return Tables(
-            frozenset(present | nowhere),
-            self.holds,
-            self.routes,
-            self.records.instances,
-            last_id(labels, self.holds, self.edits),
-        )
+def _tables(scan: WallFiles, chosen: NDArray[np.int32], log: EditLog | None) -> Tables:
+    """Return the tables of a scan, with the instances of the chosen triangles' labels."""
+    labels, holds = scan.instances.face_instance, scan.holds_raw
+    # An instance without triangles has no place in the mesh, so nothing can replace it.
+    nowhere = {h.id for h in (*holds.holds, *holds.left_out)} - set(labels.tolist())
+    present = set(np.unique(chosen).tolist()) - {0}
+    return Tables(
+        frozenset(present | nowhere),
+        holds,
+        scan.routes_raw,
+        scan.instance_records.instances,
+        last_id(labels, holds, log),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,8 +79,8 @@ class _Joint:
     kept_photos : names of old photos that stay; photo_of : new photo to its joined name.
     """
 
-    old: _Scan
-    new: _Scan
+    old: ReferenceFiles
+    new: WallFiles
     choice: ColourChoice
     region: Region
     kept_photos: tuple[str, ...]
@@ -108,38 +89,29 @@ class _Joint:
 
 
 def join_with_reference(
-    folder: ScanFolder,
-    reference: ScanFolder,
-    scratch: Path,
-    progress: Progress,
-    colours: tuple[str, ...] = (),
-) -> tuple[Joined, dict[str, Metrics]]:
-    """Replace the artifacts of a partial rescan by those of the whole wall.
-
-    Returns
-    -------
-    What was replaced, and by stage the metrics that the join changes.
+    new: WallFiles, old: ReferenceFiles, colours: tuple[str, ...], context: Context
+) -> JoinedFiles:
+    """Return the artifacts of the whole wall.
 
     Parameters
     ----------
-    folder : the rescan, finished up to `routes`; reference : a finished scan in the same frame.
-    scratch : an empty folder on the disk of the rescan.
+    new : the rescan; old : its reference, in the same frame.
     colours : only holds of these colours are exchanged; empty: all holds.
 
     Raises
     ------
-    InputError : a file is missing, or the scans are in different frames.
+    InputError : the scans are in different frames.
     StageError : the photos show nothing of the reference's wall.
     """
-    if world_frame(folder) != world_frame(reference):
+    if frame_of(new.scale, new.sparse) != frame_of(old.scale, old.sparse):
         raise InputError(
-            f"{reference.root}: was measured anew since the photos were aligned to it",
+            f"{old.sparse.folder.parent}: was measured anew since the photos were aligned to it",
             "Scan the new photos again.",
         )
-    progress.step("join with the rest of the wall", 4)
-    old, new = load_bundle(reference, _Scan), load_bundle(folder, _Scan)
-    shown = Holds.load(reference.holds)
-    joint = _joint(old, new, ColourChoice.of(colours, old.holds, shown, new.holds))
+    progress, scratch = context.progress, context.scratch
+    progress.step("join with the rest of the wall", 3)
+    choice = ColourChoice.of(colours, old.holds_raw, old.holds, new.holds_raw)
+    joint = _joint(old, new, choice)
     progress.advance()
     parts = (
         Part(old.mesh, joint.region.old, old.texture_uv.uv, read_rgb(old.texture.path)),
@@ -150,53 +122,45 @@ def join_with_reference(
     picture = scratch / "texture.png"
     cv2.imwrite(str(picture), image[..., ::-1], [cv2.IMWRITE_PNG_COMPRESSION, 3])
     progress.advance()
-    sparse, photos = _joined_sparse(joint, scratch), _joined_photos(joint, scratch)
-    cutouts, joined = _joined_cutouts(joint, scratch), _figures(joint, colours)
-    progress.advance()
-    tables, store = joint.tables, _storer(folder)
-    store("photos", photos)
-    store("photo_list", _joined_photo_list(joint))
-    store("sparse", sparse)
-    store("mesh", mesh)
-    store("texture", TextureImage(picture))
-    store("texture_uv", TextureUv(uv))
-    store("detections", _joined_detections(joint))
-    store("instances", _joined_instances(joint))
-    store(
-        "instance_records",
-        InstanceRecords(
-            classes=old.records.classes | new.records.classes, instances=tables.records
-        ),
+    tables, joined = joint.tables, _figures(joint, colours)
+    records = InstanceRecords(
+        classes=old.instance_records.classes | new.instance_records.classes,
+        instances=tables.records,
     )
-    store("holds_raw", tables.holds)
-    store("light", _joined_light(joint))
-    store("cutouts", cutouts)
-    store("routes_raw", tables.routes)
-    store("edits", _joined_edits(joint))
+    files = JoinedFiles(
+        photos=_joined_photos(joint, scratch),
+        photo_list=_joined_photo_list(joint),
+        sparse=_joined_sparse(joint, scratch),
+        scale=new.scale,
+        mesh=mesh,
+        texture=TextureImage(picture),
+        texture_uv=TextureUv(uv),
+        detections=_joined_detections(joint),
+        instances=_joined_instances(joint),
+        instance_records=records,
+        holds_raw=tables.holds,
+        light=_joined_light(joint),
+        cutouts=_joined_cutouts(joint, scratch),
+        routes_raw=tables.routes,
+        joined=joined,
+        carried=_carried_edits(joint),
+        metrics=_metrics(joined, mesh, tables.holds),
+    )
     progress.advance()
-    return joined, _metrics(mesh, tables.holds)
+    return files
 
 
-def _metrics(mesh: Mesh, holds: Holds) -> dict[str, Metrics]:
-    """Return by stage the metrics that the join changes."""
-    area = round(float(mesh.areas[mesh.measured].sum()), 3)
+def _metrics(joined: Joined, mesh: Mesh, holds: Holds) -> Metrics:
     return {
-        "dense": {"faces": len(mesh.faces), "area": area},
-        "classify": {
-            "holds": sum(hold.kind == "hold" for hold in holds.holds),
-            "volumes": sum(hold.kind == "volume" for hold in holds.holds),
-        },
+        "summary": joined.summary,
+        "faces": len(mesh.faces),
+        "area": round(float(mesh.areas[mesh.measured].sum()), 3),
+        "holds": sum(hold.kind == "hold" for hold in holds.holds),
+        "volumes": sum(hold.kind == "volume" for hold in holds.holds),
     }
 
 
-def _storer(folder: ScanFolder) -> Callable[[str, object], None]:
-    def store(name: str, value: object) -> None:
-        getattr(ScanFolder, name).store(folder, value)
-
-    return store
-
-
-def _joint(old: _Scan, new: _Scan, choice: ColourChoice) -> _Joint:
+def _joint(old: ReferenceFiles, new: WallFiles, choice: ColourChoice) -> _Joint:
     """Decide what stays, and join the tables."""
     old.instances.check_fits(old.mesh)
     new.instances.check_fits(new.mesh)
@@ -206,7 +170,7 @@ def _joint(old: _Scan, new: _Scan, choice: ColourChoice) -> _Joint:
         new.mesh,
         new.instances.face_instance,
         new.sparse.views,
-        old.holds.unit,
+        old.holds_raw.unit,
         choice.exchange,
     )
     if not region.new.any():
@@ -218,12 +182,12 @@ def _joint(old: _Scan, new: _Scan, choice: ColourChoice) -> _Joint:
     kept = set(photos_that_stay(old.mesh, region.old, views))
     staying = set(np.unique(old.instances.face_instance[region.old]).tolist())
     # The best photos of a hold are needed to measure it again after an edit.
-    for hold in old.holds.holds:
+    for hold in old.holds_raw.holds:
         kept |= set(hold.photos[:3]) if hold.id in staying else set()
     kept_photos = tuple(view.name for view in views if view.name in kept)
     photo_of = _new_names([view.name for view in new.sparse.views], kept_photos)
     stays, added = old.instances.face_instance[region.old], region.new_labels[region.new]
-    tables = join_tables(old.tables(stays), new.tables(added), photo_of, kept)
+    tables = join_tables(_tables(old, stays, old.log), _tables(new, added, None), photo_of, kept)
     return _Joint(old, new, choice, region, kept_photos, photo_of, tables)
 
 
@@ -367,8 +331,8 @@ def _present(holds: Holds) -> set[int]:
     return {hold.id for hold in (*holds.holds, *holds.left_out)}
 
 
-def _joined_edits(joint: _Joint) -> EditLog | None:
-    log = joint.old.edits
+def _carried_edits(joint: _Joint) -> EditLog | None:
+    log = joint.old.log
     if log is None:
         return None
     from scipy.spatial import cKDTree
@@ -386,11 +350,11 @@ def _figures(joint: _Joint, colours: tuple[str, ...]) -> Joined:
     """Return what the join did, for the manifest and the review."""
     old, new, region, tables = joint.old, joint.new, joint.region, joint.tables
     labels = old.instances.face_instance
-    offsets = seam_offsets(old.mesh, labels, new.mesh, region, old.holds.unit)
+    offsets = seam_offsets(old.mesh, labels, new.mesh, region, old.holds_raw.unit)
     photographed = tables.added | tables.same
     return Joined(
         replaced_share=round(float(old.mesh.areas[~region.old].sum() / old.mesh.areas.sum()), 4),
-        seam_mm=round(1000 * float(np.percentile(offsets, 95)) / old.holds.unit, 2)
+        seam_mm=round(1000 * float(np.percentile(offsets, 95)) / old.holds_raw.unit, 2)
         if len(offsets)
         else None,
         photos_kept=len(joint.kept_photos),
@@ -401,9 +365,9 @@ def _figures(joint: _Joint, colours: tuple[str, ...]) -> Joined:
         added=tuple(sorted(tables.added)),
         seam=tuple(
             tuple((round(x, 4), round(y, 4), round(z, 4)) for x, y, z in line.tolist())
-            for line in seam_lines(old.mesh, region.old, old.holds.unit)
+            for line in seam_lines(old.mesh, region.old, old.holds_raw.unit)
         ),
         colours=colours,
-        missing=tuple(joint.choice.missing(region, old.holds)),
-        ignored=joint.choice.ignored(region, new.holds) if colours else 0,
+        missing=tuple(joint.choice.missing(region, old.holds_raw)),
+        ignored=joint.choice.ignored(region, new.holds_raw) if colours else 0,
     )

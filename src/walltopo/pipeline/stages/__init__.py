@@ -1,4 +1,5 @@
-"""List the stages of a scan in order; each module defines one stage.
+"""List the stages of a scan in order; each module defines one stage (`walltopo.pipeline.plan`
+says which of them a scan has).
 
 Heavy libraries are imported when a stage runs, so importing this package is fast.
 """
@@ -13,6 +14,7 @@ from walltopo.pipeline.stages.detect import DETECT
 from walltopo.pipeline.stages.edit import EDIT
 from walltopo.pipeline.stages.export import EXPORT
 from walltopo.pipeline.stages.ingest import INGEST
+from walltopo.pipeline.stages.join import JOIN
 from walltopo.pipeline.stages.lift import LIFT
 from walltopo.pipeline.stages.propose import PROPOSE
 from walltopo.pipeline.stages.routes import ROUTES
@@ -31,6 +33,7 @@ STAGES = (
     PROPOSE,
     CLASSIFY,
     ROUTES,
+    JOIN,
     EDIT,
     EXPORT,
 )

@@ -8,7 +8,6 @@ from walltopo.editing.settings import EditSettings
 from walltopo.editing.snapshot import SnapshotFiles
 from walltopo.pipeline.stage import Cost, Stage
 from walltopo.scans.artifacts import Context, figures, of
-from walltopo.scans.edits import EditLog
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.holds import Holds
 from walltopo.scans.instances import Relabelled
@@ -39,7 +38,7 @@ def run(reads: SnapshotFiles, settings: EditSettings, context: Context) -> Write
     from walltopo.editing.replay import replay
     from walltopo.editing.snapshot import ScanSnapshot
 
-    log = reads.edits or EditLog()
+    log = reads.log
     snapshot = ScanSnapshot.of(reads, settings)
     outcome = replay(snapshot, log.edits)
     for note in outcome.notes:

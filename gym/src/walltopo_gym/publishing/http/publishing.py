@@ -14,7 +14,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 from starlette.responses import StreamingResponse
 
-from walltopo.scans import manifest
+from walltopo.scans import joined as joined_in
 from walltopo.scans import routes as found_in
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.fields import Body, Moment, Revision
@@ -103,7 +103,7 @@ class Joined(BaseModel):
     ignored: int
 
     @classmethod
-    def of(cls, joined: manifest.Joined | None) -> Joined | None:
+    def of(cls, joined: joined_in.Joined | None) -> Joined | None:
         """Return the facts that the draft shows, None for a scan of the whole wall."""
         if joined is None:
             return None
