@@ -138,8 +138,7 @@ docs: $(VENV)/dev-ready
 	$(BIN)/python -m walltopo.scans.schemas docs/schemas
 	$(BIN)/python viewer/wire_types.py
 	$(BIN)/python -m benchmarks.bad_input > docs/bad-input.md
-	$(BIN)/python -m benchmarks.tables --page
-	$(BIN)/python -m benchmarks.figures
+	$(BIN)/python -m tools.pages.figures
 
 # Broken links are errors; tools/tests/pages/test_site.py builds it too, and looks at what came out.
 site: $(VENV)/dev-ready viewer

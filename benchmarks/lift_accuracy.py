@@ -2,7 +2,7 @@
 
     python -m benchmarks.lift_accuracy given DATA     # the masks of gym-a/lift
     python -m benchmarks.lift_accuracy ablation       # on our own scenes
-    python -m benchmarks.lift_accuracy gyms WORK      # on the gyms that tables tunes on
+    python -m benchmarks.lift_accuracy gyms WORK      # on the gyms that lift_tuned tunes on
 
 APs are by face area, classes merged into one, faces that no view sees ignored. There are three
 evaluators: "ScanNet" (the protocol of its benchmark), "COCO" (101 recalls, .50:.95), and "every
@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.lift_scenes import MaskNoise, Scene, make_scene, spoil
-from benchmarks.tables_lift import Plan, lift_rows, load_wall
+from benchmarks.lift_tuned import Plan, lift_rows, load_wall
 from walltopo.core import Instances, Mesh, View
 from walltopo.scans.coco_import import read_coco_masks
 from walltopo.scans.colmap_model import read_views

@@ -3,8 +3,8 @@
     python -m benchmarks.shown score [--work FOLDER] [--gyms 2] [--preset modern]
     python -m benchmarks.shown flat SCAN TRUTH [SCAN TRUTH ...]
 
-`score` evaluates `classify.min_score`. It generates the gyms that the lift's table tunes and
-chooses on (`benchmarks.tables`; its test gyms stay unused), detects their holds with
+`score` evaluates `classify.min_score`. It generates the gyms that `benchmarks.lift_tuned` tunes
+and chooses on (its test gyms stay unused), detects their holds with
 the shipped detector, and lifts with a scan's settings. It prints for several minimum scores: mIoU
 over all gyms, precision, recall and F1 of the shown holds, and the volumes shown and right.
 
@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.tables_lift import Plan, load_wall, scan_defaults
+from benchmarks.lift_tuned import Plan, load_wall, scan_defaults
 from walltopo.core import Silent
 from walltopo.describe.classify.low_confidence import Lifted, Rise, flat_instances, measure_rises
 from walltopo.geometry.mesh_files import read_mesh

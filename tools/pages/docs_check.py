@@ -10,15 +10,11 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from benchmarks.figures import complaints, pages
-from benchmarks.results import RESULTS, Part, Record
-from benchmarks.tables import PARTS
-from benchmarks.tables_page import write_page
-
+from tools.pages.figures import GENERATED, complaints, pages
+from tools.pages.records import RESULTS, Record
 from walltopo.pipeline.settings import settings_markdown
 from walltopo.scans.schemas import SCHEMAS, schema_name, schema_text
 
@@ -28,7 +24,6 @@ VIEWER_SCHEMA = "viewer.schema.json"  # written by `viewer/wire_types.py`
 # Page to the folders of its tests and the minimum number of promises.
 PROMISES = {"security.md": (("tests", "viewer/tests"), 15), "gym-security.md": (("gym/tests",), 25)}
 MAX_WORDS = 35_000
-GENERATED = {"settings.md", "results.md", "bad-input.md"}
 
 
 def _read(path: Path) -> str:
@@ -52,11 +47,11 @@ def architecture() -> Iterator[str]:
 
 def benchmarks() -> Iterator[str]:
     """Check that every benchmark that a page names exists."""
-    folder = ROOT / "lab" / "src" / "walltopo_lab" / "benchmarks"
     for page in (ROOT / "README.md", *sorted(DOCS.glob("*.md")), *sorted(ROOT.glob("lab/*.md"))):
-        for name in sorted(set(re.findall(r"walltopo_lab\.benchmarks\.(\w+)", _read(page)))):
-            if name not in ("NAME", "X") and not (folder / f"{name}.py").is_file():
-                yield f"{page.name}: benchmarks.{name}: no such benchmark"
+        for name in sorted(set(re.findall(r"((?:gym\.)?benchmarks\.\w+)", _read(page)))):
+            file = ROOT / f"{name.replace('.', '/')}.py"
+            if not name.endswith(".NAME") and not file.is_file():
+                yield f"{page.name}: {name}: no such benchmark"
 
 
 def publication() -> Iterator[str]:
@@ -115,11 +110,9 @@ def figures() -> Iterator[str]:
     """Check that every figure of a page is in a record, and that every record is on a page."""
     listed = pages(ROOT)
     for page in listed:
-        yield from (f"{page.name}: {line}" for line in complaints(page, ROOT))
+        yield from complaints(page, ROOT)
     text = "".join(map(_read, listed))
     for path in sorted((ROOT / RESULTS).glob("*.json")):
-        if path.name.startswith("tables-"):
-            continue
         record = Record.load(path)
         if record.measured is None or not record.output:
             yield f"{path.name}: says not when it was measured, or what was printed"
@@ -128,10 +121,10 @@ def figures() -> Iterator[str]:
 
 
 def length() -> Iterator[str]:
-    """Check that the pages have at most `MAX_WORDS` words, without generated tables."""
+    """Check that the pages have at most `MAX_WORDS` words, without tables and results."""
     total = 0
     for page in DOCS.rglob("*.md"):
-        if page.name not in GENERATED:
+        if page.name not in (*GENERATED, "results.md"):
             text = re.sub(r"<!-- figures:.*?<!-- /figures -->", "", _read(page), flags=re.S)
             total += len(re.sub(r"\]\([^)\"]*(\"[^\"]*\")?\)", "]", text).split())
     if total > MAX_WORDS:
@@ -142,12 +135,6 @@ def generated() -> Iterator[str]:
     """Check that the generated pages are current."""
     if _read(DOCS / "settings.md") != settings_markdown():
         yield "settings.md: not current; run `make docs`"
-    parts = {name: Part.load(ROOT / RESULTS / f"tables-{name}.json") for name in PARTS}
-    with tempfile.TemporaryDirectory() as folder:
-        made = Path(folder) / "results.md"
-        write_page(made, parts)
-        if _read(made) != _read(DOCS / "results.md"):
-            yield "results.md: not current; run `make docs`"
     page = _read(DOCS / "scan-folder.md")
     kept = {path.name for path in (DOCS / "schemas").iterdir()}
     if kept != {*map(schema_name, SCHEMAS), VIEWER_SCHEMA}:

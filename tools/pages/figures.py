@@ -1,7 +1,6 @@
 """The figures of the pages, written and checked from the records in `docs/results`.
 
-    python -m benchmarks.figures           # write the tables of README and docs
-    python -m benchmarks.figures --check   # print differences to the records
+    python -m tools.pages.figures     # write the tables of README and docs
 
 In a page, a table between
 
@@ -10,11 +9,9 @@ In a page, a table between
 
 is that of the record `docs/results/NAME.json` (`NAME 2`: its second one), with a line below that
 states command, data, evaluator and date. A figure in prose is a link to its record. The link's
-title quotes words of the figure's line in the output (for `tables-NAME.json` the path of the figure
-and a colon):
+title quotes words of the figure's line in the output:
 
     ARI [0.692](results/routes-masks.json "by paint")
-    AP [.885](results/tables-given.json "gym-a noisy/ours, defaults/mean/ap:")
 
 A score (a number below 1 with three decimals), a share (`12 %`, `3 of 40`), a measure (`0.5 mm`,
 `3 s`, `20 MB`), a ratio (`3 times as`) or a cost (`7 CPU-s`, `3.5 GiB`, `33 dB`) outside of both is
@@ -24,19 +21,15 @@ sizes of objects.
 
 from __future__ import annotations
 
-import argparse
 import re
-import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 
-from rich.console import Console
-
-from benchmarks.results import RESULTS, Record, lines_of, tables
+from tools.pages.records import RESULTS, Record
 from walltopo.core.files import atomic_path
 
-# Other commands write these pages, from the same records or without figures.
-GENERATED = ("settings.md", "bad-input.md", "results.md")
+# Other commands write these pages.
+GENERATED = ("settings.md", "bad-input.md")
 BLOCK = re.compile(r"(<!-- figures: ([\w-]+)(?: (\d+))? -->\n).*?(<!-- /figures -->)", re.DOTALL)
 LINK = re.compile(r"\[([^\]\n]+)\]\(([\w/.-]*results/([\w-]+)\.json)(?:\s+\"([^\"]*)\")?\)")
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d*\.?\d+(?!\w)")
@@ -71,8 +64,6 @@ CONSTANTS: dict[str, tuple[str, ...]] = {
     "viewer.md": ("170 ms",),
 }
 
-console = Console()
-
 
 def pages(root: Path) -> list[Path]:
     """Return README and the hand-written pages of docs."""
@@ -102,7 +93,7 @@ def written(page: Path, root: Path) -> str:
     def block(found: re.Match[str]) -> str:
         begin, name, number, end = found.groups()
         record = Record.load(root / RESULTS / f"{name}.json")
-        kept = tables(record)
+        kept = record.tables()
         chosen = kept if number is None else kept[int(number) - 1 : int(number)]
         text = "\n\n".join("\n".join(rows) for rows in chosen)
         return f"{begin}\n{text}\n\n{caption(record, name, folder)}\n\n{end}"
@@ -129,7 +120,7 @@ def _links(text: str, root: Path) -> Iterator[str]:
         if not path.is_file():
             yield f"[{figure}]: there is no record {path.name}"
             continue
-        lines = [line.replace(",", "") for line in lines_of(path)]
+        lines = [line.replace(",", "") for line in Record.load(path).output]
         wanted = (words or "").replace(",", "")
         if NUMBER.search(figure) and not any(wanted in s and _agrees(figure, s) for s in lines):
             yield f"[{figure}]: {path.name} has no line with {words!r} that says so"
@@ -150,22 +141,13 @@ def complaints(page: Path, root: Path) -> list[str]:
     return [f"{page.name}: {line}" for line in found]
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
-    parser.add_argument("--check", action="store_true")
-    parser.add_argument("--root", type=Path, default=Path())
-    args = parser.parse_args(arguments)
-    wrong = []
-    for page in pages(args.root):
-        if not args.check:
-            text = written(page, args.root)
-            with atomic_path(page) as temporary:
-                temporary.write_text(text, encoding="utf-8")
-        wrong += complaints(page, args.root)
-    for line in wrong:
-        console.print(line, markup=False)
-    return 1 if wrong else 0
+def main() -> None:
+    """Write the tables of all pages."""
+    for page in pages(Path()):
+        text = written(page, Path())
+        with atomic_path(page) as temporary:
+            temporary.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -1,13 +1,18 @@
-"""The lift's table: variants of the lift on generated gyms, tuned and evaluated on different ones.
+"""Instances and semantics of the lift's variants, with settings tuned on other gyms.
+
+    python -m benchmarks.lift_tuned gyms [--work DIR] [--gyms N] [--trials N] [--photos N]
+    python -m benchmarks.lift_tuned given DATA     # the masks of gym-a/lift, nothing tuned
 
 Gyms of a preset are numbered. Gym 0 is for tuning, gym 1 chooses among the search's best trials and
 the defaults, and the others are only reported on. The work folder keeps gyms, searches and the
 detector's masks (under the detector's hash, so that another detector gets another file). A stopped
-run resumes.
+run resumes. AP ranks all instances. mIoU is of wall, hold and volume, of all instances and, for
+our method, of those that a scan shows (`classify.min_score`).
 """
 
 from __future__ import annotations
 
+import argparse
 import hashlib
 import time
 from collections.abc import Mapping, Sequence
@@ -19,7 +24,7 @@ import numpy as np
 from rich.console import Console
 
 from walltopo.core import Silent
-from walltopo.core.files import hash_path, write_json
+from walltopo.core.files import hash_path
 from walltopo.describe.settings import ClassifySettings
 from walltopo.pipeline.settings import Settings as ScanSettings
 from walltopo.segment.detect.detector import open_detector, shipped_model
@@ -69,18 +74,11 @@ def detector_hash() -> str:
     return hashlib.blake2b(text.encode(), digest_size=4).hexdigest()
 
 
-def detections(
-    photos: Sequence[Path], folder: Path, name: str = "detections", score: float = 0.0
-) -> Path:
-    """Return the file of the shipped detector's masks of some photos, kept under its hash.
-
-    Parameters
-    ----------
-    score : minimum score; 0 takes the detector's own.
-    """
-    path = folder / f"{name}-{detector_hash()}.json"
+def detections(photos: Sequence[Path], folder: Path) -> Path:
+    """Return the file of the shipped detector's masks of some photos, kept under its hash."""
+    path = folder / f"detections-{detector_hash()}.json"
     if not path.is_file():
-        found, _ = detect_photos(photos, open_detector(DetectSettings(score=score)), Silent())
+        found, _ = detect_photos(photos, open_detector(DetectSettings()), Silent())
         found.save(path)
     return path
 
@@ -94,11 +92,6 @@ def gym_folder(plan: Plan, preset: str, number: int) -> Path:
     made = generate(folder, recipe)
     console.print(f"{folder.name}: {made}")
     return folder
-
-
-def test_gyms(plan: Plan, preset: str) -> list[Path]:
-    """Return the gyms that are only reported on."""
-    return [gym_folder(plan, preset, len(USES) + k) for k in range(plan.gyms)]
 
 
 def load_wall(plan: Plan, preset: str, number: int) -> LiftWall:
@@ -135,9 +128,6 @@ def _tuned(
         "trials": len(found.trials),
         "train": [found.default.figure, candidates[chosen].figure],
         "val": [on_val[0], on_val[chosen]],
-        "candidates": [asdict(t) | {"val": v} for t, v in zip(candidates, on_val, strict=True)],
-        "importance": found.importance,
-        "done": [dict(lifted.done) for lifted in problem.lifted],
     }
 
 
@@ -172,7 +162,6 @@ def lift_rows(walls: Sequence[LiftWall], settings: Settings) -> Row:
             "semantics": semantic_metrics(tables["semantics"]).as_dict(),
             "by_wall": by_wall,
             "cpu_seconds": seconds / len(walls),
-            "settings": dict(values),
         }
         if method == "robust":
             rows[name]["semantics_shown"] = semantic_metrics(tables["semantics_shown"]).as_dict()
@@ -198,9 +187,49 @@ def ways_to_lift(tuned: Mapping[str, Row], preset: str) -> dict[str, tuple[str, 
     }
 
 
-def lift_table(plan: Plan) -> Row:
-    """Return the tables of the plan's presets; write the searches' results to `tuned.json`."""
-    tables: Row = {}
+def _three(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3f}"
+
+
+def print_variants(tables: Mapping[str, Row]) -> None:
+    """Print the figures of each variant of the lift; `tables` maps an input to its `lift_rows`."""
+    print(
+        "| input | method | mean of classes: AP50 | AP | one class: AP50 | AP | AP25 "
+        "| AP .50:.95 (COCO) | mIoU | mIoU shown | precision shown | recall shown | CPU-s |"
+    )
+    print("|---" * 13 + "|")
+    for name, rows in tables.items():
+        for method, row in rows.items():
+            one, mean, shown = row["agnostic"], row["mean"], row.get("shown", {})
+            cells = [mean["ap50"], mean["ap"], one["ap50"], one["ap"], one["ap25"], one["coco_ap"]]
+            cells += [row["semantics"]["miou"], row.get("semantics_shown", {}).get("miou")]
+            cells += [shown.get("precision"), shown.get("recall")]
+            text = " | ".join(map(_three, cells))
+            print(f"| {name} | {method} | {text} | {row['cpu_seconds']:.1f} |")
+
+
+def print_searches(tuned: Mapping[str, Row]) -> None:
+    """Print what each search found, by preset and method."""
+    print("| search | trials | train: defaults | chosen | val: defaults | chosen | settings |")
+    print("|---" * 7 + "|")
+    for name, row in tuned.items():
+        values = ", ".join(f"{key} {value:.3g}" for key, value in row["values"].items())
+        cells = " | ".join(map(_three, (*row["train"], *row["val"])))
+        print(f"| {name} | {row['trials']} | {cells} | {values} |")
+
+
+def print_gyms(rows: Row) -> None:
+    """Print AP50, mean of classes, of each variant on each gym."""
+    gyms = list(next(iter(rows.values()))["by_wall"])
+    print("| AP50, mean of classes | " + " | ".join(gyms) + " |")
+    print("|---" * (len(gyms) + 1) + "|")
+    for method, row in rows.items():
+        print(f"| {method} | " + " | ".join(_three(row["by_wall"][gym]) for gym in gyms) + " |")
+
+
+def gyms(plan: Plan) -> None:
+    """Print the tables of the plan's presets."""
+    tables: dict[str, Row] = {}
     tuned: dict[str, Row] = {}
     for preset in plan.presets:
         train, val = _walls(plan, preset, "train"), _walls(plan, preset, "val")
@@ -208,5 +237,49 @@ def lift_table(plan: Plan) -> Row:
             tuned[f"{preset} {method}"] = _tuned(plan, preset, method, train, val)
         del train, val
         tables[preset] = lift_rows(_walls(plan, preset, "test"), ways_to_lift(tuned, preset))
-    write_json(plan.work / "tuned.json", tuned)
-    return {"tables": tables, "tuned": tuned}
+    print_variants(tables)
+    print()
+    print_searches(tuned)
+    for rows in tables.values():
+        print()
+        print_gyms(rows)
+
+
+def given(data: Path) -> None:
+    """Print the figures of the lift alone, on the masks of gym-a, which no tuning uses."""
+    gym = data / "gym-a/lift"
+    coarse = {"resolution": 10.0}
+    settings: Settings = {
+        "literal, defaults": ("literal", {}),
+        "literal, surest on top": ("literal", {"on_top": "surest"}),
+        "literal, resolution 10": ("literal", coarse),
+        "literal, resolution 10, surest on top": ("literal", coarse | {"on_top": "surest"}),
+        "ours, defaults": ("robust", {}),
+        "ours, a scan's defaults": ("robust", scan_defaults()),
+    }
+    tables = {}
+    for masks in ("noisy", "clean"):
+        wall = Wall("gym-a", "test", gym, masks=gym / f"{masks}.json", cameras=gym / "cameras")
+        tables[f"gym-a {masks}"] = lift_rows([load_lift_wall(wall)], settings)
+    print_variants(tables)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    commands = parser.add_subparsers(dest="command", required=True)
+    commands.add_parser("given").add_argument("data", type=Path)
+    generated = commands.add_parser("gyms")
+    generated.add_argument("--work", type=Path, default=Path("build/tables"))
+    generated.add_argument("--gyms", type=int, default=3, help="test gyms of each preset")
+    generated.add_argument("--photos", type=int, default=32, help="of each generated gym")
+    generated.add_argument("--trials", type=int, default=30, help="of each tuning")
+    args = parser.parse_args()
+    if args.command == "given":
+        given(args.data)
+    else:
+        args.work.mkdir(parents=True, exist_ok=True)
+        gyms(Plan(args.work, args.gyms, args.photos, args.trials))
+
+
+if __name__ == "__main__":
+    main()

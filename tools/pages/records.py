@@ -1,30 +1,79 @@
-"""Run a benchmark and store its output as the record behind the pages' figures.
+"""Records of measurements: `docs/results/NAME.json` has one command's output, data and date.
 
-    python -m benchmarks.record NAME [--with KEY=VALUE ...]
+    python -m tools.pages.records NAME ... [--with KEY=VALUE ...]
 
-NAME is a file `docs/results/NAME.json` without its suffix; it contains the command. Words of the
-command in capitals (DATA, SCAN, ...) are placeholders for the values of `--with`. The record and
-the stored output keep the placeholders, so a record names no folder of a machine. To begin a new
-record, write the file by hand with an empty "output". `benchmarks.figures` writes the
-pages.
+runs the command of a record again and stores its output. Words of the command in capitals (DATA,
+SCAN, ...) are placeholders for the values of `--with`. The record and the stored output keep the
+placeholders, so a record names no folder of a machine. To begin a new record, write the file by
+hand with an empty "output". `tools.pages.figures` writes the pages.
 """
 
 from __future__ import annotations
 
 import argparse
+import datetime
 import shlex
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
+from itertools import groupby
 from pathlib import Path
 
-from msgspec.structs import replace
+import msgspec
 from rich.console import Console
 
-from benchmarks.results import RESULTS, Record, measured_now
+import walltopo
 from walltopo.core import InputError
+from walltopo.scans.document import Document
+
+RESULTS = Path("docs/results")
 
 console = Console()
+
+
+class Measured(msgspec.Struct, frozen=True):
+    """The date, version and commit of a measurement ("+": with uncommitted changes)."""
+
+    date: str
+    version: str
+    revision: str
+
+
+class Record(Document, frozen=True, kw_only=True):
+    """The output of one command.
+
+    Parameters
+    ----------
+    command : as typed at the root of the repository; words in capitals stand for folders.
+    on : the data, in words.
+    evaluator : source of the protocol; "" if the figures are no scores.
+    classes : "merged into one", "mean of classes", "each by itself"; "" without classes.
+    measured : None before the first run.
+    transcribed : the output is a copy from a page at that revision, whose author ran the command;
+        this module has not run it since.
+    output : lines of the output.
+    """
+
+    command: str
+    on: str
+    evaluator: str = ""
+    classes: str = ""
+    measured: Measured | None = None
+    transcribed: bool = False
+    output: tuple[str, ...] = ()
+
+    def tables(self) -> list[list[str]]:
+        """Return the Markdown tables among the output's lines."""
+        runs = groupby(self.output, key=lambda line: line.startswith("|"))
+        return [list(lines) for is_table, lines in runs if is_table]
+
+
+def measured_now() -> Measured:
+    """Return today, this version, and the commit of the checkout."""
+    describe = ["git", "describe", "--always", "--dirty=+", "--abbrev=7"]
+    found = subprocess.run(describe, capture_output=True, text=True, check=False)
+    today = datetime.datetime.now(datetime.UTC).date().isoformat()
+    return Measured(today, walltopo.__version__, found.stdout.strip() or "unknown")
 
 
 def filled(command: str, given: Mapping[str, str]) -> list[str]:
@@ -74,7 +123,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             console.print(f"{name}: the command failed, the record stays", style="red")
             return done.returncode
         output = tuple(line.rstrip() for line in unplaced(done.stdout, given).strip().splitlines())
-        replace(record, measured=measured, transcribed=False, output=output).save(path)
+        msgspec.structs.replace(record, measured=measured, transcribed=False, output=output).save(
+            path
+        )
         console.print(f"wrote {path}")
     return 0
 

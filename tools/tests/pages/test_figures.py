@@ -5,13 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from benchmarks.figures import CONSTANTS, complaints, written
-from benchmarks.record import filled, main
-from benchmarks.results import RESULTS, Record, lines_of
+from tools.pages.figures import CONSTANTS, complaints, written
+from tools.pages.records import RESULTS, Record, filled, main
 
 from walltopo.core import InputError
-
-ROOT = Path(__file__).parents[2]
 
 
 def made(root: Path, page: str) -> Path:
@@ -94,4 +91,4 @@ def test_a_failed_command_leaves_the_record(tmp_path: Path) -> None:
     before = Record(command="python -c 'raise SystemExit(3)'", on="nothing", output=("old",))
     before.save(tmp_path / "one.json")
     assert main(["one", "--folder", str(tmp_path)]) == 3
-    assert lines_of(tmp_path / "one.json") == ["old"]
+    assert Record.load(tmp_path / "one.json").output == ("old",)
