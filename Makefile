@@ -208,13 +208,13 @@ film: $(VENV)/dev-ready
 	mkdir -p build/film
 	for kind in whole route phone-route; do (cd viewer && node tests/pictures.mjs \
 	  $(abspath $(DEMO))/index.html ../build/film/$$kind.jpg $$kind) || exit 1; done
-	$(BIN)/python -m tools.pages.film $(DEMO) build/film docs/pictures/film.webp
+	$(BIN)/python -m tools.pages.film scan $(DEMO) build/film docs/pictures/film.webp
 
 # The film of docs/grades.md, of a finished scan with moves: a child and a tall adult on its route ROUTE.
 moves-film: $(VENV)/dev-ready
 	for who in child tall; do (cd viewer && node tests/moves.mjs \
 	  $(abspath $(DEMO))/index.html ../build/film/$$who $(ROUTE) $$who) || exit 1; done
-	$(BIN)/python -m tools.pages.moves_film build/film/child build/film/tall docs/pictures/moves.webp
+	$(BIN)/python -m tools.pages.film moves build/film/child build/film/tall docs/pictures/moves.webp
 
 # The browser tests want Chromium, Firefox, WebKitGTK and node; where they cannot be had, those tests skip and say so.
 browser:

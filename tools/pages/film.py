@@ -1,9 +1,12 @@
-"""The film of the README: photos, mesh, masks, holds, routes, phone; about ten seconds, looping.
+"""The films of README and docs/grades.md: looping animated WebP (`make film`, `make moves-film`).
 
-    python -m tools.pages.film SCAN PICTURES docs/pictures/film.webp
+    python -m tools.pages.film scan SCAN PICTURES docs/pictures/film.webp
+    python -m tools.pages.film moves LEFT RIGHT docs/pictures/moves.webp
 
-SCAN is a finished scan; PICTURES has `whole.jpg`, `route.jpg` and `phone-route.jpg` of its page
-(`make film` takes them). An animated WebP plays wherever an image is shown.
+`scan` shows photos, mesh, masks, holds, routes and phone in about ten seconds. SCAN is a finished
+scan; PICTURES has `whole.jpg`, `route.jpg` and `phone-route.jpg` of its page. `moves` shows how a
+route may go for one climber and for another, side by side. LEFT and RIGHT are folders of pictures
+that `viewer/tests/moves.mjs` took. An animated WebP plays wherever an image is shown.
 """
 
 from __future__ import annotations
@@ -11,10 +14,11 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import zip_longest
 from pathlib import Path
 
 import numpy as np
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw, ImageFont, ImageOps
 
 from walltopo.core import Camera, InputError, View
 from walltopo.geometry.mesh_files import read_mesh
@@ -30,6 +34,7 @@ Picture = Image.Image
 
 SIZE = (720, 450)
 RATE = 10  # frames per second
+MOVES_RATE = 5  # the rate at which moves.mjs captures the climb
 MAX_BYTES = 3_000_000
 QUALITIES = (70, 60, 50, 40, 30)
 GROUND = (238, 240, 244)
@@ -39,13 +44,8 @@ SWING_DEG = 22.0
 SWING_PICTURES = 24
 
 
-def film(scan: ScanFolder, pictures: Path, out: Path) -> int:
-    """Write the film and return its size in bytes.
-
-    Raises
-    ------
-    InputError : the film is larger than 3 MB even at the lowest quality.
-    """
+def film_of_scan(scan: ScanFolder, pictures: Path) -> list[Picture]:
+    """Return the frames from photos to a page on a phone."""
     scenes = [
         _titled(_photos(scan), "photos of a phone"),
         _titled(_meshes(scan, coloured=False), "one mesh, in metres"),
@@ -55,11 +55,23 @@ def film(scan: ScanFolder, pictures: Path, out: Path) -> int:
         _titled(_shown(pictures / "route.jpg"), "one route"),
         _titled(_shown(pictures / "phone-route.jpg"), "on a phone"),
     ]
-    frames = [frame for scene in scenes for frame in scene]
-    return write_film(frames, out)
+    return [frame for scene in scenes for frame in scene]
 
 
-def write_film(frames: Sequence[Picture], out: Path, rate: int = RATE) -> int:
+def film_of_moves(left: Path, right: Path) -> list[Picture]:
+    """Return the frames of two folders, sorted by name, pairwise side by side.
+
+    The first climber to reach the top waits there for the other.
+    """
+    sides = [[read_rgb(file) for file in sorted(folder.glob("*.png"))] for folder in (left, right)]
+    last = [side[-1] for side in sides]
+    return [
+        Image.fromarray(np.hstack([last[k] if one is None else one for k, one in enumerate(pair)]))
+        for pair in zip_longest(*sides)
+    ]
+
+
+def write_film(frames: Sequence[Picture], out: Path, rate: int) -> int:
     """Write frames as a looping animated WebP of `rate` frames per second; return its bytes.
 
     Raises
@@ -165,11 +177,7 @@ def _shown(file: Path) -> Iterator[Picture]:
 
 def _fitted(picture: Picture) -> Picture:
     """Return the whole picture, scaled to the film's size and centred."""
-    scale = min(SIZE[0] / picture.width, SIZE[1] / picture.height)
-    small = picture.resize((round(picture.width * scale), round(picture.height * scale)))
-    ground = Image.new("RGB", SIZE, GROUND)
-    ground.paste(small, ((SIZE[0] - small.width) // 2, (SIZE[1] - small.height) // 2))
-    return ground
+    return ImageOps.pad(picture, SIZE, color=GROUND)
 
 
 def _titled(scene: Iterable[Picture], title: str) -> Iterator[Picture]:
@@ -188,11 +196,15 @@ def _titled(scene: Iterable[Picture], title: str) -> Iterator[Picture]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
-    parser.add_argument("scan", type=Path)
-    parser.add_argument("pictures", type=Path)
+    parser.add_argument("kind", choices=("scan", "moves"))
+    parser.add_argument("sources", nargs=2, type=Path)
     parser.add_argument("out", type=Path)
     args = parser.parse_args(arguments)
-    size = film(ScanFolder(args.scan), args.pictures, args.out)
+    first, second = args.sources
+    if args.kind == "scan":
+        size = write_film(film_of_scan(ScanFolder(first), second), args.out, RATE)
+    else:
+        size = write_film(film_of_moves(first, second), args.out, MOVES_RATE)
     sys.stdout.write(f"{args.out}: {size / 1e6:.2f} MB\n")
     return 0
 

@@ -8,13 +8,12 @@ Each fault is applied to a good photo: motion blur, too little light, too close.
 from __future__ import annotations
 
 import argparse
-import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 from walltopo.images.colour import linear_from_srgb8, srgb8_from_linear
 from walltopo.images.files import read_rgb
@@ -32,42 +31,37 @@ GOOD = "IMG_0012.jpg"
 def draw(photos: Path, out: Path) -> None:
     """Write `plate.jpg`, `steps.jpg`, `good.jpg`, `blurred.jpg`, `dark.jpg` and `near.jpg`."""
     out.mkdir(parents=True, exist_ok=True)
-    steps = [_read(photos / name, WIDTH * 2 // 3) for name in STEPS]
-    gap = np.full((steps[0].shape[0], 8, 3), 255, np.uint8)
-    good = _read(photos / GOOD)
+    first, *others = (_sized(read_rgb(photos / name), WIDTH * 2 // 3) for name in STEPS)
+    gap = np.full((first.shape[0], 8, 3), 255, np.uint8)
+    whole = read_rgb(photos / GOOD)
+    good = _sized(whole)
+    height, width = whole.shape[:2]
     pictures = {
-        "plate": _read(photos / PLATE),
-        "steps": np.hstack([steps[0], gap, steps[1], gap, steps[2]]),
+        "plate": _sized(read_rgb(photos / PLATE)),
+        "steps": np.hstack([first, *(part for step in others for part in (gap, step))]),
         "good": good,
-        "blurred": _moved(good),
-        "dark": _dim(good),
-        "near": _near(_whole(photos / GOOD)),
+        "blurred": _blurred(good),
+        "dark": _dark(good),
+        # Two holds, which show no position on the wall.
+        "near": _sized(whole[height // 2 : height * 3 // 4, width // 4 : width // 2]),
     }
     for name, picture in pictures.items():
-        cv2.imwrite(str(out / f"{name}.jpg"), picture, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
+        Image.fromarray(picture).save(out / f"{name}.jpg", quality=QUALITY)
 
 
-def _read(path: Path, width: int = WIDTH) -> Photo:
-    return _sized(_whole(path), width)
-
-
-def _whole(path: Path) -> Photo:
-    return np.asarray(cv2.cvtColor(read_rgb(path), cv2.COLOR_RGB2BGR), np.uint8)
-
-
-def _sized(photo: Photo, width: int) -> Photo:
+def _sized(photo: Photo, width: int = WIDTH) -> Photo:
     height = round(photo.shape[0] * width / photo.shape[1])
     return np.asarray(cv2.resize(photo, (width, height), interpolation=cv2.INTER_AREA), np.uint8)
 
 
-def _moved(photo: Photo) -> Photo:
+def _blurred(photo: Photo) -> Photo:
     """Return the photo with motion blur along a line, as from a moving hand."""
     length = WIDTH // 32
     path = np.eye(length, dtype=np.float32) / length
     return np.asarray(cv2.filter2D(photo, -1, path), np.uint8)
 
 
-def _dim(photo: Photo) -> Photo:
+def _dark(photo: Photo) -> Photo:
     """Return the photo at a twentieth of the light, with sensor noise."""
     rng = np.random.default_rng(0)
     light = linear_from_srgb8(photo) / 20.0
@@ -75,21 +69,13 @@ def _dim(photo: Photo) -> Photo:
     return srgb8_from_linear(np.clip(light, 0.0, 1.0))
 
 
-def _near(photo: Photo) -> Photo:
-    """Return a close-up of two holds, which shows no position on the wall."""
-    height, width = photo.shape[:2]
-    part = photo[height // 2 : height * 3 // 4, width // 4 : width // 2]
-    return _sized(part, WIDTH)
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
+def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("photos", type=Path)
     parser.add_argument("out", type=Path)
-    args = parser.parse_args(arguments)
+    args = parser.parse_args()
     draw(args.photos, args.out)
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -1,6 +1,6 @@
 """Print random names and docstrings of the code, to judge whether a stranger understands them.
 
-    python -m tools.pages.reading_sample --seed 7 --count 30 src climb gym/src
+    python -m tools.reading_sample --seed 7 --count 30 src climb gym/src
 
 A name needs a change if a reader must open another file to understand it.
 """
