@@ -137,7 +137,7 @@ docs: $(VENV)/dev-ready
 	COLUMNS=1000 $(BIN)/walltopo settings --markdown > docs/settings.md
 	$(BIN)/python -m walltopo.scans.schemas docs/schemas
 	$(BIN)/python viewer/wire_types.py
-	$(BIN)/python -m benchmarks.bad_input > docs/bad-input.md
+	$(BIN)/python -m tools.tests.bad_input.page > docs/bad-input.md
 	$(BIN)/python -m tools.pages.figures
 
 # Broken links are errors; tools/tests/pages/test_site.py builds it too, and looks at what came out.

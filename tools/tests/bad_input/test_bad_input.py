@@ -1,29 +1,22 @@
-"""Twenty-odd kinds of bad input: a clear message, the right exit code, never a traceback."""
+"""Every kind of bad input: a clear message, the right exit code, never a traceback."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import pytest
-from benchmarks.bad_input import CASES, Case
-from benchmarks.bad_pictures import picture
-from benchmarks.bad_platform import (
-    PLATFORM_CASES,
-    PLATFORM_HEAD,
-    ROOT,
-    PlatformCase,
-    platform_rows,
-)
+from tools.tests.bad_input.cases import CASES, Case
+from tools.tests.bad_input.files import picture
+from tools.tests.bad_input.page import platform_part
+from tools.tests.bad_input.platform_cases import GYM, PLATFORM_CASES, PlatformCase
 
 from walltopo.cli import main
 from walltopo.core.files import read_json
 
 
-def _run(
-    arguments: list[str], capsys: pytest.CaptureFixture[str], command: str = "scan"
-) -> tuple[int, str]:
+def _run(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, str]:
     try:
-        code = main([command, *arguments])
+        code = main(arguments)
     except SystemExit as error:  # wrong usage, reported by argparse
         code = int(str(error.code))
     captured = capsys.readouterr()
@@ -41,7 +34,7 @@ _SLOW = {"photos that show nothing in common", "a picture of 1.6 gigapixels"}
     ],
 )
 def test_bad_input(case: Case, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, output = _run(case.make(tmp_path), capsys, case.command)
+    code, output = _run(case.make(tmp_path), capsys)
     flat = " ".join(output.split())
     assert case.says in flat
     assert code == case.code, output
@@ -51,14 +44,13 @@ def test_bad_input(case: Case, tmp_path: Path, capsys: pytest.CaptureFixture[str
 
 @pytest.mark.parametrize("case", PLATFORM_CASES, ids=lambda case: case.given)
 def test_each_case_of_the_platform_has_its_test(case: PlatformCase) -> None:
-    path, name = case.test
-    content = (ROOT / "gym" / path).read_text("utf-8")
-    assert f"def {name}(" in content or f'test("{name}"' in content
+    content = (GYM / case.file).read_text("utf-8")
+    assert f"def {case.test}(" in content or f'test("{case.test}"' in content
 
 
 def test_the_page_has_what_the_platform_answers() -> None:
-    page = (ROOT / "docs" / "bad-input.md").read_text("utf-8")
-    assert page.endswith(PLATFORM_HEAD + "\n".join(platform_rows()) + "\n")
+    page = (GYM.parent / "docs" / "bad-input.md").read_text("utf-8")
+    assert page.endswith(platform_part())
 
 
 def test_no_space_left(
@@ -76,7 +68,7 @@ def test_no_space_left(
 
     monkeypatch.setattr("walltopo.reconstruct.ingest.selection.decode_files", full)
     capsys.readouterr()
-    code, output = _run([str(folder), "-o", str(out), "--to", "ingest", "--force"], capsys)
+    code, output = _run(["scan", str(folder), "-o", str(out), "--to", "ingest", "--force"], capsys)
     assert code == 5
     assert "no space left while writing" in output
     assert len(list((out / "photos").iterdir())) == 3  # the old photos are still there
