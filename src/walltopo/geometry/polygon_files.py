@@ -374,9 +374,9 @@ class _Ascii:
             for row in self._take(element.size):
                 at = 0
                 for prop in element.properties:
+                    if prop.count is None and prop.name == GUESSED:
+                        guessed.append(float(row[at]) != 0)
                     if prop.count is None:
-                        if prop.name == GUESSED:
-                            guessed.append(float(row[at]) != 0)
                         at += 1
                         continue
                     count = int(row[at])

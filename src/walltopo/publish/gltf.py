@@ -122,6 +122,17 @@ def _scene_extras(
     }
 
 
+def _primitive(
+    attributes: dict[str, int], indices: int, features: list[dict[str, Any]]
+) -> dict[str, Any]:
+    return {
+        "attributes": attributes,
+        "indices": indices,
+        "material": 0,
+        "extensions": {"EXT_mesh_features": {"featureIds": features}},
+    }
+
+
 def write_glb(
     surface: Surface,
     holds: Sequence[Hold],
@@ -167,12 +178,6 @@ def write_glb(
     metadata = {"EXT_structural_metadata": {"schema": SCHEMA, "propertyTables": tables}}
     if tables:
         writer.use("EXT_structural_metadata")
-    primitive = {
-        "attributes": attributes,
-        "indices": indices,
-        "material": 0,
-        "extensions": {"EXT_mesh_features": {"featureIds": features}},
-    }
     document = {
         "asset": {"version": "2.0", "generator": "walltopo"},
         "scene": 0,
@@ -181,7 +186,7 @@ def write_glb(
             {"name": "wall", "rotation": Z_UP_TO_Y_UP, "children": [1]},
             {"name": "mesh", "mesh": 0, **transform},
         ],
-        "meshes": [{"name": "wall", "primitives": [primitive]}],
+        "meshes": [{"name": "wall", "primitives": [_primitive(attributes, indices, features)]}],
         **({"extensions": metadata} if tables else {}),
         **_material(writer, surface, picture if surface.uv is not None else None),
     }

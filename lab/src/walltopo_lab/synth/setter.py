@@ -161,10 +161,22 @@ def _set_one(
         )
         if hold is not None:
             placed.append(hold)
+    _add_footholds(wall, route, placed, settings, make, rng)
+
+
+def _add_footholds(
+    wall: SetWall,
+    route: _Route,
+    placed: Sequence[GymInstance],
+    settings: GymSettings,
+    make: MakeHold,
+    rng: np.random.Generator,
+) -> None:
+    """Bolt the route's footholds below its holds."""
     for _ in range(round(len(placed) * settings.footholds)):
         above = placed[int(rng.integers(len(placed)))].position
         target = _on_wall(
-            sockets, above[0] + rng.uniform(-0.4, 0.4), above[2] - rng.uniform(0.35, 0.85)
+            wall.sockets, above[0] + rng.uniform(-0.4, 0.4), above[2] - rng.uniform(0.35, 0.85)
         )
         body = make("foot", route.styles[0], rng, settings.hold_scale)
         if target[2] > 0.25:

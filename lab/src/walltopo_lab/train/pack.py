@@ -71,14 +71,7 @@ def write_pack(
         with zipfile.ZipFile(temporary, "w", zipfile.ZIP_STORED) as archive:
             for item in sets:
                 facts["sets"].append(_set_facts(item))
-                names = [*item.train, *item.held_out]
-                progress.step(f"{item.name}: packing", len(names))
-                for k, name in enumerate(names):
-                    sample = open_cache(item.folder, name)
-                    if redraw is not None and not item.exact and k < len(item.train):
-                        sample = redraw(sample)
-                    _write_sample(archive, f"{item.name}/{name}", sample, quality)
-                    progress.advance()
+                _write_set(archive, item, progress, quality, redraw)
             archive.writestr("pack.json", json.dumps(facts))
         size = temporary.stat().st_size
         if size > MAX_BYTES:
@@ -88,6 +81,24 @@ def write_pack(
                 "Pack fewer sets, or lower --quality.",
             )
     return size
+
+
+def _write_set(
+    archive: zipfile.ZipFile,
+    item: LabelledSet,
+    progress: Progress,
+    quality: int,
+    redraw: Callable[[Sample], Sample] | None,
+) -> None:
+    """Add the photos of a set to the archive."""
+    names = [*item.train, *item.held_out]
+    progress.step(f"{item.name}: packing", len(names))
+    for k, name in enumerate(names):
+        sample = open_cache(item.folder, name)
+        if redraw is not None and not item.exact and k < len(item.train):
+            sample = redraw(sample)
+        _write_sample(archive, f"{item.name}/{name}", sample, quality)
+        progress.advance()
 
 
 def _set_facts(item: LabelledSet) -> dict[str, Any]:

@@ -42,6 +42,16 @@ def _largest_part(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return np.asarray(parts == 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax()))
 
 
+def _run_grabcut(image: cv2.typing.MatLike, state: NDArray[np.uint8]) -> bool:
+    """Refine the state of each pixel; return whether both sides have a colour model."""
+    try:
+        models = np.zeros((1, 65)), np.zeros((1, 65))
+        cv2.grabCut(image, state, (0, 0, 0, 0), *models, 3, cv2.GC_INIT_WITH_MASK)
+    except cv2.error:  # too few pixels of one side
+        return False
+    return True
+
+
 def box_mask(
     image: NDArray[np.uint8],
     box: NDArray[np.float64],
@@ -92,10 +102,7 @@ def box_mask(
     outside = busy.copy()
     outside[v0:v1, u0:u1] = False
     crop[outside] = free[rng.integers(len(free), size=int(outside.sum()))]
-    try:
-        models = np.zeros((1, 65)), np.zeros((1, 65))
-        cv2.grabCut(crop, state, (0, 0, 0, 0), *models, 3, cv2.GC_INIT_WITH_MASK)
-    except cv2.error:  # too few pixels of one side for its colour model
+    if not _run_grabcut(crop, state):
         return None
     found = np.isin(state[v0:v1, u0:u1], (cv2.GC_FGD, cv2.GC_PR_FGD))
     if not found.any():

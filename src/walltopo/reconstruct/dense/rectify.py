@@ -98,6 +98,11 @@ def _bounds(homography: Floats, camera: Camera) -> tuple[Floats, Floats]:
     return corners.min(axis=0), corners.max(axis=0)
 
 
+def _homography(camera: Camera, turn: Floats, focal: float) -> Floats:
+    """Return the map from photo pixels to those of a turned camera with this focal length."""
+    return np.diag([focal, focal, 1.0]) @ turn @ np.linalg.inv(opencv_matrix(camera))
+
+
 def rectify(view: View, partner: View, points: Floats, zoom: float = 1.0) -> Rectified | None:
     """Rectify a pair of pinhole views for the surface near some points.
 
@@ -122,9 +127,8 @@ def rectify(view: View, partner: View, points: Floats, zoom: float = 1.0) -> Rec
     turn_left = frame @ view.cam_from_world[:, :3].T
     turn_right = frame @ partner.cam_from_world[:, :3].T
     focal = view.camera.fx * zoom
-    canvas = np.diag([focal, focal, 1.0])
-    left = canvas @ turn_left @ np.linalg.inv(opencv_matrix(view.camera))
-    right = canvas @ turn_right @ np.linalg.inv(opencv_matrix(partner.camera))
+    left = _homography(view.camera, turn_left, focal)
+    right = _homography(partner.camera, turn_right, focal)
     scale = focal * float(np.linalg.norm(partner.centre - view.centre))
     uvd = _disparities(view, partner, frame, points, focal, scale)
     fitted = None if uvd is None else _fit_plane(uvd)
@@ -142,15 +146,12 @@ def rectify(view: View, partner: View, points: Floats, zoom: float = 1.0) -> Rec
     if min(width - count, height) < 32 * zoom or zoom < _MIN_ZOOM:
         return None
     if width * height > _MAX_CANVAS * area:
-        return rectify(
-            view, partner, points, 0.95 * zoom * np.sqrt(_MAX_CANVAS * area / (width * height))
-        )
+        smaller = 0.95 * zoom * np.sqrt(_MAX_CANVAS * area / (width * height))
+        return rectify(view, partner, points, smaller)
     # StereoSGBM yields no disparity in the first `count` columns; leave them empty.
     move = np.array([[1, 0, count - box[0]], [0, 1, -box[1]], [0, 0, 1.0]])
     nearer = np.array([[1, 0, smallest], [0, 1, 0], [0, 0, 1.0]])
-    offset = plane[2] + stretch * smallest
-    offset -= plane[0] * move[0, 2] + plane[1] * move[1, 2]
-    new_plane = np.array([plane[0], plane[1], offset])
+    offset = plane[2] + stretch * smallest - (plane[0] * move[0, 2] + plane[1] * move[1, 2])
     return Rectified(
         left=move @ left,
         right=move @ nearer @ right,
@@ -158,7 +159,7 @@ def rectify(view: View, partner: View, points: Floats, zoom: float = 1.0) -> Rec
         width=width,
         height=height,
         scale=scale,
-        plane=new_plane,
+        plane=np.array([plane[0], plane[1], offset]),
         stretch=stretch,
         disparities=count,
     )

@@ -95,9 +95,8 @@ def make_texture(
     node, vertex = _nodes(mesh.faces, chart, label)
     del chart
     colour = _node_colours(views, load, painted_from, pixels, node, len(vertex), gains, progress)
-    shift = np.zeros_like(colour)
-    if settings.blend:
-        shift = level_seams(node[label >= 0], vertex, colour)
+    levelled = settings.blend
+    shift = level_seams(node[label >= 0], vertex, colour) if levelled else np.zeros_like(colour)
     progress.step("painting", len(views))
     atlas = np.zeros((settings.size, settings.size, 3), dtype=np.uint8)
     painted = np.zeros(atlas.shape[:2], dtype=np.uint8)
@@ -115,11 +114,15 @@ def make_texture(
     del pixels, node, correction
     if flat.any():
         known = spread_colours(mesh.faces, len(mesh.vertices), vertex, colour + shift)
-        tint = np.clip(known[mesh.faces[flat]].mean(axis=1), 0, 255).astype(np.float32)
-        paint_colours(np.flatnonzero(flat), texels, tint, atlas, painted)
+        paint_colours(np.flatnonzero(flat), texels, _tint(mesh, flat, known), atlas, painted)
     continue_colours(mesh, continued, texels, atlas, painted)
     texels /= np.float32(settings.size)
     return Texture(fill_gaps(atlas, painted), texels, label, charts, scale)
+
+
+def _tint(mesh: Mesh, flat: NDArray[np.bool_], known: Floats) -> NDArray[np.float32]:
+    """Return the mean colour of the corners of each flat face."""
+    return np.clip(known[mesh.faces[flat]].mean(axis=1), 0, 255).astype(np.float32)
 
 
 def _choose_photos(

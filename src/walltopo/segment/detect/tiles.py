@@ -107,6 +107,45 @@ def _same_object(
     return bool(smaller > 0 and np.count_nonzero(in_a & in_b) > _SAME * smaller)
 
 
+@dataclass
+class _Found:
+    """A detection of a tile, in pixels of the whole photo; `cut`: the tile's border cuts it."""
+
+    box: NDArray[np.float64]
+    score: float
+    label: int
+    cut: bool
+    tile: Tile
+    mask: Mask | None
+
+    def shows(self, other: _Found) -> bool:
+        """Return whether both are the same object, seen from two tiles."""
+        if self.label != other.label or self.tile == other.tile:
+            return False
+        a, b = self.box, other.box
+        if a[0] > b[2] or b[0] > a[2] or a[1] > b[3] or b[1] > a[3]:
+            return False
+        return _same_object(self.mask, other.mask, a, b, self.tile, other.tile)
+
+    def join(self, other: _Found) -> None:
+        """Take the better score; if both are cut, also the union of box and mask."""
+        self.score = max(self.score, other.score)
+        if not (self.cut and other.cut):
+            return
+        a, b = self.box, other.box
+        self.box = np.concatenate([np.minimum(a[:2], b[:2]), np.maximum(a[2:], b[2:])])
+        if self.mask is not None and other.mask is not None:
+            self.mask = _union(self.mask, other.mask)
+
+
+def _found_in(tile: Tile, part: PhotoDetections, width: int, height: int) -> Iterator[_Found]:
+    for k in range(len(part)):
+        box = part.boxes[k] + [tile.x0, tile.y0, tile.x0, tile.y0]
+        mask = _shifted(part.masks[k], tile, width, height) if part.masks else None
+        cut = _is_cut(box, tile, width, height)
+        yield _Found(box, float(part.scores[k]), int(part.labels[k]), cut, tile, mask)
+
+
 def merge_tiles(
     parts: Sequence[tuple[Tile, PhotoDetections]], width: int, height: int
 ) -> PhotoDetections:
@@ -115,47 +154,22 @@ def merge_tiles(
     Whole objects win over cut ones. Two cut parts that agree in the strip that both tiles contain
     are joined.
     """
-    boxes, scores, labels, cut, tiles = [], [], [], [], []
-    masks: list[Mask | None] = []
-    for tile, found in parts:
-        for k in range(len(found)):
-            box = found.boxes[k] + [tile.x0, tile.y0, tile.x0, tile.y0]
-            boxes.append(box)
-            scores.append(float(found.scores[k]))
-            labels.append(int(found.labels[k]))
-            cut.append(_is_cut(box, tile, width, height))
-            tiles.append(tile)
-            masks.append(_shifted(found.masks[k], tile, width, height) if found.masks else None)
-    order = sorted(range(len(boxes)), key=lambda k: (cut[k], -scores[k]))
-    chosen: list[int] = []
-    for k in order:
-        for other in chosen:
-            if labels[other] != labels[k] or tiles[other] == tiles[k]:
-                continue
-            a, b = boxes[other], boxes[k]
-            if a[0] > b[2] or b[0] > a[2] or a[1] > b[3] or b[1] > a[3]:
-                continue
-            if _same_object(masks[other], masks[k], a, b, tiles[other], tiles[k]):
-                scores[other] = max(scores[other], scores[k])
-                if cut[other] and cut[k]:
-                    boxes[other] = np.concatenate(
-                        [np.minimum(a[:2], b[:2]), np.maximum(a[2:], b[2:])]
-                    )
-                    first, second = masks[other], masks[k]
-                    if first is not None and second is not None:
-                        masks[other] = _union(first, second)
-                break
+    found = [one for tile, part in parts for one in _found_in(tile, part, width, height)]
+    chosen: list[_Found] = []
+    for one in sorted(found, key=lambda one: (one.cut, -one.score)):
+        same = next((other for other in chosen if other.shows(one)), None)
+        if same is None:
+            chosen.append(one)
         else:
-            chosen.append(k)
-    chosen.sort(key=lambda k: -scores[k])
-    kept = [m for m in (masks[k] for k in chosen) if m is not None]
+            same.join(one)
+    chosen.sort(key=lambda one: -one.score)
     return PhotoDetections(
         width,
         height,
-        np.array([boxes[k] for k in chosen], dtype=np.float64).reshape(-1, 4),
-        np.array([scores[k] for k in chosen], dtype=np.float64),
-        np.array([labels[k] for k in chosen], dtype=np.int64),
-        tuple(kept),
+        np.array([one.box for one in chosen], dtype=np.float64).reshape(-1, 4),
+        np.array([one.score for one in chosen], dtype=np.float64),
+        np.array([one.label for one in chosen], dtype=np.int64),
+        tuple(one.mask for one in chosen if one.mask is not None),
     )
 
 

@@ -235,13 +235,10 @@ class _ViewSampler:
             mark,
         )
 
-    def observe(self, targets: _Targets) -> ViewEvidence:
-        """Return the evidence of this view for the candidates that it sees."""
-        blocks, sampling, pose = self.blocks, self.sampling, self.pose
-        in_photo = self._in_photo()
-        own = targets.worker_buffers()
-        canvas = self._draw(own.canvas, sampling.band)
-        labels, distance, size = canvas.code, canvas.distance, self._size(canvas.code)
+    def _place_samples(self, targets: _Targets, in_photo: Ints, canvas: Canvas) -> int:
+        """Fill the worker's buffers with samples of the candidates; return their number."""
+        blocks, sampling = self.blocks, self.sampling
+        own, size = targets.worker_buffers(), self._size(canvas.code)
         while True:
             count = place_samples(
                 in_photo,
@@ -251,12 +248,12 @@ class _ViewSampler:
                 blocks.faces,
                 blocks.centroids,
                 blocks.longest,
-                pose,
+                self.pose,
                 self.lens,
                 self.reach,
                 size,
-                labels,
-                distance,
+                canvas.code,
+                canvas.distance,
                 sampling.visibility_distance,
                 sampling.sample_px,
                 sampling.max_splits,
@@ -266,11 +263,20 @@ class _ViewSampler:
                 own.border,
             )
             if count <= len(own.owner):
-                break
+                return count
             own.where = np.zeros((count * 5 // 4, 3))
             own.owner = np.zeros(len(own.where), dtype=np.int32)
             own.label = np.zeros(len(own.where), dtype=np.int32)
             own.border = np.zeros(len(own.where), dtype=np.uint8)
+
+    def observe(self, targets: _Targets) -> ViewEvidence:
+        """Return the evidence of this view for the candidates that it sees."""
+        blocks, sampling, pose = self.blocks, self.sampling, self.pose
+        in_photo = self._in_photo()
+        own = targets.worker_buffers()
+        canvas = self._draw(own.canvas, sampling.band)
+        labels = canvas.code
+        count = self._place_samples(targets, in_photo, canvas)
         where, owner = own.where[:count], own.owner[:count]
         hidden = np.zeros(0, dtype=np.bool_)
         if count:
