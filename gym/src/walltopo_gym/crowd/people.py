@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from datetime import UTC, datetime, time, timedelta
+from datetime import UTC, date, datetime, time, timedelta
 from typing import Final
 from uuid import UUID
 
@@ -96,7 +96,7 @@ def fill(session: Session, gym: Gym, routes: Sequence[Route], until: datetime) -
     for person, ability, often in zip(people, abilities(routes), weekly, strict=True):
         days = np.flatnonzero(rng.random(DAYS) < often / 7).tolist()
         climber = Climber.drawn(rng, float(ability), len(routes))
-        _log(session, gym, person, climber, routes, days, until, rng)
+        _log(session, gym, person, climber, routes, _dates(days, until), rng)
 
 
 def fill_own(
@@ -112,7 +112,7 @@ def fill_own(
     ability = float(np.mean([FONT.index(route.grade) for route in routes])) + _OWN_ABILITY
     days = [day for day in range(DAYS) if day % 7 in (1, 4)]
     drawn = Climber.drawn(rng, ability, len(routes))
-    _log(session, gym, person, drawn, routes, days, until, rng)
+    _log(session, gym, person, drawn, routes, _dates(days, until), rng)
     session.merge(Profile(person_id=climber, on_boards=True, show_ascents=Audience.GYM, feed=True))
     for number in range(CLIMBERS):
         other = select(Person.id).where(Person.email == email_of(gym, number))
@@ -130,24 +130,27 @@ def email_of(gym: Gym, number: int) -> str:
     return f"climber{number}@{gym.slug}.invalid"
 
 
+def _dates(days: Sequence[int], until: datetime) -> list[date]:
+    """Return the dates of days that are counted from `DAYS` days before `until`."""
+    return [(until - timedelta(days=DAYS - day)).date() for day in days]
+
+
 def _log(
     session: Session,
     gym: Gym,
     person: Person,
     climber: Climber,
     routes: Sequence[Route],
-    days: Sequence[int],
-    until: datetime,
+    dates: Sequence[date],
     rng: np.random.Generator,
 ) -> None:
-    """Add a person's ascents on these days, and their opinions of what they topped."""
+    """Add a person's ascents on these dates, and their opinions of what they topped."""
     hardness = np.array([FONT.index(route.grade) for route in routes], float)
     visitor = Visitor(climber, hardness, rng)
     topped: dict[int, datetime] = {}
-    for day in days:
-        date = (until - timedelta(days=DAYS - day)).date()
-        current = [n for n, route in enumerate(routes) if route.set_on <= date]
-        at = datetime.combine(date, time(16, 30), UTC) + timedelta(minutes=int(rng.integers(150)))
+    for day in dates:
+        current = [n for n, route in enumerate(routes) if route.set_on <= day]
+        at = datetime.combine(day, time(16, 30), UTC) + timedelta(minutes=int(rng.integers(150)))
         for done in climb(visitor, current):
             at += timedelta(minutes=int(4 + 3 * done.tries + rng.integers(6)))
             route = routes[done.route]

@@ -129,12 +129,12 @@ class _Card:
         if len(self.letters.lines(name, beside, size, 4, bold=True)) > 3:
             size = min(size, 6.5 * unit)
         most = max(1, int((top - floor) / (size * 1.2)))
-        top = self._lines(canvas, name, left, top, beside, size, min(4, most), bold=True)
+        top = self._lines(canvas, name, (left, top), beside, size, min(4, most), bold=True)
         setter_line = self.words.say("set_by", name=self.route.setter) if self.route.setter else ""
         for words in filter(None, (setter_line, self.of.text)):
             most = int((top - unit - floor) / (5.75 * unit))
             if most > 0:
-                top = self._lines(canvas, words, left, top - unit, beside, 5 * unit, min(3, most))
+                top = self._lines(canvas, words, (left, top - unit), beside, 5 * unit, min(3, most))
         canvas.setFillColor(_QUIET)
         canvas.setFont(PLAIN, 4 * unit)
         room_below = room - (code if wide else 0)
@@ -170,15 +170,15 @@ class _Card:
         self,
         canvas: Any,
         words: str,
-        left: float,
-        top: float,
+        at: tuple[float, float],
         room: float,
         size: float,
         most: int,
         *,
         bold: bool = False,
     ) -> float:
-        """Draw text below `top` and return where the next text begins."""
+        """Draw text below the point `at` and return the height where the next text begins."""
+        left, top = at
         canvas.setFillColor(_INK if bold else _QUIET)
         canvas.setFont(BOLD if bold else PLAIN, size)
         for line in self.letters.lines(words, room, size, most, bold=bold):

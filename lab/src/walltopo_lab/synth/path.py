@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,12 +103,21 @@ def walk(
     poses = []
     for k in range(count):
         lap, t = divmod(k * passes / count, 1.0)
-        t = t if int(lap) % 2 == 0 else 1 - t
-        tier = k if gym.height > 6 else int(lap)
-        poses.append(_wall_photo(wall, gym, photos, (low, high), t, int(lap), tier, passes, rng))
+        stop = _Stop(k, int(lap), passes, t if int(lap) % 2 == 0 else 1 - t)
+        poses.append(_wall_photo(wall, gym, photos, (low, high), stop, rng))
     for k in range(at_plates):
         poses.append(_plate_photo(wall, plates[k % len(plates)], k // len(plates), gym, rng))
     return poses
+
+
+@dataclass(frozen=True)
+class _Stop:
+    """A place on the path: its number, its pass of all passes, and 0 to 1 along the wall."""
+
+    number: int
+    lap: int
+    passes: int
+    along: float
 
 
 def _wall_photo(
@@ -116,26 +125,25 @@ def _wall_photo(
     gym: GymSettings,
     photos: PhotoSettings,
     span: tuple[float, float],
-    t: float,
-    lap: int,
-    tier: int,
-    passes: int,
+    stop: _Stop,
     rng: np.random.Generator,
 ) -> Floats:
+    """Return the pose of a photo of the wall, whose x runs from `span[0]` to `span[1]`."""
     low, high = span
+    lap, t = stop.lap, stop.along
     margin = min(0.3 * (high - low), 1.1)
     aim_x = low + margin + t * (high - low - 2 * margin) + rng.normal(0, 0.12)
     x = aim_x + rng.normal(0, 0.35) + 0.5 * np.sin(7.0 * t + lap)
     foot, forward = _front(wall, aim_x)
     depth = photos.distance_low + (photos.distance_high - photos.distance_low) * (
-        ((lap + 0.5) / passes + rng.uniform(-0.25, 0.25)) % 1.0
+        ((lap + 0.5) / stop.passes + rng.uniform(-0.25, 0.25)) % 1.0
     )
     y = 0.5 * (foot + forward) - depth
     y = min(y, forward - 1.1)  # keep the eye out from under the overhang
     z = float(np.clip(rng.normal(1.55, 0.12), 1.1, 2.1))
-    share = (0.50, 0.66, 0.38, 0.58, 0.74, 0.32)[tier % 6]
+    share = (0.50, 0.66, 0.38, 0.58, 0.74, 0.32)[lap % 6]
     if gym.height > 6:  # cover tall walls from the ground in tiers, one photo each
-        share = (0.22, 0.45, 0.72, 0.42)[tier % 4]
+        share = (0.22, 0.45, 0.72, 0.42)[stop.number % 4]
     aim = np.array([aim_x, 0.5 * (foot + forward), gym.height * (share + rng.normal(0, 0.03))])
     roll = np.radians(rng.normal(0, photos.roll_deg))
     return look_at(np.array([x, y, z]), aim, roll)

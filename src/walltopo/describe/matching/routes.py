@@ -8,7 +8,7 @@ problem", 1955).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final, Generic, TypeVar
@@ -78,6 +78,12 @@ def compare(
         for old, new in match_holds(old_holds, new_holds, unit).items()
         if same_paint(before[old], after[new])
     }
+    moved = {
+        old
+        for old, new in same.items()
+        if np.linalg.norm(np.subtract(before[old].position, after[new].position))
+        > _MIN_SHIFT * unit
+    }
     keys, numbers = list(old_routes), list(new_routes)
     agreement = np.array(
         [[_agreement(old_routes[k], new_routes[n], same) for n in numbers] for k in keys]
@@ -91,18 +97,7 @@ def compare(
             matches.append(RouteMatch(RouteStatus.NEW, None, number))
             continue
         key = mine[number]
-        matches.append(
-            _match(
-                key,
-                number,
-                old_routes[key],
-                new_routes[number],
-                same,
-                before,
-                after,
-                _MIN_SHIFT * unit,
-            )
-        )
+        matches.append(_match(key, number, old_routes[key], new_routes[number], same, moved))
     kept = set(mine.values())
     return matches + [
         RouteMatch(RouteStatus.STRIPPED, key, None) for key in keys if key not in kept
@@ -128,19 +123,12 @@ def _match(
     old: Sequence[int],
     new: Sequence[int],
     same: Mapping[int, int],
-    before: Mapping[int, Hold],
-    after: Mapping[int, Hold],
-    moved_beyond: float,
+    moved: Collection[int],
 ) -> RouteMatch[Key]:
+    """Return the row of a route in both scans; `moved` has old holds that changed position."""
     shared = {hold: same[hold] for hold in old if same.get(hold) in set(new)}
     removed = tuple(sorted(set(old) - set(shared)))
     added = tuple(sorted(set(new) - set(shared.values())))
-    moved = tuple(
-        sorted(
-            b
-            for a, b in shared.items()
-            if np.linalg.norm(np.subtract(before[a].position, after[b].position)) > moved_beyond
-        )
-    )
-    status = RouteStatus.CHANGED if removed or added or moved else RouteStatus.KEPT
-    return RouteMatch(status, key, number, added, removed, moved)
+    shifted = tuple(sorted(b for a, b in shared.items() if a in moved))
+    status = RouteStatus.CHANGED if removed or added or shifted else RouteStatus.KEPT
+    return RouteMatch(status, key, number, added, removed, shifted)
