@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,14 @@ def joined(reset_day: Path, tmp_path: Path) -> ScanFolder:
     return ScanFolder(shutil.copytree(reset_day / "joined", tmp_path / "joined", symlinks=True))
 
 
+def _bring_reference_back(folder: ScanFolder, reset_day: Path) -> None:
+    """Let the reference be where it was when the rescan was made; the fixture has moved it."""
+    then = Path(stored_settings(folder).sparse.reference)
+    then.parent.mkdir(parents=True, exist_ok=True)
+    with suppress(FileExistsError):
+        then.symlink_to(reset_day / "old", target_is_directory=True)
+
+
 def _again(folder: ScanFolder, **options: str) -> tuple[str, ...]:
     return scan([], folder.root, stored_settings(folder), **options).ran  # type: ignore[arg-type]
 
@@ -42,12 +51,13 @@ def _log(folder: ScanFolder, *, of: tuple[int, ...]) -> EditLog:
     return EditLog(edits=(Remove(hold=Ref(hold.id, hold.position)),))
 
 
-def test_it_runs_once(joined: ScanFolder) -> None:
+def test_it_runs_once_also_without_its_reference(joined: ScanFolder) -> None:
     assert _again(joined) == ()
     assert _states(joined) == {"done"}
 
 
-def test_a_damaged_wall_is_joined_again(joined: ScanFolder) -> None:
+def test_a_damaged_wall_is_joined_again(joined: ScanFolder, reset_day: Path) -> None:
+    _bring_reference_back(joined, reset_day)
     whole = hash_path(joined.mesh)
     joined.mesh.write_bytes(joined.mesh.read_bytes()[:-9])
     assert "damaged" in _states(joined)
@@ -56,7 +66,8 @@ def test_a_damaged_wall_is_joined_again(joined: ScanFolder) -> None:
     assert [path.name for path in (joined.root / "set-aside").iterdir()] == ["mesh.ply"]
 
 
-def test_an_edit_outlives_a_second_join(joined: ScanFolder) -> None:
+def test_an_edit_outlives_a_second_join(joined: ScanFolder, reset_day: Path) -> None:
+    _bring_reference_back(joined, reset_day)
     found = read_joined(joined)
     assert found is not None
     log = _log(joined, of=found.added)
