@@ -22,9 +22,9 @@ from walltopo.editing.snapshot import ScanSnapshot, SnapshotFiles
 from walltopo.editing.view_crops import crops_of
 from walltopo.scans.artifacts import Load, load_bundle
 from walltopo.scans.edits import EditLog, Place
-from walltopo.scans.folder import ScanFolder
+from walltopo.scans.folder import LogFiles, ScanFolder
 
-_LOGS = ("edits", "carried")  # artifacts that do not change the scan before any edit
+_LOGS = {field.name for field in fields(LogFiles)}  # they do not change the scan before any edit
 
 
 class Rebuilder(Protocol):

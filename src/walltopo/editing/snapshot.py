@@ -13,8 +13,7 @@ from walltopo.editing.settings import EditSettings
 from walltopo.geometry.rays import TriangleIndex, triangle_index_of
 from walltopo.scans.artifacts import of
 from walltopo.scans.colmap_model import SparseModel
-from walltopo.scans.edits import EditLog
-from walltopo.scans.folder import ScanFolder
+from walltopo.scans.folder import LogFiles, ScanFolder
 from walltopo.scans.holds import Holds
 from walltopo.scans.instances import InstanceTable
 from walltopo.scans.photos import PhotoSet
@@ -23,7 +22,7 @@ from walltopo.scans.routes import Routes
 
 
 @dataclass(frozen=True)
-class SnapshotFiles:
+class SnapshotFiles(LogFiles):
     """The artifacts that the stage `edit` and the editor read."""
 
     mesh: Mesh = of(ScanFolder.mesh)
@@ -33,13 +32,6 @@ class SnapshotFiles:
     holds_raw: Holds = of(ScanFolder.holds_raw)
     light: SceneLight = of(ScanFolder.light)
     routes_raw: Routes = of(ScanFolder.routes_raw)
-    edits: EditLog | None = of(ScanFolder.edits)
-    carried: EditLog | None = of(ScanFolder.carried)
-
-    @property
-    def log(self) -> EditLog:
-        """Return the edit log: the saved one, else the one carried from a reference."""
-        return self.edits or self.carried or EditLog()
 
 
 @dataclass(frozen=True, eq=False)

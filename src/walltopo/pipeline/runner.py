@@ -245,8 +245,12 @@ def stored_settings(folder: ScanFolder) -> Settings:
     ------
     InputError : the settings are unknown to this version of walltopo.
     """
+    return _settings_in(Manifest.load(folder.manifest), folder)
+
+
+def _settings_in(manifest: Manifest, folder: ScanFolder) -> Settings:
     try:
-        return msgspec.convert(Manifest.load(folder.manifest).settings, Settings)
+        return msgspec.convert(manifest.settings, Settings)
     except msgspec.ValidationError as error:
         raise InputError(
             f"{folder.manifest}: its settings are unknown to this version of walltopo: {error}",
@@ -261,13 +265,14 @@ def stored_plan(folder: ScanFolder) -> Plan:
     ------
     InputError : the settings are unknown to this version of walltopo.
     """
-    return plan_of(folder, stored_settings(folder), Manifest.load(folder.manifest))
+    manifest = Manifest.load(folder.manifest)
+    return plan_of(folder, _settings_in(manifest, folder), manifest)
 
 
 def stale_stages(folder: ScanFolder, names: Sequence[str]) -> list[str]:
     """Return which of some stages were run before and would run again."""
     runner = _stored_runner(folder, load_artifact)
-    known = [step for step in _named(folder, names) if step.name in runner.manifest.stages]
+    known = [step for step in runner.steps(names) if step.name in runner.manifest.stages]
     return [step.name for step in runner.due(known, [])]
 
 
@@ -282,16 +287,12 @@ def refresh(folder: ScanFolder, names: Sequence[str], load: Load = load_artifact
     """
     runner = _stored_runner(folder, load)
     try:
-        for step in _named(folder, names):
+        for step in runner.steps(names):
             runner.run(step, forced=False)
     finally:
         with suppress(WalltopoError):
             runner.hashes.save()
     return runner.ran
-
-
-def _named(folder: ScanFolder, names: Sequence[str]) -> list[Step]:
-    return [step for step in stored_plan(folder) if step.name in names]
 
 
 def _stored_runner(folder: ScanFolder, load: Load) -> _Runner:
@@ -300,7 +301,13 @@ def _stored_runner(folder: ScanFolder, load: Load) -> _Runner:
     sources = [Path(path) for path in manifest.sources]
     hashes = HashCache(folder.work / "hashes.json")
     return _Runner(
-        folder, manifest, stored_settings(folder), sources, _SilentListener(), hashes, load=load
+        folder,
+        manifest,
+        _settings_in(manifest, folder),
+        sources,
+        _SilentListener(),
+        hashes,
+        load=load,
     )
 
 
@@ -323,6 +330,11 @@ class _Runner:
         self.accept_changes = accept_changes
         self.load = load
         self.ran: list[str] = []
+
+    def steps(self, names: Sequence[str]) -> list[Step]:
+        """Return the steps of some stages; a stage that the scan does not have is left out."""
+        plan = plan_of(self.folder, self.settings, self.manifest)
+        return [step for step in plan if step.name in names]
 
     def due(self, steps: Sequence[Step], forced: Sequence[Step]) -> list[Step]:
         """Return the steps that will probably run.

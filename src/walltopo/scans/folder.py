@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
 
 from walltopo.core.files import atomic_path, hash_path
 from walltopo.geometry.mesh_files import read_mesh, write_ply
-from walltopo.scans.artifacts import Artifact, artifact, optional_artifact
+from walltopo.scans.artifacts import Artifact, artifact, load_bundle, of, optional_artifact
 from walltopo.scans.colmap_model import SparseModel
 from walltopo.scans.detections import Detections
 from walltopo.scans.edits import EditLog
@@ -148,14 +149,27 @@ def read_joined(scan: ScanFolder) -> Joined | None:
     return ScanFolder.joined.load(scan) or Manifest.load(scan.manifest).joined
 
 
+@dataclass(frozen=True, eq=False)
+class LogFiles:
+    """The edit logs of a scan."""
+
+    edits: EditLog | None = of(ScanFolder.edits)
+    carried: EditLog | None = of(ScanFolder.carried)
+
+    @property
+    def log(self) -> EditLog:
+        """Return the log that counts: the saved one, else the one carried from a reference."""
+        return self.edits or self.carried or EditLog()
+
+
 def read_edits(scan: ScanFolder) -> EditLog:
-    """Return the edit log of a scan: the saved one, else the one carried from its reference.
+    """Return the edit log of a scan that counts.
 
     Raises
     ------
     InputError : a file is damaged.
     """
-    return ScanFolder.edits.load(scan) or ScanFolder.carried.load(scan) or EditLog()
+    return load_bundle(scan, LogFiles).log
 
 
 def write_moves(folder: ScanFolder, moves: Moves) -> None:

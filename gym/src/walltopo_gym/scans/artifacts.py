@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import mimetypes
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 from uuid import UUID
@@ -47,7 +49,8 @@ def upload_files(store: FileStore, scan: UUID, folder: ScanFolder, *paths: Path)
 
 def drop_part(store: FileStore, scan: UUID) -> None:
     """Drop the files of a partial rescan before it was joined: nothing reads them any more."""
-    store.drop(store.keys(f"{_prefix(scan)}/{ScanFolder('').part.root.name}/"))
+    folder = ScanFolder("")
+    store.drop(store.keys(f"{_key(scan, folder, folder.part.root)}/"))
 
 
 def drop_joined(store: FileStore, scan: UUID) -> bool:
@@ -77,28 +80,36 @@ def read_manifest(store: FileStore, scan: UUID) -> Manifest:
 
 
 def read_joined(store: FileStore, scan: UUID) -> Joined | None:
-    """Return what a partial rescan replaced of its reference; None for other scans.
-
-    Raises
-    ------
-    NotFoundError : the scan has not come so far.
-    """
-    with tempfile.TemporaryDirectory() as name:
-        folder = ScanFolder(Path(name))
-        download_files(store, scan, folder, folder.manifest)
-        if store.has(f"{_prefix(scan)}/{folder.joined.name}"):
-            download_files(store, scan, folder, folder.joined)
+    """Return what a partial rescan replaced of its reference; None for other scans."""
+    with _present_files(store, scan, "manifest", "joined") as folder:
         return joined_of(folder)
 
 
 def read_carried(store: FileStore, scan: UUID) -> EditLog:
     """Return the edit log that a partial rescan carried from its reference; else an empty one."""
+    with _present_files(store, scan, "manifest", "carried", "edits") as folder:
+        return carried_log(folder)
+
+
+@contextmanager
+def _present_files(store: FileStore, scan: UUID, *names: str) -> Iterator[ScanFolder]:
+    """Yield a temporary scan folder with some files, as far as the store has them.
+
+    Parameters
+    ----------
+    names : attributes of `ScanFolder`.
+    """
     with tempfile.TemporaryDirectory() as name:
         folder = ScanFolder(Path(name))
-        for path in (folder.manifest, folder.carried, folder.edits):
-            if store.has(f"{_prefix(scan)}/{path.relative_to(folder.root).as_posix()}"):
+        for path in (getattr(folder, attribute) for attribute in names):
+            if store.has(_key(scan, folder, path)):
                 download_files(store, scan, folder, path)
-        return carried_log(folder)
+        yield folder
+
+
+def _key(scan: UUID, folder: ScanFolder, path: Path) -> str:
+    """Return the key of a file of a scan folder in the store."""
+    return f"{_prefix(scan)}/{path.relative_to(folder.root).as_posix()}"
 
 
 def carried_log(folder: ScanFolder) -> EditLog:
@@ -139,7 +150,7 @@ def download_files(store: FileStore, scan: UUID, folder: ScanFolder, *files: Pat
     NotFoundError : the scan has not come so far.
     """
     for path in files:
-        store.fetch(f"{_prefix(scan)}/{path.relative_to(folder.root).as_posix()}", path)
+        store.fetch(_key(scan, folder, path), path)
 
 
 def store_public_file(store: FileStore, file: Path) -> dict[str, Any]:

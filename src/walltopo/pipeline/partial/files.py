@@ -9,7 +9,7 @@ from walltopo.scans.artifacts import figures, of
 from walltopo.scans.colmap_model import SparseModel
 from walltopo.scans.detections import Detections
 from walltopo.scans.edits import EditLog
-from walltopo.scans.folder import ScanFolder
+from walltopo.scans.folder import LogFiles, ScanFolder
 from walltopo.scans.holds import Holds
 from walltopo.scans.instances import InstanceRecords, InstanceTable
 from walltopo.scans.joined import Joined
@@ -41,17 +41,10 @@ class WallFiles:
 
 
 @dataclass(frozen=True, eq=False)
-class ReferenceFiles(WallFiles):
+class ReferenceFiles(WallFiles, LogFiles):
     """The artifacts of the reference: the wall, its holds after the edits, and the edits."""
 
     holds: Holds = of(ScanFolder.holds)
-    edits: EditLog | None = of(ScanFolder.edits)
-    carried: EditLog | None = of(ScanFolder.carried)
-
-    @property
-    def log(self) -> EditLog | None:
-        """Return the edit log; None without any edit."""
-        return self.edits or self.carried
 
 
 @dataclass(frozen=True, eq=False)

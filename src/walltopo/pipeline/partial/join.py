@@ -333,7 +333,7 @@ def _present(holds: Holds) -> set[int]:
 
 def _carried_edits(joint: _Joint) -> EditLog | None:
     log = joint.old.log
-    if log is None:
+    if not log.edits:
         return None
     from scipy.spatial import cKDTree
 
