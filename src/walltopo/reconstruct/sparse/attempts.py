@@ -99,9 +99,13 @@ def best_attempt(
         if len(found.registered) <= len(best.registered):
             continue
         if not models_agree(best.registered, found.registered):
-            progress.note(f"the retry {_CONTRADICTS} and is discarded")
+            progress.note(
+                "the retry contradicts the cameras of the previous attempt and is discarded"
+            )
         elif not is_connected(found.result, best.registered):
-            progress.note(f"the retry {_JOINS} and is discarded")
+            progress.note(
+                "the retry joins photos of places that merely look alike and is discarded"
+            )
         else:
             best = found
     for one in tried:
@@ -111,8 +115,6 @@ def best_attempt(
 
 # A learned feature becomes a point only where two neighbours of the photo have it, too.
 _STEPS = {"closer": 1, "learned": 2}
-_CONTRADICTS = "contradicts the cameras of the previous attempt"
-_JOINS = "joins photos of places that merely look alike"
 _DESCRIPTIONS = {"closer": "doubled in size", "learned": "by a network"}
 
 

@@ -95,8 +95,9 @@ def make_texture(
     node, vertex = _nodes(mesh.faces, chart, label)
     del chart
     colour = _node_colours(views, load, painted_from, pixels, node, len(vertex), gains, progress)
-    levelled = settings.blend
-    shift = level_seams(node[label >= 0], vertex, colour) if levelled else np.zeros_like(colour)
+    shift = np.zeros_like(colour)
+    if settings.blend:
+        shift = level_seams(node[label >= 0], vertex, colour)
     progress.step("painting", len(views))
     atlas = np.zeros((settings.size, settings.size, 3), dtype=np.uint8)
     painted = np.zeros(atlas.shape[:2], dtype=np.uint8)
