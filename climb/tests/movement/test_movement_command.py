@@ -5,9 +5,14 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from walltopo.cli import main
+from walltopo.core import Silent
+from walltopo.pipeline.plan import Step
+from walltopo.pipeline.renewals import renew_inputs
+from walltopo.pipeline.stages.export import EXPORT
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.holds import Hold, Holds
 from walltopo.scans.manifest import Manifest
@@ -63,6 +68,40 @@ def test_climbing_moves_are_written_for_every_body(
     script = ScanFolder(wall).moves_script.read_text()
     message = json.loads(script.removeprefix("window.wallTopoMoves=").rstrip().rstrip(";"))
     assert message == json.loads(ScanFolder(wall).moves.read_text())
+
+
+class _Notes(Silent):
+    def __init__(self) -> None:
+        self.notes: list[str] = []
+
+    def note(self, message: str) -> None:
+        self.notes.append(message)
+
+
+def test_an_edit_renews_the_moves_of_the_same_bodies(wall: Path) -> None:
+    folder = ScanFolder(wall)
+    step = Step(EXPORT, folder)
+    renew_inputs(step, _Notes())
+    assert not folder.moves.exists(), "nobody asked for moves"
+    assert main(["moves", str(wall), "--height", "1.62"]) == 0
+    written = folder.moves.stat().st_mtime_ns
+    renew_inputs(step, _Notes())
+    assert folder.moves.stat().st_mtime_ns == written, "holds and routes are the same"
+    ladder, far = Routes.load(folder.routes).routes
+    Routes(routes=(msgspec.structs.replace(ladder, top=(7,)), far)).save(folder.routes)
+    renew_inputs(step, _Notes())
+    row = Moves.load(folder.moves).routes[0].climbers[-1]
+    assert (row.climber, row.height) == ("you", 1.62)
+    assert row.moves[-1].holds[:2] == (7, 7)
+    assert folder.moves_script.stat().st_mtime_ns > written
+
+
+def test_moves_that_cannot_be_renewed_stop_no_export(wall: Path) -> None:
+    folder, progress = ScanFolder(wall), _Notes()
+    folder.moves.write_text("{")
+    renew_inputs(Step(EXPORT, folder), progress)
+    (note,) = progress.notes
+    assert note.startswith("moves.json is not renewed: ")
 
 
 def test_climbing_grade_is_a_range_and_leans_on_other_routes(

@@ -33,6 +33,7 @@ from walltopo.pipeline.plan import (
     plan_of,
     select_steps,
 )
+from walltopo.pipeline.renewals import renew_inputs
 from walltopo.pipeline.settings import Settings
 from walltopo.pipeline.stage import Stage
 from walltopo.pipeline.stages import stage_named
@@ -371,6 +372,7 @@ class _Runner:
 
     def run(self, step: Step, forced: bool) -> None:
         """Run one stage if it is forced or stale, and record the result."""
+        renew_inputs(step, self.listener)
         inputs = self._inputs(step)
         record = self.manifest.stages.get(step.name)
         if record is not None and record.state == "done":

@@ -10,7 +10,6 @@ from walltopo.cli.options import Number
 
 if TYPE_CHECKING:
     from walltopo.scans.moves import ClimberRow
-    from walltopo_climb.grades.model import Range
 
 
 _MOVES = """examples:
@@ -32,7 +31,7 @@ def register_moves(commands: Commands[argparse.ArgumentParser]) -> None:
         help="how each route may be climbed, by bodies of several heights",
         description="Find likely moves up each route of a scan, and the moves that a short person "
         "cannot reach. Writes moves.json (and moves.js, for a page opened from disk) into the "
-        "scan; its page then shows them. Run it again after holds or routes change.",
+        "scan; its page then shows them. Later runs and edits renew them.",
         epilog=_MOVES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -67,49 +66,32 @@ def _moves(args: argparse.Namespace) -> int:
     from walltopo.pipeline.runner import refresh
     from walltopo.pipeline.workplace import locked
     from walltopo.scans.folder import ScanFolder, write_moves
-    from walltopo.scans.moves import GradeRow, Moves, RouteMoves, moves_basis
     from walltopo.scans.routes import route_name
-    from walltopo_climb.grades.model import shipped_model
-    from walltopo_climb.grades.of_scan import grade_routes, place_routes
     from walltopo_climb.movement.body import BODIES, Body
-    from walltopo_climb.movement.rows import climber_rows
-    from walltopo_climb.wall_files import read_wall
+    from walltopo_climb.moves_file import find_moves
 
     if args.reach is not None and args.height is None:
         raise SettingsError("--reach needs --height")
     bodies = dict(BODIES)
     if args.height is not None:
         bodies["you"] = Body(args.height, args.reach or 0.0)
-    holds, routes, unit = read_wall(args.scan)
-    model = shipped_model()
-    ranges = grade_routes(place_routes(routes, holds, unit, model), model)
-    rows = []
-    for route in routes:
-        climbers = climber_rows(route, holds, unit, bodies)
-        found = ranges.get(route.id)
-        grade = None if found is None else GradeRow(*_names(found), found.coverage, found.graded)
-        rows.append(RouteMoves(route.id, climbers, grade))
-        console.print(f"{route_name(route)}: {climbers_summary(climbers)}", soft_wrap=True)
     folder = ScanFolder(args.scan)
+    moves = find_moves(args.scan, bodies)
+    routes = {route.id: route for route in ScanFolder.routes.load(folder).routes}
+    for row in moves.routes:
+        name = route_name(routes[row.route])
+        console.print(f"{name}: {climbers_summary(row.climbers)}", soft_wrap=True)
     with locked(folder):
-        basis = moves_basis(holds, routes)
-        write_moves(folder, Moves(unit=unit, made_for=basis, routes=tuple(rows)))
+        write_moves(folder, moves)
         if folder.page.exists():
             refresh(folder, ["export"])  # the page loads moves.json only if it names the file
     return 0
-
-
-def _names(found: Range) -> tuple[str, str]:
-    from walltopo_climb.grades.font import FONT
-
-    return FONT[found.low], FONT[found.high]
 
 
 def climbers_summary(climbers: tuple[ClimberRow, ...]) -> str:
     """Return one line on how each body climbs a route."""
     if not climbers:
         return "no moves: the route has no start or no top"
-        return "no start or no top: no moves"
     words = []
     for row in climbers:
         leap = max((move.beyond for move in row.moves), default=0.0)
@@ -129,6 +111,7 @@ def _grade(args: argparse.Namespace) -> int:
 
     from walltopo.cli.console import console
     from walltopo.scans.routes import route_name
+    from walltopo_climb.grades.font import FONT
     from walltopo_climb.grades.model import shipped_model
     from walltopo_climb.grades.of_scan import grade_routes, place_routes
     from walltopo_climb.wall_files import read_wall
@@ -139,7 +122,7 @@ def _grade(args: argparse.Namespace) -> int:
     rows: list[dict[str, Any]] = []
     for route in routes:
         found = ranges.get(route.id)
-        low, high = ("", "") if found is None else _names(found)
+        low, high = ("", "") if found is None else (FONT[found.low], FONT[found.high])
         rows.append(
             {
                 "route": route.id,

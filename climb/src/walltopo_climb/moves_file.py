@@ -1,0 +1,58 @@
+"""Write `moves.json` of a scan: the moves of each route by several bodies, and its grade range."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from walltopo.scans.folder import ScanFolder, write_moves
+from walltopo.scans.moves import GradeRow, Moves, RouteMoves, moves_basis
+from walltopo_climb.grades.font import FONT
+from walltopo_climb.grades.model import shipped_model
+from walltopo_climb.grades.of_scan import grade_routes, place_routes
+from walltopo_climb.movement.body import BODIES, Body
+from walltopo_climb.movement.rows import climber_rows
+from walltopo_climb.wall_files import read_wall
+
+
+def find_moves(scan: Path, bodies: Mapping[str, Body]) -> Moves:
+    """Return the moves and the grade range of each route of a scan.
+
+    Parameters
+    ----------
+    bodies : climbers by name.
+
+    Raises
+    ------
+    InputError : the scan has no holds or routes yet, or they are damaged.
+    """
+    holds, routes, unit = read_wall(scan)
+    model = shipped_model()
+    ranges = grade_routes(place_routes(routes, holds, unit, model), model)
+    rows = []
+    for route in routes:
+        found = ranges.get(route.id)
+        grade = None
+        if found is not None:
+            grade = GradeRow(FONT[found.low], FONT[found.high], found.coverage, found.graded)
+        rows.append(RouteMoves(route.id, climber_rows(route, holds, unit, bodies), grade))
+    return Moves(unit=unit, made_for=moves_basis(holds, routes), routes=tuple(rows))
+
+
+def renew_moves(folder: ScanFolder) -> None:
+    """Write the moves of a scan anew, of the same bodies, if its holds or routes changed.
+
+    Raises
+    ------
+    InputError : `moves.json`, the holds or the routes are missing or damaged.
+    """
+    old = Moves.load(folder.moves)
+    holds, routes, _ = read_wall(folder.root)
+    if old.made_for != moves_basis(holds, routes):
+        write_moves(folder, find_moves(folder.root, _bodies_of(old)))
+
+
+def _bodies_of(moves: Moves) -> dict[str, Body]:
+    """Return the standard bodies, and those that somebody added when the moves were found."""
+    rows = [row for route in moves.routes for row in route.climbers]
+    return BODIES | {row.climber: Body(row.height, row.span) for row in rows}
