@@ -15,6 +15,7 @@ from lab.tests.train.networks import SMALL
 from walltopo.cli import main
 from walltopo.core import InputError, Silent, StageError
 from walltopo_lab.train import loop, pack
+from walltopo_lab.train.batches import CropSource
 from walltopo_lab.train.cache import open_cache
 from walltopo_lab.train.choose import check_on
 from walltopo_lab.train.detector import Job, fit_detector
@@ -134,8 +135,7 @@ def test_a_dead_worker_ends_the_training(tmp_path: Path, monkeypatch: pytest.Mon
 
     monkeypatch.setattr(module, "_ALIVE_EVERY", 0.2)
     settings = TrainSettings(crop=96, batch=1, workers=1)
-    crops = supply(
-        [(tmp_path, ["gone.jpg"])], [1.0], settings, AugmentSettings(), 0, torch.device("cpu")
-    )
+    source = CropSource([(tmp_path, ["gone.jpg"])], [1.0], settings, AugmentSettings())
+    crops = supply(source, 0, torch.device("cpu"))
     with pytest.raises(StageError, match="process that makes crops"):
         next(crops)

@@ -6,7 +6,7 @@ import hashlib
 import queue
 import threading
 from collections.abc import Iterator, Sequence
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import cv2
@@ -21,6 +21,38 @@ from walltopo_lab.train.targets import Targets, make_targets
 
 Batch = dict[str, NDArray[np.generic]]
 Folders = Sequence[tuple[Path, Sequence[str]]]
+
+
+@dataclass(frozen=True)
+class CropSource:
+    """Labelled photos, and how crops of them are drawn.
+
+    Parameters
+    ----------
+    folders : cache folder and the names of its photos to sample, per set.
+    shares : share of the crops from each set; the sum is 1.
+    outlined : sets with exact outlines, whose objects are pasted onto other crops.
+    """
+
+    folders: Folders
+    shares: Sequence[float]
+    settings: TrainSettings
+    augment: AugmentSettings
+    outlined: Folders = ()
+
+    def crop(self, rng: np.random.Generator) -> Crop:
+        """Return a random crop."""
+        return self._crop_of(self.folders, self.shares, rng)
+
+    def outlined_crop(self, rng: np.random.Generator) -> Crop:
+        """Return a random crop of the sets with exact outlines."""
+        equal = [1 / len(self.outlined)] * len(self.outlined)
+        return self._crop_of(self.outlined, equal, rng)
+
+    def _crop_of(self, folders: Folders, shares: Sequence[float], rng: np.random.Generator) -> Crop:
+        folder, names = folders[int(rng.choice(len(folders), p=shares))]
+        sample = open_cache(folder, names[int(rng.integers(len(names)))])
+        return crop_sample(sample, self.settings.crop, self.augment, rng)
 
 
 def source_of(name: str) -> str:
@@ -45,35 +77,15 @@ def split_sources(names: Sequence[str], held_out: float) -> tuple[list[str], lis
     return train, kept
 
 
-def _one_crop(
-    folders: Folders,
-    shares: Sequence[float],
-    settings: TrainSettings,
-    augment: AugmentSettings,
-    rng: np.random.Generator,
-) -> Crop:
-    folder, names = folders[int(rng.choice(len(folders), p=shares))]
-    sample = open_cache(folder, names[int(rng.integers(len(names)))])
-    return crop_sample(sample, settings.crop, augment, rng)
-
-
-def _one_batch(
-    folders: Folders,
-    shares: Sequence[float],
-    settings: TrainSettings,
-    augment: AugmentSettings,
-    rng: np.random.Generator,
-    outlined: Folders = (),
-) -> Batch:
+def _one_batch(source: CropSource, rng: np.random.Generator) -> Batch:
     images: list[NDArray[np.uint8]] = []
     targets: list[Targets] = []
-    for _ in range(settings.batch):
-        count = 4 if rng.random() < augment.mosaic else 1
-        crops = [_one_crop(folders, shares, settings, augment, rng) for _ in range(count)]
+    for _ in range(source.settings.batch):
+        count = 4 if rng.random() < source.augment.mosaic else 1
+        crops = [source.crop(rng) for _ in range(count)]
         crop = mosaic(crops, rng) if count == 4 else crops[0]
-        if outlined and rng.random() < augment.paste:
-            equal = np.full(len(outlined), 1 / len(outlined))
-            other = _one_crop(outlined, equal.tolist(), settings, augment, rng)
+        if source.outlined and rng.random() < source.augment.paste:
+            other = source.outlined_crop(rng)
             crop = paste_objects(crop, other, int(rng.integers(1, 4)), rng)
         images.append(crop.image)
         targets.append(make_targets(crop))
@@ -83,22 +95,8 @@ def _one_batch(
     return batch
 
 
-def batches(
-    folders: Folders,
-    shares: Sequence[float],
-    settings: TrainSettings,
-    augment: AugmentSettings,
-    seed: int,
-    outlined: Folders = (),
-) -> Iterator[Batch]:
-    """Yield batches without end.
-
-    Parameters
-    ----------
-    folders : cache folder and the names of its photos to sample, per set.
-    shares : share of the crops from each set; the sum is 1.
-    outlined : sets with exact outlines, whose objects are pasted onto other crops.
-    """
+def batches(source: CropSource, seed: int) -> Iterator[Batch]:
+    """Yield batches without end."""
     cv2.setNumThreads(1)
     rng = np.random.default_rng(seed)
     ready: queue.Queue[Batch | BaseException] = queue.Queue(maxsize=2)
@@ -107,7 +105,7 @@ def batches(
     def produce() -> None:
         try:
             while not over.is_set():
-                ready.put(_one_batch(folders, shares, settings, augment, rng, outlined))
+                ready.put(_one_batch(source, rng))
         except BaseException as error:  # passed to the consumer, which raises it
             ready.put(error)
 

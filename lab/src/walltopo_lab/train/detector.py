@@ -14,11 +14,12 @@ from walltopo.core import Progress
 from walltopo.core.files import read_json, write_json
 from walltopo_lab.plots import panels, save
 from walltopo_lab.train.audit import audit
+from walltopo_lab.train.batches import CropSource
 from walltopo_lab.train.calibrate import calibrate
 from walltopo_lab.train.card import CardFacts, write_card
 from walltopo_lab.train.choose import check_on
 from walltopo_lab.train.export import export_onnx
-from walltopo_lab.train.loop import Run, train
+from walltopo_lab.train.loop import Run, Start, train
 from walltopo_lab.train.net import NET_SIZES, VoteNet, build_net
 from walltopo_lab.train.pack import open_pack
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
@@ -199,19 +200,15 @@ def fit_detector(
     def leg(parts: Sequence[LabelledSet], until: float) -> Run:
         used = [s for s in parts if s.train and stated.get(s.name, 1.0) > 0]
         shares = [stated[s.name] for s in used] if stated else _shares(used, settings.synthetic)
-        return train(
+        source = CropSource(
             [(s.folder, s.train) for s in used],
             [share / sum(shares) for share in shares],
-            job.out / "checkpoint.pt",
-            check,
             settings,
             augment,
-            progress,
-            size=NET_SIZES[settings.network],
-            until=until,
-            pretrained=job.pretrained,
-            outlined=[(s.folder, s.train) for s in used if s.exact],
+            [(s.folder, s.train) for s in used if s.exact],
         )
+        start = Start(NET_SIZES[settings.network], job.pretrained)
+        return train(source, start, job.out / "checkpoint.pt", check, progress, until)
 
     if 0 < settings.audit < 1 and not (job.out / "audit.json").is_file():
         run = leg(sets, settings.audit)

@@ -11,7 +11,7 @@ import itertools
 import math
 import pickle
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -21,10 +21,10 @@ import torch
 
 from walltopo.core import EnvironmentLacksError, InputError, Progress
 from walltopo.core.files import atomic_path
-from walltopo_lab.train.batches import Folders
+from walltopo_lab.train.batches import CropSource
 from walltopo_lab.train.loss import box_loss, heat_loss, mask_loss
 from walltopo_lab.train.net import NetSize, VoteNet, build_net
-from walltopo_lab.train.params import AugmentSettings, TrainSettings
+from walltopo_lab.train.params import TrainSettings
 from walltopo_lab.train.precision import fast_autocast
 from walltopo_lab.train.supply import TensorBatch, supply
 from walltopo_lab.train.warm import freeze_norms, load_exported, measure_norms
@@ -59,23 +59,15 @@ def _average_decay(run: Run, settings: TrainSettings) -> float:
     return min(settings.ema, (1 + steps) / (10 + steps))
 
 
-def cool_down(
-    run: Run,
-    folders: Folders,
-    shares: Sequence[float],
-    steps: int,
-    settings: TrainSettings,
-    augment: AugmentSettings,
-    progress: Progress,
-    outlined: Folders = (),
-) -> None:
+def cool_down(run: Run, source: CropSource, steps: int, progress: Progress) -> None:
     """Train a loaded run further while its rate falls to zero; the average is the result."""
+    settings = source.settings
     torch.set_num_threads(settings.threads)
     device = _device(settings)
     _move(run, device)
     run.net.train()
     run.average.load_state_dict(run.net.state_dict())
-    crops = supply(folders, shares, settings, augment, settings.seed + run.step, device, outlined)
+    crops = supply(source, settings.seed + run.step, device)
     progress.step("cool-down", steps)
     for k, batch in enumerate(itertools.islice(crops, steps)):
         _update(run, batch, settings.rate * (1 - k / steps), _COOL_AVERAGE, device)
@@ -141,15 +133,15 @@ def _optimiser(net: VoteNet, settings: TrainSettings) -> torch.optim.Optimizer:
     return torch.optim.AdamW(groups, lr=settings.rate, betas=(settings.momentum, 0.999))
 
 
-def _new_run(
-    size: NetSize | dict[str, Any] | None,
-    settings: TrainSettings,
-    pretrained: Path | None = None,
-    imagenet: bool = False,
-) -> Run:
-    torch.manual_seed(settings.seed)
-    net = load_exported(pretrained) if pretrained else build_net(size, imagenet)
+def _run_of(net: VoteNet, settings: TrainSettings) -> Run:
     return Run(net, copy.deepcopy(net), _optimiser(net, settings))
+
+
+def _begin_run(start: Start, settings: TrainSettings) -> Run:
+    torch.manual_seed(settings.seed)
+    if start.pretrained is not None:
+        return _run_of(load_exported(start.pretrained), settings)
+    return _run_of(build_net(start.size, settings.start == "imagenet"), settings)
 
 
 def load_run(path: Path, settings: TrainSettings) -> Run:
@@ -161,7 +153,8 @@ def load_run(path: Path, settings: TrainSettings) -> Run:
     """
     try:
         state = torch.load(path, map_location="cpu", weights_only=True)
-        run = _new_run(state["size"], settings)
+        torch.manual_seed(settings.seed)
+        run = _run_of(build_net(state["size"]), settings)
         run.net.load_state_dict(state["net"])
         run.average.load_state_dict(state["average"])
         run.optimiser.load_state_dict(state["optimiser"])
@@ -249,56 +242,62 @@ def _check(run: Run, check: Check, progress: Progress, means: dict[str, float]) 
     progress.note(f"check: {_losses_line(entry)}")
 
 
+@dataclass(frozen=True)
+class Start:
+    """The initial weights of a run.
+
+    Parameters
+    ----------
+    size : of a new network; None: the default.
+    pretrained : an exported network instead of a new one. An endless run measures the statistics
+        of its normalisations; otherwise they stay frozen.
+    steps, cpu_seconds : what was spent on `pretrained` before.
+    """
+
+    size: NetSize | None = None
+    pretrained: Path | None = None
+    steps: int = 0
+    cpu_seconds: float = 0.0
+
+
 def train(
-    folders: Folders,
-    shares: Sequence[float],
+    source: CropSource,
+    start: Start,
     checkpoint: Path,
     check: Check,
-    settings: TrainSettings,
-    augment: AugmentSettings,
     progress: Progress,
-    size: NetSize | None = None,
     until: float = 1.0,
-    pretrained: Path | None = None,
-    report: Callable[[Run], None] | None = None,
-    before: tuple[int, float] = (0, 0.0),
-    outlined: Folders = (),
+    report: Callable[[Run], None] = lambda _: None,
 ) -> Run:
     """Train until the time is up or the score stalls; resume from `checkpoint` if it exists.
 
     Parameters
     ----------
-    folders, shares, outlined : see `batches`.
     check : metrics of the averaged network on held-out photos; `score` is the objective.
     until : stop at this share of the time (the schedule still spans the whole time).
-    pretrained : an exported network as initial weights instead of a new one. An endless run
-        measures the statistics of its normalisations; otherwise they stay frozen.
     report : called after each check, and once at the start.
-    before : steps and processor seconds already spent on the initial network.
     """
+    settings = source.settings
     torch.set_num_threads(settings.threads)
     device = _device(settings)
     begun = checkpoint.is_file()
-    imagenet = settings.start == "imagenet"
-    run = (
-        load_run(checkpoint, settings) if begun else _new_run(size, settings, pretrained, imagenet)
-    )
+    run = load_run(checkpoint, settings) if begun else _begin_run(start, settings)
     if not settings.encoder_rate:
         run.net.encoder.requires_grad_(False)
-    run.frozen = pretrained is not None and not settings.endless
-    crops = supply(folders, shares, settings, augment, settings.seed + run.step, device, outlined)
-    if settings.endless and pretrained is not None and not begun:
+    run.frozen = start.pretrained is not None and not settings.endless
+    crops = supply(source, settings.seed + run.step, device)
+    if settings.endless and start.pretrained is not None and not begun:
         photos = itertools.islice(crops, _NORM_BATCHES)
         measure_norms(run.net, (batch["image"].cpu() for batch in photos))
         run.average.load_state_dict(run.net.state_dict())
-        run.step = run.first_step = before[0]
-        run.cpu_seconds = before[1]
+        run.step = run.first_step = start.steps
+        run.cpu_seconds = start.cpu_seconds
     _move(run, device)
     if not settings.endless and run.seconds >= settings.minutes * 60 * until:
         return run
     progress.step("training", None if settings.endless else round(settings.minutes))
     progress.advance(min(int(run.seconds // 60), round(settings.minutes)))
-    leg = _Leg(run, checkpoint, check, settings, progress, report or (lambda _: None))
+    leg = _Leg(run, checkpoint, check, settings, progress, report)
     try:
         leg.steps(crops, device, until)
     except KeyboardInterrupt:

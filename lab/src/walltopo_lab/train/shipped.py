@@ -24,8 +24,9 @@ from walltopo.core.locks import take_lock
 from walltopo.images.networks import open_network
 from walltopo.segment.detect.detector import shipped_model
 from walltopo_lab.train.audit import audit
+from walltopo_lab.train.batches import CropSource
 from walltopo_lab.train.choose import check_on
-from walltopo_lab.train.loop import Run, cool_down, load_run, train
+from walltopo_lab.train.loop import Run, Start, cool_down, load_run, train
 from walltopo_lab.train.net import VoteNet
 from walltopo_lab.train.outlines import redraw
 from walltopo_lab.train.pack import write_pack
@@ -138,6 +139,11 @@ def _folders(sets: Sequence[LabelledSet]) -> list[tuple[Path, Sequence[str]]]:
     return [(item.folder, item.train) for item in sets]
 
 
+def _crop_source(sets: Sequence[LabelledSet], shares: Sequence[float]) -> CropSource:
+    exact = _folders([item for item in sets if item.exact])
+    return CropSource(_folders(sets), shares, SETTINGS, AUGMENT, exact)
+
+
 def training_of(model: Path) -> tuple[int, float]:
     """Return the steps and processor seconds that a network file's metadata state, or zeros."""
     network = open_network(model)
@@ -163,19 +169,10 @@ def run(data: Path, state: State, progress: Progress) -> None:
             write_json(state.folder / "history.json", run.history)
             write_page(state.page, run.history)
 
-        train(
-            _folders(used),
-            shares,
-            state.checkpoint,
-            check,
-            SETTINGS,
-            AUGMENT,
-            progress,
-            outlined=_folders([s for s in used if s.exact]),
-            pretrained=shipped_model(),
-            report=report,
-            before=training_of(shipped_model()),
-        )
+        steps, cpu_seconds = training_of(shipped_model())
+        start = Start(None, shipped_model(), steps, cpu_seconds)
+        source = _crop_source(used, shares)
+        train(source, start, state.checkpoint, check, progress, report=report)
 
 
 def export(data: Path, state: State, progress: Progress, cool_steps: int = 0) -> Comparison:
@@ -194,8 +191,7 @@ def export(data: Path, state: State, progress: Progress, cool_steps: int = 0) ->
     run = load_run(state.checkpoint, SETTINGS)
     used, shares, parts = _open(data, state, progress)
     if cool_steps:
-        outlined = _folders([s for s in used if s.exact])
-        cool_down(run, _folders(used), shares, cool_steps, SETTINGS, AUGMENT, progress, outlined)
+        cool_down(run, _crop_source(used, shares), cool_steps, progress)
     return compare(run, parts, shipped_model(), state.exported, progress)
 
 

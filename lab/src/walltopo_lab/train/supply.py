@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import queue
 import threading
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator
 from contextlib import suppress
 from typing import Any
 
@@ -18,8 +18,8 @@ from torch import multiprocessing as processes
 
 from walltopo.core import StageError
 from walltopo.core.parallel import cores
-from walltopo_lab.train.batches import Folders, batches
-from walltopo_lab.train.params import AugmentSettings, TrainSettings
+from walltopo_lab.train.batches import CropSource, batches
+from walltopo_lab.train.params import TrainSettings
 
 TensorBatch = dict[str, Tensor]
 _SPARE_CORES = 2  # for the training step and the thread that moves batches
@@ -45,15 +45,9 @@ def worker_count(settings: TrainSettings, device: torch.device) -> int:
 
 
 def supply(
-    folders: Folders,
-    shares: Sequence[float],
-    settings: TrainSettings,
-    augment: AugmentSettings,
-    seed: int,
-    device: torch.device,
-    outlined: Folders = (),
+    source: CropSource, seed: int, device: torch.device
 ) -> Generator[TensorBatch, None, None]:
-    """Yield batches on `device` without end; the parameters are those of `batches`.
+    """Yield batches on `device` without end.
 
     Yields
     ------
@@ -64,16 +58,15 @@ def supply(
     ------
     StageError : a worker process ended.
     """
-    count = worker_count(settings, device)
-    source: Iterator[TensorBatch]
+    count = worker_count(source.settings, device)
+    made: Iterator[TensorBatch]
     if count:
-        source = _from_processes(folders, shares, settings, augment, seed, outlined, count)
+        made = _from_processes(source, seed, count)
     else:
-        made = batches(folders, shares, settings, augment, seed, outlined)
-        source = (_tensors(batch) for batch in made)
+        made = (_tensors(batch) for batch in batches(source, seed))
     if device.type == "cuda":
-        source = _on_gpu(source, device)
-    for batch in source:
+        made = _on_gpu(made, device)
+    for batch in made:
         ready = {name: value.float() for name, value in batch.items()}
         ready["image"] = ready["image"].contiguous(memory_format=torch.channels_last)
         yield ready
@@ -83,38 +76,22 @@ def _tensors(batch: Any) -> TensorBatch:
     return {name: torch.from_numpy(array) for name, array in batch.items()}
 
 
-def _work(
-    folders: Folders,
-    shares: Sequence[float],
-    settings: TrainSettings,
-    augment: AugmentSettings,
-    seed: int,
-    outlined: Folders,
-    ready: Any,
-) -> None:
+def _work(source: CropSource, seed: int, ready: Any) -> None:
     """Put compact batches into a queue until the process is ended."""
     torch.set_num_threads(1)
-    for batch in batches(folders, shares, settings, augment, seed, outlined):
+    for batch in batches(source, seed):
         tensors = _tensors(batch)
         ready.put({name: t.to(_COMPACT.get(name, t.dtype)) for name, t in tensors.items()})
 
 
-def _from_processes(
-    folders: Folders,
-    shares: Sequence[float],
-    settings: TrainSettings,
-    augment: AugmentSettings,
-    seed: int,
-    outlined: Folders,
-    count: int,
-) -> Iterator[TensorBatch]:
+def _from_processes(source: CropSource, seed: int, count: int) -> Iterator[TensorBatch]:
     """Yield the batches of `count` processes, each with a seed of its own."""
     context = processes.get_context("spawn")  # a forked process would inherit the GPU's state
     ready: Any = context.Queue(maxsize=_PER_WORKER * count)
     workers = [
         context.Process(
             target=_work,
-            args=(folders, shares, settings, augment, seed + k, outlined, ready),
+            args=(source, seed + k, ready),
             daemon=True,
         )
         for k in range(1, count + 1)
