@@ -56,6 +56,7 @@ class TierBuilder:
         self.wall = wall
         self.settings = settings
         self._surfaces: dict[str, TexturedSurface] = {}
+        self._coarse: dict[str, Surface] = {}  # simplified, before the texture
         self._pictures: dict[str, Future[tuple[bytes, str] | None]] = {}
         # Encoding uses one core while the next tier is built.
         self._encoder = ThreadPoolExecutor(1)
@@ -128,7 +129,8 @@ class TierBuilder:
             finer = self._finer(name)
             return TexturedSurface(simplify(finer.surface, 0), finer.picture)
         # Simplification would tear the source's charts: simplify without them, then retexture.
-        coarse = simplify(self._plain, triangles)
+        source = self._coarse.get("detail", self._plain) if name == "first" else self._plain
+        coarse = self._coarse[name] = simplify(source, triangles)
         if self.wall.texture is None:
             return TexturedSurface(coarse, None)
         side = getattr(self.settings, f"{name}_texture")

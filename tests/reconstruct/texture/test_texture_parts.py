@@ -8,10 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from walltopo.geometry.topology import face_neighbours, patches
+from walltopo.images.fill import fill_gaps
 from walltopo.reconstruct.texture.atlas import _faces_by_label
 from walltopo.reconstruct.texture.candidates import Candidates, choose_labels
 from walltopo.reconstruct.texture.colour import level_seams, photo_gains
-from walltopo.reconstruct.texture.paint import fill_gaps, paint_photo
+from walltopo.reconstruct.texture.paint import paint_photo
 from walltopo.reconstruct.texture.unseen import spread_colours, unseen_cells
 
 
@@ -85,9 +86,9 @@ def test_cells_of_unseen_triangles_do_not_overlap() -> None:
 
 def test_gaps_take_the_nearest_colour() -> None:
     atlas = np.zeros((8, 8, 3), dtype=np.uint8)
-    painted = np.zeros((8, 8), dtype=np.uint8)
-    atlas[1, 1], painted[1, 1] = (10, 20, 30), 1
-    atlas[6, 6], painted[6, 6] = (200, 100, 50), 1
+    painted = np.zeros((8, 8), dtype=np.bool_)
+    atlas[1, 1], painted[1, 1] = (10, 20, 30), True
+    atlas[6, 6], painted[6, 6] = (200, 100, 50), True
     filled = fill_gaps(atlas, painted)
     assert filled[0, 0].tolist() == [10, 20, 30]
     assert filled[7, 7].tolist() == [200, 100, 50]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from walltopo.geometry.kernels import in_ranges, kernel
 from walltopo.geometry.topology import face_neighbours, patches, shared_corners
+from walltopo.images.fill import fill_gaps
 from walltopo.images.packing import fit_scale
 from walltopo.publish.atlas.charts import choose_directions, label_triangles
 from walltopo.publish.atlas.visible_faces import Axes, FaceRenderer
@@ -81,18 +82,6 @@ def _look_up(
             u, v, w = u / total, v / total, w / total
             where[0, row, column] = (uv[a, 0] * u + uv[b, 0] * v + uv[c, 0] * w) * wide - 0.5
             where[1, row, column] = (uv[a, 1] * u + uv[b, 1] * v + uv[c, 1] * w) * tall - 0.5
-
-
-def _filled(patch: NDArray[np.uint8], drawn: NDArray[np.bool_]) -> NDArray[np.uint8]:
-    """Return the patch with the nearest rendered colour at pixels without one."""
-    from scipy.ndimage import distance_transform_edt
-
-    if drawn.all():
-        return patch
-    if not drawn.any():
-        return np.full_like(patch, 128)
-    nearest = distance_transform_edt(~drawn, return_distances=False, return_indices=True)
-    return np.asarray(patch[tuple(nearest)], dtype=np.uint8)
 
 
 def _charts(surface: Surface) -> tuple[NDArray[np.int64], NDArray[np.int64], list[Axes]]:
@@ -206,7 +195,10 @@ def _filled_atlas(
         for (x, y, w, h), place in zip(rectangles, layout.places[charts], strict=True):
             left, top = (place * oversample).tolist()
             part = np.s_[y : y + h, x : x + w]
-            patch = _filled(drawing[part], drawn[part])
+            patch = np.ascontiguousarray(drawing[part])
+            if not drawn[part].any():
+                patch[:] = 128
+            patch = fill_gaps(patch, drawn[part])
             atlas[top : top + patch.shape[0], left : left + patch.shape[1]] = patch
     return atlas
 

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from walltopo.core import Mesh, Progress, StageError, View
 from walltopo.core.parallel import ahead
 from walltopo.geometry.topology import face_neighbours, patches, shared_corners
+from walltopo.images.fill import fill_gaps
 from walltopo.images.packing import fit_scale
 from walltopo.reconstruct.settings import TextureSettings
 from walltopo.reconstruct.texture.candidates import Hidden, choose_labels, find_candidates
 from walltopo.reconstruct.texture.colour import level_seams, photo_gains
 from walltopo.reconstruct.texture.consistency import leave_out_contradicted
-from walltopo.reconstruct.texture.paint import fill_gaps, paint_colours, paint_photo, sample_points
+from walltopo.reconstruct.texture.paint import paint_colours, paint_photo, sample_points
 from walltopo.reconstruct.texture.unseen import (
     continue_colours,
     plane_positions,
@@ -118,7 +119,7 @@ def make_texture(
         paint_colours(np.flatnonzero(flat), texels, _tint(mesh, flat, known), atlas, painted)
     continue_colours(mesh, continued, texels, atlas, painted)
     texels /= np.float32(settings.size)
-    return Texture(fill_gaps(atlas, painted), texels, label, charts, scale)
+    return Texture(fill_gaps(atlas, painted > 0), texels, label, charts, scale)
 
 
 def _tint(mesh: Mesh, flat: NDArray[np.bool_], known: Floats) -> NDArray[np.float32]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from walltopo.core import Mesh, Progress, StageError
 from walltopo.geometry.mesh_files import write_ply
 from walltopo.images.files import read_rgb
+from walltopo.images.fill import fill_gaps
 from walltopo.reconstruct.openmvs import (
     find_programs,
     import_scene,
@@ -22,7 +23,6 @@ from walltopo.reconstruct.openmvs import (
     write_undistorted_workspace,
 )
 from walltopo.reconstruct.settings import TextureSettings
-from walltopo.reconstruct.texture.paint import fill_gaps
 
 Image = NDArray[np.uint8]
 Corners = NDArray[np.float32]
@@ -149,13 +149,13 @@ def _double_area(texels: Corners) -> NDArray[np.float32]:
     return np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
 
 
-def _painted(image: Image, uv: Corners) -> NDArray[np.uint8]:
-    """Return (H, W), 1 inside triangles, else 0: TextureMesh fills the rest with one colour."""
+def _painted(image: Image, uv: Corners) -> NDArray[np.bool_]:
+    """Return (H, W), whether a triangle covers a pixel; the rest has one colour of TextureMesh."""
     result = np.zeros(image.shape[:2], dtype=np.uint8)
     texels = np.rint(uv * _size_of(image) - 0.5).astype(np.int32)
     for triangle in texels:
         cv2.fillConvexPoly(result, triangle, 1)
-    return result
+    return result > 0
 
 
 def _with_unseen(mesh: Mesh, uv: Corners, seen: NDArray[np.bool_]) -> Corners:

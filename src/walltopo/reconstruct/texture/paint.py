@@ -181,19 +181,3 @@ def sample_points(photo: Image, points: Single) -> Single:
     out = np.zeros((len(points), 3), dtype=np.float32)
     _sample_all(np.asarray(cv2.GaussianBlur(photo, (0, 0), 1.5), dtype=np.uint8), points, out)
     return out
-
-
-def fill_gaps(atlas: Image, painted: NDArray[np.uint8]) -> Image:
-    """Return the atlas with every unpainted texel in the colour of the nearest painted one.
-
-    So filters and mipmaps never mix the background into a chart's border.
-    """
-    if not painted.any():
-        return atlas
-    _, nearest = cv2.distanceTransformWithLabels(
-        1 - painted, cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    source = np.flatnonzero(painted.ravel())
-    lookup = np.zeros(int(nearest.max()) + 1, dtype=np.int64)
-    lookup[nearest.ravel()[source]] = source
-    return np.ascontiguousarray(atlas.reshape(-1, 3)[lookup[nearest.ravel()]].reshape(atlas.shape))
