@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from datetime import timedelta
 from pathlib import Path
@@ -13,6 +13,7 @@ from typing import Any
 from uuid import UUID
 
 import httpx
+from anyio.from_thread import start_blocking_portal
 from argon2 import PasswordHasher
 from fastapi.testclient import TestClient
 from sqlalchemy import create_engine, event, text
@@ -124,10 +125,15 @@ class Server:
             self.settings, self.database, self.outbox, store, {type(part): part for part in parts}
         )
         self.app = build_app(self.services)
+        # A client without a portal starts an event loop and threads for each request.
+        self._loop = ExitStack()
+        self._portal = self._loop.enter_context(start_blocking_portal())
 
     def client(self) -> TestClient:
         """A browser without a cookie."""
-        return TestClient(self.app, base_url=ORIGIN, raise_server_exceptions=False)
+        client = TestClient(self.app, base_url=ORIGIN, raise_server_exceptions=False)
+        client.portal = self._portal
+        return client
 
     @contextmanager
     def replacing(self, part: object) -> Iterator[None]:
@@ -186,6 +192,7 @@ class Server:
         return Somebody(who.id, who.email, {"authorization": f"Bearer {secret}"})
 
     def close(self) -> None:
+        self._loop.close()
         self.services.close()
 
 
