@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 from sklearn.ensemble import HistGradientBoostingRegressor
 
-from walltopo.core.parallel import cores
+from walltopo.core.parallel import available_cores
 from walltopo_climb.grades.calibrate import Known, calibrate
 from walltopo_climb.grades.features import FEATURES
 from walltopo_climb.grades.font import FONT, V_OF
@@ -278,7 +278,7 @@ def main(arguments: list[str]) -> int:
         print(__doc__)
         return 2
     what, data, cache = before[:3]
-    found = training_boards(Path(data), Path(cache), cores(), setups)
+    found = training_boards(Path(data), Path(cache), available_cores(), setups)
     if fits:
         write_model(fit_on(list(found.values())), list(found.values()), Path(before[3]))
         return 0

@@ -21,7 +21,7 @@ import numpy as np
 from benchmarks.lift import timed
 from benchmarks.lift_accuracy import load_gym
 from walltopo.core import Mesh, Silent, View
-from walltopo.core.parallel import cores
+from walltopo.core.parallel import available_cores
 from walltopo.geometry.kernels import kernel
 from walltopo.segment.lift import LiftParams, lift
 from walltopo.segment.lift.blocks import Blocks, blocks_of
@@ -63,7 +63,7 @@ def plain(blocks: Blocks, views: Sequence[View], evidence: Evidence, params: Lif
         column.copy()
 
     columns = (evidence.projection, evidence.view, evidence.share, evidence.border, evidence.detail)
-    with ThreadPoolExecutor(cores()) as pool:
+    with ThreadPoolExecutor(available_cores()) as pool:
         list(pool.map(looked, views))
         list(pool.map(copied, columns))
 

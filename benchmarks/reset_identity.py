@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from walltopo.describe.matching.holds import match_holds
-from walltopo.describe.matching.routes import RouteStatus, compare, same_paint
+from walltopo.describe.matching.routes import RouteStatus, compare_routes, same_paint
 from walltopo.geometry.mesh_files import read_mesh
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.holds import Hold, Holds
@@ -100,7 +100,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             f"precision {precision:.3f}, recall {len(right) / max(1, len(kept)):.3f}, "
             f"of what was found in both {len(right & found) / max(1, len(found)):.3f}"
         )
-    lines = compare(
+    lines = compare_routes(
         old.routes, tuple(old.holds.values()), new.routes, tuple(new.holds.values()), new.unit
     )
     wrong = 0

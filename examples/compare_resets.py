@@ -12,7 +12,7 @@ from collections import Counter
 from pathlib import Path
 
 from walltopo.describe.matching.inventory import changes, load_scan
-from walltopo.describe.matching.routes import compare
+from walltopo.describe.matching.routes import compare_routes
 from walltopo.scans.routes import Routes
 
 
@@ -23,7 +23,7 @@ def main(old_scan: Path, new_scan: Path) -> None:
     print("holds:", ", ".join(f"{count} {what}" for what, count in sorted(fates.items())))
     before = {route.id: route for route in Routes.load(old.routes).routes}
     after = {route.id: route for route in Routes.load(new.routes).routes}
-    lines = compare(
+    lines = compare_routes(
         {number: route.holds for number, route in before.items()},
         old_holds,
         {number: route.holds for number, route in after.items()},

@@ -23,7 +23,7 @@ from walltopo.editing.http import CropsOut, LogOut, PreviewIn, PreviewOut, SaveI
 from walltopo.editing.messages import RebuildStatus
 from walltopo.scans.moves import Moves
 from walltopo.scans.page_labels import PageLabels
-from walltopo.scans.schemas import dedented
+from walltopo.scans.schemas import dedent_schema
 from walltopo_climb.editor import EaseIn, ProposeIn
 from walltopo_climb.problems.rows import Proposals, Tweaks
 
@@ -64,7 +64,7 @@ def schema_text() -> str:
     schema = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "What the viewer reads and sends",
-        "$defs": dedented(dict(sorted(parts.items()))),
+        "$defs": dedent_schema(dict(sorted(parts.items()))),
     }
     return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"
 

@@ -36,7 +36,7 @@ from gym.tests.running import Process
 from gym.tests.worlds import Server, make_world
 from sqlalchemy import select, update
 
-from walltopo.core.parallel import cores
+from walltopo.core.parallel import available_cores
 from walltopo_gym.accounts.access import COOKIE
 from walltopo_gym.accounts.actor import sign_in
 from walltopo_gym.accounts.models import Person
@@ -300,7 +300,7 @@ def report(seen: Seen, lost: int, wrong: int, args: Any) -> None:
     kind = "PostgreSQL" if args.database else "SQLite"
     print(
         f"{kind}, {args.rate:.0f} events a second for {args.seconds:.0f} s, {COMPETITORS} "
-        f"competitors, {JUDGES} judges, {args.listeners} listeners, {cores()} cores, "
+        f"competitors, {JUDGES} judges, {args.listeners} listeners, {available_cores()} cores, "
         f"load {os.getloadavg()[0]:.1f}"
     )
     for name, values in (("answered after", seen.waited), ("board behind", behind(seen))):

@@ -20,7 +20,7 @@ from gym.tests.running import Process
 from gym.tests.worlds import Server
 from sqlalchemy import text
 
-from walltopo.core.parallel import cores
+from walltopo.core.parallel import available_cores
 from walltopo_gym.accounts.access import COOKIE
 from walltopo_gym.server.app import PREFIX
 
@@ -129,7 +129,7 @@ def _report(
     kind = "PostgreSQL" if args.database else "SQLite"
     print(
         f"{kind}, {args.rate:.0f} requests a second for {args.seconds:.0f} s, "
-        f"{cores()} cores, load {os.getloadavg()[0]:.1f}"
+        f"{available_cores()} cores, load {os.getloadavg()[0]:.1f}"
     )
     print(f"{'':<20} {'p50':>7} {'p95':>7} {'p99':>7} ms")
     whole = [value for values in times.values() for value in values]

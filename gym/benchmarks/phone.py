@@ -29,7 +29,7 @@ import numpy as np
 from gym.tests.running import Process
 from sqlalchemy import select
 
-from walltopo.core.parallel import cores
+from walltopo.core.parallel import available_cores
 from walltopo_gym.cli.place import database_of
 from walltopo_gym.demo.hall import SLUG
 from walltopo_gym.gyms.models import Gym
@@ -156,7 +156,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     found: dict[str, list[Any]] = defaultdict(list)
     for name, value in driven(args.demo.absolute(), args.turns):
         found[name].append(value)
-    print(f"{args.turns} turns, {cores()} cores, load {os.getloadavg()[0]:.1f}")
+    print(f"{args.turns} turns, {available_cores()} cores, load {os.getloadavg()[0]:.1f}")
     print(f"JavaScript of the gym's page without the viewer: {max(found.pop('JavaScript')):.1f} kB")
     for name, label in _SECONDS.items():
         values = np.array(found.pop(name)) / 1000

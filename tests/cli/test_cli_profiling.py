@@ -9,7 +9,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from walltopo.cli.profiling import profiled
+from walltopo.cli.profiling import trace_threads
 from walltopo.core.errors import EnvironmentLacksError
 
 
@@ -20,7 +20,7 @@ def _slow_loop(count: int) -> int:
 def test_a_trace_has_functions_of_all_threads_and_memory(tmp_path: Path) -> None:
     pytest.importorskip("viztracer", reason="the extra profile")
     file = tmp_path / "trace.json"
-    with profiled(file) as tracer:
+    with trace_threads(file) as tracer:
         with tracer.log_event("stage dense"):
             _slow_loop(300_000)
         other = threading.Thread(target=_slow_loop, args=(300_000,))
@@ -38,7 +38,7 @@ def test_a_trace_has_functions_of_all_threads_and_memory(tmp_path: Path) -> None
 def test_a_trace_is_written_of_a_scan_that_fails(tmp_path: Path) -> None:
     pytest.importorskip("viztracer", reason="the extra profile")
     file = tmp_path / "trace.json"
-    with pytest.raises(ValueError, match="bad"), profiled(file):
+    with pytest.raises(ValueError, match="bad"), trace_threads(file):
         raise ValueError("bad photo")
     assert file.is_file()
 
@@ -47,10 +47,13 @@ def test_without_the_extra_it_says_what_to_install(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "viztracer", None)
-    with pytest.raises(EnvironmentLacksError, match="viztracer"), profiled(tmp_path / "t.json"):
+    with (
+        pytest.raises(EnvironmentLacksError, match="viztracer"),
+        trace_threads(tmp_path / "t.json"),
+    ):
         pass
 
 
 def test_no_file_no_trace() -> None:
-    with profiled(None) as tracer:
+    with trace_threads(None) as tracer:
         assert tracer is None

@@ -10,7 +10,7 @@ import pytest
 
 from walltopo.cli import main
 from walltopo.cli.console import Terminal
-from walltopo.cli.scan_progress import ScanListener, roughly
+from walltopo.cli.scan_progress import ScanListener, rough_duration
 from walltopo.pipeline.forecast import Forecast
 from walltopo.pipeline.runner import scan
 from walltopo.pipeline.stages import STAGES, stage_named
@@ -41,7 +41,7 @@ def _terminal(width: int = 80) -> tuple[Terminal, io.StringIO]:
     ],
 )
 def test_an_estimate_promises_little(seconds: float, output: str) -> None:
-    assert roughly(seconds) == output
+    assert rough_duration(seconds) == output
 
 
 def test_the_bar_says_stage_share_and_time_left() -> None:

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from rich.table import Table
 
 from walltopo.cli import main
-from walltopo.cli.console import Terminal, visible
+from walltopo.cli.console import Terminal, escape_controls
 from walltopo.cli.listener import TerminalListener
 from walltopo.cli.quiet import quiet_libraries
 from walltopo.scans.manifest import StageRecord
@@ -83,10 +83,10 @@ def test_colours_of_our_own_are_kept() -> None:
 
 @given(st.text(st.characters()))
 def test_what_is_visible_can_be_encoded_and_is_not_obeyed(text: str) -> None:
-    shown = visible(text)
+    shown = escape_controls(text)
     assert not OBEYED.search(shown)
     assert len(shown.encode()) >= len(text)
-    assert visible(shown) == shown
+    assert escape_controls(shown) == shown
 
 
 @pytest.mark.parametrize("words", [["status"], ["view"], ["mesh", "check"], ["export"]])

@@ -23,7 +23,7 @@ def test_every_index_is_worked_on_once(count: int, least: int, threads: int) -> 
         met[begin:end] += step
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(kernels, "cores", lambda: threads)
+        patch.setattr(kernels, "available_cores", lambda: threads)
         in_ranges(work, count, 3, min_size=least)
     assert (met == 3).all()
 

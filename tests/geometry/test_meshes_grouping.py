@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from walltopo.geometry.graphs import components, duplicate_faces, grouped_edges, linked
+from walltopo.geometry.graphs import components, duplicate_faces, grouped_edges, linked_components
 
 few_faces = st.integers(0, 30).flatmap(
     lambda n: arrays(np.int32, (n, 3), elements=st.integers(0, 9))
@@ -41,4 +41,4 @@ def test_a_face_is_repeated_where_an_earlier_one_has_its_vertices(faces: np.ndar
 @settings(deadline=None, max_examples=60)
 @given(arrays(np.int64, st.tuples(st.just(2), st.integers(0, 20)), elements=st.integers(0, 14)))
 def test_parts_are_numbered_by_their_first_vertex(edges: np.ndarray) -> None:
-    assert linked(15, *edges).tolist() == components(15, *edges).tolist()
+    assert linked_components(15, *edges).tolist() == components(15, *edges).tolist()

@@ -16,7 +16,7 @@ from walltopo.geometry.mesh_check import check_mesh
 from walltopo.geometry.topology import (
     boundary_loops,
     close_loops,
-    compact,
+    compact_vertices,
     edges_of,
     face_components,
     face_neighbours,
@@ -136,7 +136,7 @@ def test_closed_loops_leave_a_manifold_without_a_border(gone: set[int]) -> None:
     whole = sheet()
     faces = np.delete(whole, sorted(gone), axis=0)
     vertices = np.random.default_rng(0).normal(size=(81, 3))
-    torn = split_fans(Mesh(*compact(vertices, faces)))
+    torn = split_fans(Mesh(*compact_vertices(vertices, faces)))
     loops = boundary_loops(torn.faces)
     edges = edges_of(torn.faces)
     assert sum(map(len, loops)) == int((edges.count == 1).sum())

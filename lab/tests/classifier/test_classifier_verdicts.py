@@ -11,7 +11,7 @@ from msgspec.structs import replace as with_
 
 from walltopo.core import InputError, SettingsError
 from walltopo.describe.classify.attributes import classifier_of
-from walltopo.describe.classify.observations import HoldView, _hidden
+from walltopo.describe.classify.observations import HoldView, _occluded_share
 from walltopo.describe.classify.palette import Entry
 from walltopo.describe.settings import ClassifySettings
 from walltopo.scans.holds import Hold
@@ -131,7 +131,7 @@ def test_what_is_in_front_hides_a_hold() -> None:
     mask = np.zeros((7, 7), np.bool_)
     mask[2:5, 2:5] = True
     depth = np.where(mask, 2.0, 2.05).astype(np.float32)
-    assert _hidden(mask, depth) == 0
+    assert _occluded_share(mask, depth) == 0
     depth[:, :2] = 1.5
-    assert _hidden(mask, depth) == pytest.approx(5 / 16)
-    assert _hidden(np.ones((3, 3), np.bool_), depth[:3, :3]) == 0
+    assert _occluded_share(mask, depth) == pytest.approx(5 / 16)
+    assert _occluded_share(np.ones((3, 3), np.bool_), depth[:3, :3]) == 0

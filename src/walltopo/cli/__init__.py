@@ -19,7 +19,7 @@ from importlib.metadata import entry_points
 from walltopo import __version__
 from walltopo.cli.options import Parser, check_needs
 from walltopo.cli.quiet import quiet_console, quiet_libraries, show_unprintable
-from walltopo.cli.stopping import STOPPED, Stop, stoppable
+from walltopo.cli.stopping import STOPPED, Stop, handle_signals
 
 GROUPS = (
     "scan",
@@ -137,7 +137,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
     args = argparse.Namespace()
     show_unprintable()
-    with stoppable() as stop:
+    with handle_signals() as stop:
         try:
             parser = build_parser()
             parser.parse_args(arguments, namespace=args)

@@ -20,7 +20,7 @@ _UNPRINTABLE = re.compile(
 )
 
 
-def visible(text: str) -> str:
+def escape_controls(text: str) -> str:
     """Return the text with terminal control characters escaped, such as `\\x1b`."""
     return _UNPRINTABLE.sub(lambda found: ascii(found[0])[1:-1], text)
 
@@ -35,7 +35,7 @@ class Terminal(Console):
             if segment.control:
                 yield segment
             else:
-                yield Segment(visible(segment.text), segment.style)
+                yield Segment(escape_controls(segment.text), segment.style)
 
 
 console = Terminal(highlight=False, markup=False, emoji=False)

@@ -6,7 +6,7 @@ import argparse
 from contextlib import nullcontext
 from pathlib import Path
 
-from walltopo.cli.options import add_options, add_overwrite, options_given, target
+from walltopo.cli.options import add_options, add_overwrite, options_given, output_target
 from walltopo.segment.settings import DetectSettings
 
 EXAMPLES = """\
@@ -48,9 +48,9 @@ def run(args: argparse.Namespace) -> int:
 
     photos = [p for given in args.photos for p in (photos_in(given) if given.is_dir() else [given])]
     detector = open_detector(settings)
-    drawings = target(args, args.draw, "detect --draw", flag="--draw", inputs=photos)
+    drawings = output_target(args, args.draw, "detect --draw", flag="--draw", inputs=photos)
     with (
-        written_file(target(args, args.output, "detect", inputs=photos)) as made,
+        written_file(output_target(args, args.output, "detect", inputs=photos)) as made,
         written_folder(drawings) if args.draw else nullcontext() as pictures,
         TerminalListener(console, verbose=args.verbose) as progress,
     ):

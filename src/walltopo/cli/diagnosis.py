@@ -12,7 +12,7 @@ from pathlib import Path
 
 from walltopo.core.files import shipped_file
 from walltopo.core.memory import total_memory
-from walltopo.core.parallel import cores
+from walltopo.core.parallel import available_cores
 from walltopo.reconstruct.openmvs import PROGRAMS
 
 
@@ -114,7 +114,7 @@ def _distributions() -> Iterator[Finding]:
 
 
 def _cores_and_memory() -> Iterator[Finding]:
-    yield Finding("cores", "ok", str(cores()))
+    yield Finding("cores", "ok", str(available_cores()))
     total = total_memory() / 2**30
     state = "ok" if total >= 6 else "problem"
     advice = "" if total >= 6 else "; a scan of 70 photos needs 6"

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from walltopo.cli.options import Number, add_overwrite, target
+from walltopo.cli.options import Number, add_overwrite, output_target
 from walltopo.core import InputError
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ def _export(args: argparse.Namespace) -> int:
     if args.route is not None:
         name = f"{name}-route-{args.route}"
     path = args.output or Path(name + (FORMATS[args.format] or f"-{args.format}"))
-    place = target(args, path, f"export {args.format}")
+    place = output_target(args, path, f"export {args.format}")
     with (
         written_folder(place) if args.format in FOLDERS else written_file(place) as made,
         TerminalListener(console) as progress,
@@ -160,7 +160,7 @@ def _merge(args: argparse.Namespace) -> int:
     if not args.same_frame:
         _check_frames(scans)
     with (
-        written_folder(target(args, args.output, "merge")) as folder,
+        written_folder(output_target(args, args.output, "merge")) as folder,
         tempfile.TemporaryDirectory(prefix=".partial-", dir=folder) as scratch,
     ):
         out = ScanFolder(folder)

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from walltopo.cli.options import add_overwrite, target
+from walltopo.cli.options import add_overwrite, output_target
 
 _EXAMPLE = """examples:
   walltopo inventory gym3
@@ -78,7 +78,7 @@ def _emit(
     if args.out is None:
         console.out(text, end="", highlight=False)
     else:
-        with written_file(target(args, args.out, "inventory", flag="--out")) as temporary:
+        with written_file(output_target(args, args.out, "inventory", flag="--out")) as temporary:
             temporary.write_text(text, encoding="utf-8")
         console.print(f"{args.out}: {summary}")
     return 0

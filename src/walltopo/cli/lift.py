@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from walltopo.cli.options import Number, add_options, add_overwrite, options_given, target
+from walltopo.cli.options import Number, add_options, add_overwrite, options_given, output_target
 from walltopo.segment.lift.settings import LiftParams
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def run(args: argparse.Namespace) -> int:
     from walltopo.segment.lift_matching import attach_masks
     from walltopo.segment.lift_nothing import explain_nothing
 
-    place = target(args, args.output, "lift", inputs=(args.mesh, args.cameras, args.masks))
+    place = output_target(args, args.output, "lift", inputs=(args.mesh, args.cameras, args.masks))
     with written_folder(place) as out:
         masks = read_masks(args.masks)
         cameras, models = find_cameras(args.cameras)

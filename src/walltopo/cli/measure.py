@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from walltopo.cli.options import Number, add_overwrite, target
+from walltopo.cli.options import Number, add_overwrite, output_target
 
 if TYPE_CHECKING:
     from walltopo.images.markers import Detection
@@ -92,7 +92,9 @@ def _print(args: argparse.Namespace) -> int:
         what = f"plate {plate.label}"
         hint = f"markers of {1000 * plate.marker:g} mm. Print at 100 % and check its ruler."
     pdf = to_pdf(pages, paper, f"walltopo measure {what}")
-    with written_file(target(args, args.out, "measure print", inputs=[args.plates])) as temporary:
+    with written_file(
+        output_target(args, args.out, "measure print", inputs=[args.plates])
+    ) as temporary:
         temporary.write_bytes(pdf)
     console.print(f"{args.out}: {what} for {args.paper.upper()}, {hint}")
     return 0

@@ -103,9 +103,9 @@ class Parser(argparse.ArgumentParser):
     """An `ArgumentParser` that escapes control characters in its errors."""
 
     def error(self, message: str) -> NoReturn:
-        from walltopo.cli.console import visible
+        from walltopo.cli.console import escape_controls
 
-        super().error(visible(message))
+        super().error(escape_controls(message))
 
 
 def add_overwrite(parser: argparse.ArgumentParser, *other_names: str) -> None:
@@ -118,7 +118,7 @@ def add_overwrite(parser: argparse.ArgumentParser, *other_names: str) -> None:
     )
 
 
-def target(
+def output_target(
     args: argparse.Namespace,
     path: Path,
     command: str,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from walltopo.cli.options import add_overwrite, target
+from walltopo.cli.options import add_overwrite, output_target
 
 _EXAMPLE = """examples:
   walltopo palette learn gym3                 # writes gym3/palette.toml
@@ -48,7 +48,7 @@ def run_learn(args: argparse.Namespace) -> int:
 
     scan, holds, *_ = load_scan(args.scan)
     out = args.out or scan.root / "palette.toml"
-    with written_file(target(args, out, "palette learn", flag="--out")) as made:
+    with written_file(output_target(args, out, "palette learn", flag="--out")) as made:
         entries, counts = palette_of_holds(holds)
         if not entries:
             raise InputError(f"{scan.holds}: no hold has a colour", "The palette would be empty.")

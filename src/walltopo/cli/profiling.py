@@ -39,7 +39,7 @@ class ProfiledListener(ScanListener):
 
 
 @contextmanager
-def profiled(file: Path | None) -> Iterator[Any]:
+def trace_threads(file: Path | None) -> Iterator[Any]:
     """Trace all threads during the block and write the trace to `file`, even after an error.
 
     The trace has the calls of at least a millisecond, and a track of this process's resident

@@ -100,7 +100,7 @@ def _register_scan(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def _scan(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo.cli.profiling import ProfiledListener, profiled
+    from walltopo.cli.profiling import ProfiledListener, trace_threads
     from walltopo.pipeline.runner import scan
     from walltopo.pipeline.settings import load_settings
 
@@ -110,7 +110,7 @@ def _scan(args: argparse.Namespace) -> int:
     settings = load_settings(config, given, programs=args.config is not None)
     with ExitStack() as stack:
         listener = ProfiledListener(console, verbose=args.verbose, quiet=args.quiet)
-        listener.tracer = stack.enter_context(profiled(args.profile))
+        listener.tracer = stack.enter_context(trace_threads(args.profile))
         stack.enter_context(listener)
         result = scan(
             args.photos,

@@ -72,7 +72,7 @@ class ScanListener(TerminalListener):
         forecast = self._forecast
         if self._quiet or forecast is None or not forecast.is_known or not forecast.stages:
             return
-        left = roughly(forecast.seconds_left("", 0.0))
+        left = rough_duration(forecast.seconds_left("", 0.0))
         photos = f"{forecast.photos} photo{'' if forecast.photos == 1 else 's'}"
         self._console.print(f"  {photos}: {left} (estimate)", style="dim")
 
@@ -86,7 +86,7 @@ class ScanListener(TerminalListener):
         if forecast is None or not forecast.is_known:
             return 0.0, what, ""
         elapsed = self._clock() - self._began
-        left = roughly(forecast.seconds_left(self._stage, elapsed))
+        left = rough_duration(forecast.seconds_left(self._stage, elapsed))
         return forecast.share_done(self._stage, elapsed), what, f"{left} left"
 
 
@@ -115,7 +115,7 @@ class _Bar(Progress):
         return super().get_renderables()
 
 
-def roughly(seconds: float) -> str:
+def rough_duration(seconds: float) -> str:
     """Return a rounded duration in words, such as "under a minute" or "about 1 h 20 min"."""
     if seconds < 50:
         return "under a minute"

@@ -38,7 +38,7 @@ class Stop:
 
 
 @contextmanager
-def stoppable() -> Iterator[Stop]:
+def handle_signals() -> Iterator[Stop]:
     """Handle signals during the block; do nothing outside the main thread."""
     stop = Stop()
     if threading.current_thread() is not threading.main_thread():

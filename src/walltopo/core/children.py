@@ -112,7 +112,7 @@ def python_module(name: str, *arguments: str) -> list[str]:
     return [sys.executable, "-m", name, *arguments]
 
 
-def ending(code: int) -> str:
+def describe_exit(code: int) -> str:
     """Return an exit code in words: `exit code 3`, `SIGKILL`."""
     if code >= 0:
         return f"exit code {code}"

@@ -68,7 +68,7 @@ def problem_key(error: Exception) -> str:
 
 
 @contextmanager
-def naming(where: object) -> Iterator[None]:
+def prefix_errors(where: object) -> Iterator[None]:
     """Prefix the message of an `InputError` in the block with `where`: a file or an entry."""
     try:
         yield

@@ -17,7 +17,7 @@ from typing import Any
 
 import msgspec
 
-from walltopo.core.errors import EnvironmentLacksError, InputError, naming
+from walltopo.core.errors import EnvironmentLacksError, InputError, prefix_errors
 from walltopo.core.text_files import as_utf8, read_utf8
 
 # Files that desktop environments create in folders.
@@ -239,7 +239,7 @@ def read_toml(path: Path, hint: str = "") -> dict[str, Any]:
     if len(content) > _MAX_BYTES:
         raise InputError(f"{path}: larger than {_MAX_BYTES >> 20} MB, not a TOML of walltopo")
     try:
-        with naming(path):
+        with prefix_errors(path):
             content = as_utf8(content)
         table = tomllib.loads(content.decode())
     except RecursionError as error:
@@ -290,7 +290,7 @@ class HashCache:
     def hash(self, path: Path) -> str:
         """Return the content hash of a file, or of a folder's files with their names; "" if
         absent."""
-        key, now = as_text(path.absolute()), stamp(path)
+        key, now = as_text(path.absolute()), file_digest(path)
         known = self._known.get(key)
         if known is None or known[0] != now or not (self._trust or key in self._used):
             known = self._known[key] = (now, hash_path(path))
@@ -309,7 +309,7 @@ def _read(path: Path) -> _Entries:
         return {}
 
 
-def stamp(path: Path) -> str:
+def file_digest(path: Path) -> str:
     """Return a digest of sizes, times and both ends of files, which changes if the content
     changes."""
     digest = hashlib.blake2b(digest_size=16)

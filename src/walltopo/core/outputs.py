@@ -106,7 +106,7 @@ def written_folder(target: Target) -> Iterator[Path]:
     EnvironmentLacksError : the folder cannot be written.
     """
     known = _check_folder(target)
-    changed = sorted(_named(target.place, known) - _unchanged(target.place, known))
+    changed = sorted(_listed_files(target.place, known) - _unchanged_files(target.place, known))
     if changed and not target.overwrite:
         raise _refusal(target, target.place / changed[0], "was changed since walltopo wrote it")
     is_new = not target.place.exists()
@@ -229,37 +229,37 @@ def _files(folder: Path) -> set[str]:
     return found - {MARKER}
 
 
-def _key(name: str) -> str:
+def _marker_name(name: str) -> str:
     """Return a file's name as stored in the marker; JSON cannot hold names that are not UTF-8."""
     return os.fsencode(name).decode("utf-8", "backslashreplace")
 
 
-def _named(folder: Path, known: Mapping[str, str]) -> set[str]:
+def _listed_files(folder: Path, known: Mapping[str, str]) -> set[str]:
     """Return the files of a folder that its marker lists.
 
     The marker is untrusted: its names are compared with existing files and never used as paths.
     """
-    return {name for name in _files(folder) if _key(name) in known} if known else set()
+    return {name for name in _files(folder) if _marker_name(name) in known} if known else set()
 
 
-def _unchanged(folder: Path, known: Mapping[str, str]) -> set[str]:
+def _unchanged_files(folder: Path, known: Mapping[str, str]) -> set[str]:
     """Return the listed files whose content is still what was written."""
-    named = [name for name in _named(folder, known) if not (folder / name).is_symlink()]
-    return {name for name in named if hash_path(folder / name) == known[_key(name)]}
+    named = [name for name in _listed_files(folder, known) if not (folder / name).is_symlink()]
+    return {name for name in named if hash_path(folder / name) == known[_marker_name(name)]}
 
 
 def _publish(made: Path, target: Target, known: Mapping[str, str]) -> None:
     """Move the results into the target, and remove own files that are no longer produced."""
     place = target.place
-    own = _unchanged(place, known)
+    own = _unchanged_files(place, known)
     names = sorted(_files(made))
     for name in names:
         _check_parents(place / name, target)
         _check_file(place / name, target, own=name in own)
     stale = {name for name in own - set(names) if not _is_input(place / name, target)}
-    hashes = {_key(name): hash_path(made / name) for name in names}
+    hashes = {_marker_name(name): hash_path(made / name) for name in names}
     # Write the marker first: after a crash, files without a matching hash count as foreign.
-    _write_marker(target, {_key(n): known[_key(n)] for n in own - stale} | hashes)
+    _write_marker(target, {_marker_name(n): known[_marker_name(n)] for n in own - stale} | hashes)
     for name in names:
         (place / name).parent.mkdir(parents=True, exist_ok=True)
         (made / name).replace(place / name)

@@ -12,17 +12,17 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
-def ahead(work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+def map_ahead(work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
     """Yield `work(item)` of each item in order, computed in as many threads as there are cores.
 
     At most that many results are buffered, so memory is bounded. An exception of `work` is raised
     when its item's turn comes.
     """
-    with ThreadPoolExecutor(cores()) as pool:
+    with ThreadPoolExecutor(available_cores()) as pool:
         futures: deque[Future[Result]] = deque()
         try:
             for item in items:
-                if len(futures) >= cores():
+                if len(futures) >= available_cores():
                     yield futures.popleft().result()
                 futures.append(pool.submit(work, item))
             while futures:
@@ -32,7 +32,7 @@ def ahead(work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Res
                 future.cancel()
 
 
-def cores() -> int:
+def available_cores() -> int:
     """Return the number of processors that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))

@@ -9,7 +9,7 @@ from __future__ import annotations
 import codecs
 from pathlib import Path
 
-from walltopo.core.errors import InputError, naming
+from walltopo.core.errors import InputError, prefix_errors
 
 # The longer marks come first: that of UTF-32 begins with that of UTF-16.
 _MARKS = (
@@ -67,7 +67,7 @@ def read_utf8(path: Path) -> bytes:
         raise InputError(f"{path}: no such file") from error
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
-    with naming(path):
+    with prefix_errors(path):
         return as_utf8(content)
 
 

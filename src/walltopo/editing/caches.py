@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar, cast
 from weakref import WeakKeyDictionary
 
-from walltopo.core.files import stamp
+from walltopo.core.files import file_digest
 from walltopo.editing.snapshot import ScanSnapshot
 from walltopo.scans.artifacts import Artifact, HasRoot
 
@@ -21,7 +21,7 @@ class ArtifactCache:
 
     def load(self, folder: HasRoot, source: Artifact[T]) -> T:
         """Return the value of an artifact; raises what `Artifact.load` raises."""
-        now = stamp(source.in_folder(folder))
+        now = file_digest(source.in_folder(folder))
         kept = self._kept.get(source.name)
         if kept is None or kept[0] != now:
             self._kept[source.name] = kept = (now, source.load(folder))

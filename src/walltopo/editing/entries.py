@@ -183,7 +183,7 @@ def merge(state: EditState, edit: Merge) -> None:
 
 def split(state: EditState, edit: Split) -> None:
     """Move holds, with their roles, from their route to a new one."""
-    holds = list(dict.fromkeys(_climbed(state, ref) for ref in edit.holds))
+    holds = list(dict.fromkeys(_single_route_hold(state, ref) for ref in edit.holds))
     left = {state.route_of[hold] for hold in holds if hold in state.route_of}
     state.decided.update(hold for hold, route in state.route_of.items() if route in left)
     new = state.new_route(edit.new)
@@ -198,7 +198,7 @@ def split(state: EditState, edit: Split) -> None:
 
 def assign(state: EditState, edit: Assign) -> None:
     """Assign a hold to a route, or to none."""
-    hold = _climbed(state, edit.hold)
+    hold = _single_route_hold(state, edit.hold)
     left = {state.route_of.get(hold, 0)}
     if edit.route.id == 0:
         left = {*state.routes_of(hold)}
@@ -214,7 +214,7 @@ def assign(state: EditState, edit: Assign) -> None:
 
 def set_problem(state: EditState, edit: SetProblem) -> None:
     """Make a new route of holds that stay in their own routes."""
-    hands = list(dict.fromkeys(_climbed(state, ref) for ref in edit.hands))
+    hands = list(dict.fromkeys(_single_route_hold(state, ref) for ref in edit.hands))
     by_role: tuple[tuple[RoleName, tuple[Ref, ...]], ...] = (
         ("foot", edit.feet),
         ("start", edit.start),
@@ -222,7 +222,7 @@ def set_problem(state: EditState, edit: SetProblem) -> None:
     )
     roles: dict[int, RoleName] = dict.fromkeys(hands, "hand")
     for role, refs in by_role:
-        roles |= dict.fromkeys((_climbed(state, ref) for ref in refs), role)
+        roles |= dict.fromkeys((_single_route_hold(state, ref) for ref in refs), role)
     number = state.new_route(edit.new)
     for hold, role in roles.items():
         state.share(hold, number)
@@ -232,7 +232,7 @@ def set_problem(state: EditState, edit: SetProblem) -> None:
 
 def share(state: EditState, edit: Share) -> None:
     """Add a hold to a route beside its own."""
-    state.share(_climbed(state, edit.hold), state.route(edit.route))
+    state.share(_single_route_hold(state, edit.hold), state.route(edit.route))
 
 
 def leave(state: EditState, edit: Leave) -> None:
@@ -264,7 +264,7 @@ def set_role(state: EditState, edit: SetRole) -> None:
     state.roles[route, hold.id] = edit.role
 
 
-def _climbed(state: EditState, ref: Ref) -> int:
+def _single_route_hold(state: EditState, ref: Ref) -> int:
     """Return the id of a hold that may belong to a single route."""
     hold = state.hold(ref)
     if hold.role == "volume":

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from walltopo.describe.routes.find import STRONGEST, colour_of
-from walltopo.describe.routes.grouping import FLATTEN, balanced_paint, cues_of, likeness
+from walltopo.describe.routes.grouping import FLATTEN, balanced_paint, cues_of, link_weights
 from walltopo.editing.state import EditState
 from walltopo.images.colour import linear_from_srgb8
 from walltopo.scans.holds import UNKNOWN
@@ -40,7 +40,7 @@ def fit_into_route(state: EditState, number: int) -> None:
     pairs = np.column_stack([np.zeros(len(rows), dtype=np.int64), rows])
     flat = points * np.array([1.0, 1.0, FLATTEN])
     lengths = np.linalg.norm(flat[pairs[:, 0]] - flat[pairs[:, 1]], axis=1)
-    links = likeness(cues_of(points, paint, pairs, lengths))
+    links = link_weights(cues_of(points, paint, pairs, lengths))
     group = np.array([routes[row - 1] for row in rows])
     fits = {
         route: float(np.sort(links[group == route])[-STRONGEST:].sum()) for route in sorted(wanted)

@@ -145,7 +145,7 @@ class EditState:
 
     def new_hold(self, wanted: int) -> int:
         """Return an id for a new hold: the wanted one if it is free."""
-        number = _free(
+        number = _free_id(
             wanted,
             {*self.holds, *self.non_holds, *self.snapshot.numbers},
             self.first_hold,
@@ -156,7 +156,7 @@ class EditState:
 
     def new_route(self, wanted: int) -> int:
         """Return an id for a new route: the wanted one if it is free."""
-        number = _free(wanted, self.routes, self.first_route, self.last_route)
+        number = _free_id(wanted, self.routes, self.first_route, self.last_route)
         self.last_route, self.route_names[wanted] = max(number, self.last_route), number
         return number
 
@@ -244,7 +244,7 @@ class EditState:
                 self.non_holds[number] = replace(self.non_holds[number], position=(x, y, z))
 
 
-def _free(wanted: int, taken: set[int], first: int, last: int) -> int:
+def _free_id(wanted: int, taken: set[int], first: int, last: int) -> int:
     """Return the wanted id if it is free and leaves no large gap in the tables, else the next.
 
     Parameters

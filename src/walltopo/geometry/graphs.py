@@ -137,7 +137,7 @@ def symmetric_matrix(
     return graph + graph.T
 
 
-def linked(count: int, first: NDArray[np.integer], second: NDArray[np.integer]) -> Ints:
+def linked_components(count: int, first: NDArray[np.integer], second: NDArray[np.integer]) -> Ints:
     """Return (count,) the component of each vertex, numbered in the order of first vertices.
 
     Parameters
@@ -226,12 +226,12 @@ def _repeated(corners: Any, vertices: Any) -> Any:
 @kernel
 def _linked(parent: Any, first: Any, second: Any) -> Any:
     for e in range(len(first)):
-        link(parent, first[e], second[e])
-    return numbered(parent)
+        join_components(parent, first[e], second[e])
+    return number_components(parent)
 
 
 @kernel
-def numbered(parent: Any) -> Any:
+def number_components(parent: Any) -> Any:
     """Return the component of each item, numbered in the order of first items."""
     number = np.zeros(len(parent), dtype=np.int32)
     found = 0
@@ -255,7 +255,7 @@ def root_of(parent: Any, k: Any) -> Any:
 
 
 @kernel
-def link(parent: Any, one: Any, other: Any) -> None:
+def join_components(parent: Any, one: Any, other: Any) -> None:
     """Join the components of two items."""
     a, b = root_of(parent, one), root_of(parent, other)
     parent[max(a, b)] = min(a, b)

@@ -20,7 +20,7 @@ from typing import Any
 from llvmlite.binding import get_host_cpu_features
 from numba import config, njit
 
-from walltopo.core.parallel import cores
+from walltopo.core.parallel import available_cores
 
 # Intel's processors since about 2013 and AMD's since about 2015, and the flags that identify them.
 PROCESSOR = "x86-64-v3"
@@ -47,12 +47,12 @@ def in_ranges(work: Callable[..., None], count: int, *arguments: Any, min_size: 
     arguments : further arguments of `work`.
     min_size : minimum size of a range.
     """
-    parts = min(cores() * _PARTS, count // max(min_size, 1))
-    if cores() == 1 or parts <= 1:
+    parts = min(available_cores() * _PARTS, count // max(min_size, 1))
+    if available_cores() == 1 or parts <= 1:
         work(0, count, *arguments)
         return
     borders = [count * part // parts for part in range(parts + 1)]
-    with ThreadPoolExecutor(min(cores(), parts)) as pool:
+    with ThreadPoolExecutor(min(available_cores(), parts)) as pool:
         calls = [pool.submit(work, begin, end, *arguments) for begin, end in pairwise(borders)]
         for call in calls:
             call.result()

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh
-from walltopo.core.errors import naming
+from walltopo.core.errors import prefix_errors
 from walltopo.core.files import atomic_path, join_inside
 from walltopo.core.text_files import as_utf8, read_utf8
 from walltopo.geometry.gltf_checks import check_gltf
@@ -110,7 +110,7 @@ def read_mesh_file(path: Path) -> MeshFile:
     content = _content(path)
     if path.suffix.lower() == ".ply":
         _check_counts(path, content)
-    with naming(path):
+    with prefix_errors(path):
         found = reader(content)
         triangles, polygon = found.triangles()
         if len(triangles) == 0:
@@ -137,7 +137,7 @@ def _read_by_trimesh(path: Path) -> Mesh:
     colours = None
     if loaded.visual.kind == "vertex":
         colours = np.ascontiguousarray(np.asarray(loaded.visual.vertex_colors)[:, :3], np.uint8)
-    with naming(path):
+    with prefix_errors(path):
         return Mesh(np.asarray(loaded.vertices), int32_faces(loaded.faces), colours)
 
 

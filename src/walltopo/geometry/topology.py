@@ -10,7 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.geometry.graphs import grouped_edges, link, linked, numbered
+from walltopo.geometry.graphs import (
+    grouped_edges,
+    join_components,
+    linked_components,
+    number_components,
+)
 from walltopo.geometry.kernels import in_ranges, kernel
 
 Floats = NDArray[np.float64]
@@ -75,7 +80,7 @@ def _side_lengths(begin: Any, end: Any, vertices: Any, faces: Any, lengths: Any)
 def vertex_components(faces: NDArray[np.integer], count: int) -> NDArray[np.int32]:
     """Return (count,) the component of each vertex; faces that share a vertex are connected."""
     first, second = faces[:, [0, 1]].ravel(), faces[:, [1, 2]].ravel()
-    return linked(count, first, second)
+    return linked_components(count, first, second)
 
 
 def fans(faces: Faces, edges: Edges | None = None) -> NDArray[np.int32]:
@@ -125,9 +130,9 @@ def _glued(faces: Any, first: Any, second: Any, parent: Any) -> Any:
         stop, mate_stop = start - start % 3 + (start + 1) % 3, mate - mate % 3 + (mate + 1) % 3
         if vertex[start] != vertex[mate]:
             mate, mate_stop = mate_stop, mate
-        link(parent, start, mate)
-        link(parent, stop, mate_stop)
-    return numbered(parent)
+        join_components(parent, start, mate)
+        join_components(parent, stop, mate_stop)
+    return number_components(parent)
 
 
 def opposite_half_edges(faces: NDArray[np.integer]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -161,7 +166,7 @@ def split_fans(mesh: Mesh, fan: Faces | None = None) -> Mesh:
     return Mesh(mesh.vertices[corner], fan)
 
 
-def compact(vertices: Floats, faces: NDArray[np.integer]) -> tuple[Floats, Faces]:
+def compact_vertices(vertices: Floats, faces: NDArray[np.integer]) -> tuple[Floats, Faces]:
     """Return the vertices that faces use, and the faces with new indices."""
     used = np.zeros(len(vertices), dtype=np.bool_)
     used[faces] = True
@@ -171,7 +176,7 @@ def compact(vertices: Floats, faces: NDArray[np.integer]) -> tuple[Floats, Faces
 
 def part_of_mesh(mesh: Mesh, chosen: NDArray[np.bool_]) -> Mesh:
     """Return the mesh of the (F,) chosen faces, in their order, without unused vertices."""
-    vertices, faces = compact(mesh.vertices, mesh.faces[chosen])
+    vertices, faces = compact_vertices(mesh.vertices, mesh.faces[chosen])
     colours = mesh.vertex_colours
     if colours is not None:
         used = np.zeros(len(colours), dtype=np.bool_)
@@ -180,7 +185,7 @@ def part_of_mesh(mesh: Mesh, chosen: NDArray[np.bool_]) -> Mesh:
     return Mesh(vertices, faces, colours, ~mesh.measured[chosen])
 
 
-def touching(mesh: Mesh, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> NDArray[np.bool_]:
+def faces_touching(mesh: Mesh, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> NDArray[np.bool_]:
     """Return (F,) whether each face shares a vertex with the chosen ones; these do.
 
     Parameters
@@ -280,8 +285,8 @@ def _patches(neighbours: Any, label: Any, parent: Any) -> Any:
         for k in range(3):
             other = neighbours[f, k]
             if other >= 0 and label[other] == label[f]:
-                link(parent, f, other)
-    number = numbered(parent)
+                join_components(parent, f, other)
+    number = number_components(parent)
     first = np.zeros(number.max() + 1 if len(number) else 0, dtype=np.int32)
     for f in range(len(number) - 1, -1, -1):
         first[number[f]] = f

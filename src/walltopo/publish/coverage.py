@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, View
-from walltopo.core.parallel import ahead, cores
+from walltopo.core.parallel import available_cores, map_ahead
 from walltopo.publish.meshopt import available
 from walltopo.publish.surface import simplify, split_at_borders
 
@@ -41,7 +41,7 @@ def count_views(mesh: Mesh, views: Sequence[View]) -> NDArray[np.int32]:
         return rows[index[local[index, 2] <= depth[row, column] * (1 + SLACK)]]
 
     counts = np.zeros(len(mesh.faces), dtype=np.int32)
-    for rows in ahead(visible, views):
+    for rows in map_ahead(visible, views):
         counts[rows] += 1
     return counts
 
@@ -66,7 +66,7 @@ def nearest_counts(mesh: Mesh, counts: NDArray[np.int32], other: Mesh) -> NDArra
     """Return for the (F,) faces of another mesh the counts of the nearest faces of this one."""
     from scipy.spatial import cKDTree
 
-    _, nearest = cKDTree(mesh.centroids).query(other.centroids, workers=cores())
+    _, nearest = cKDTree(mesh.centroids).query(other.centroids, workers=available_cores())
     return counts[nearest]
 
 

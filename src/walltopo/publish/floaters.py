@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh
 from walltopo.core.instances import triangles_of
-from walltopo.core.parallel import cores
+from walltopo.core.parallel import available_cores
 from walltopo.geometry.topology import face_neighbours, patches, vertex_components
 from walltopo.publish.coverage import MAX_COUNTED, MIN_PHOTOS
 from walltopo.publish.wall_data import WallModel, keep_faces
@@ -116,7 +116,7 @@ class Floaters:
         centres, normals = self._mesh.centroids, self._mesh.normals
         tree = cKDTree(centres[wall])
         for part in np.array_split(rows, 1 + len(rows) // MAX_COUNTED):
-            _, near = tree.query(centres[part], k=NEAREST, workers=cores())
+            _, near = tree.query(centres[part], k=NEAREST, workers=available_cores())
             plane = normals[wall][near].mean(axis=1)
             plane /= np.maximum(np.linalg.norm(plane, axis=1, keepdims=True), 1e-9)
             away = centres[part] - centres[wall][near].mean(axis=1)

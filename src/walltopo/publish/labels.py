@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.geometry.topology import touching
+from walltopo.geometry.topology import faces_touching
 from walltopo.scans.page_labels import LabelledPlaces, SurfaceLabels
 
 Ints = NDArray[np.int64]
@@ -66,6 +66,6 @@ def _labels_of_patches(patches: Labels, labels: Labels) -> Labels:
 
 def _around(mesh: Mesh, rows: Ints) -> Ints:
     """Return the triangles that share a vertex with the given ones, without these."""
-    beside = touching(mesh, rows)
+    beside = faces_touching(mesh, rows)
     beside[rows] = False
     return np.flatnonzero(beside)

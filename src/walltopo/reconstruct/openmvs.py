@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from walltopo.core import EnvironmentLacksError, Progress, StageError
-from walltopo.core.children import child_process, ending
+from walltopo.core.children import child_process, describe_exit
 
 PROGRAMS = (
     "InterfaceCOLMAP",
@@ -105,7 +105,7 @@ def run_program(program: Path, arguments: Sequence[str], work: Path, progress: P
         code = child.wait()
     if code != 0:
         raise StageError(
-            f"OpenMVS {name} ended with {ending(code)}:\n" + "\n".join(tail),
+            f"OpenMVS {name} ended with {describe_exit(code)}:\n" + "\n".join(tail),
             f"The whole output is in {log}.",
         )
 

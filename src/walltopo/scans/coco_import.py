@@ -14,7 +14,7 @@ from typing import Any
 import msgspec
 
 from walltopo.core import InputError
-from walltopo.core.errors import naming
+from walltopo.core.errors import prefix_errors
 from walltopo.core.text_files import read_utf8
 from walltopo.scans.detections import CocoFile, Detections
 from walltopo.scans.document import parse
@@ -39,8 +39,8 @@ def read_coco(path: Path) -> Detections:
     data = _read(path)
     if not isinstance(data, dict) or not isinstance(data.get("images"), list):
         raise InputError(f"{path}: not a COCO file: it has no list of images", _REMEDY)
-    with naming(path):
-        plain = _plain(data)
+    with prefix_errors(path):
+        plain = _plain_lists(data)
     return Detections.from_coco(parse(plain, CocoFile, str(path)), path)
 
 
@@ -64,7 +64,7 @@ def _read(path: Path) -> Any:
         raise InputError(f"{path}: not valid JSON ({error})") from error
 
 
-def _plain(data: Row) -> Row:
+def _plain_lists(data: Row) -> Row:
     """Return the lists of a COCO file with the types of `CocoFile`."""
     images, annotations, categories = (
         [dict(row) if isinstance(row, dict) else row for row in _list(data, name)]
@@ -83,14 +83,14 @@ def _plain(data: Row) -> Row:
 
     for row in filter(_is_row, images):
         _change(row, number, "id")
-        _change(row, _whole, "width", "height")
+        _change(row, _whole_number, "width", "height")
         extra = row.get("extra")
         if isinstance(extra, dict) and ".rf." in str(row.get("file_name")):
             row["file_name"] = extra.get("name", row["file_name"])
     for row in filter(_is_row, categories):
         _change(row, number, "id")
     for row in filter(_is_row, annotations):
-        _change(row, _whole, "id")
+        _change(row, _whole_number, "id")
         _change(row, number, "image_id", "category_id")
         _change(row, _outlines, "segmentation")
         if row.get("score", 0) is None:
@@ -124,7 +124,7 @@ def _change(row: Row, function: Any, *names: str) -> None:
             row[name] = function(row[name])
 
 
-def _whole(value: Any) -> Any:
+def _whole_number(value: Any) -> Any:
     """Return 1280.0 as 1280, and other values unchanged."""
     return int(value) if isinstance(value, float) and value.is_integer() else value
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from walltopo.core import InputError, View
-from walltopo.core.errors import naming
+from walltopo.core.errors import prefix_errors
 from walltopo.core.files import check_name, move_into_place
 from walltopo.core.text_files import read_utf8
 from walltopo.scans.colmap_lens import camera_of
@@ -74,7 +74,7 @@ def open_model(path: Path) -> pycolmap.Reconstruction:
     try:
         with _readable(path) as folder:
             model = pycolmap.Reconstruction(folder)
-        with naming(path):
+        with prefix_errors(path):
             _check_images(model)
     except (IndexError, MemoryError, RuntimeError, ValueError) as error:
         raise InputError(f"{path}: unreadable COLMAP model: {error}") from error

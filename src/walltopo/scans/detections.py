@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import msgspec
 
 from walltopo.core import InputError, Mask
-from walltopo.core.errors import naming
+from walltopo.core.errors import prefix_errors
 from walltopo.core.files import write_json
 from walltopo.core.view import check_picture_size
 from walltopo.scans.document import Label, Side, check_once, read_document
@@ -57,7 +57,7 @@ class Detections:
         for row in data.annotations:
             where = f"{path}: annotation {row.id}"
             image = images[row.image_id]
-            with naming(where):
+            with prefix_errors(where):
                 mask = decode_segmentation(
                     row.segmentation, image.width, image.height, row.category_id, row.score
                 )

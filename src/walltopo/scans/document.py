@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core.errors import InputError, naming
+from walltopo.core.errors import InputError, prefix_errors
 from walltopo.core.files import read_json, write_json
 from walltopo.core.view import MAX_SIDE
 
@@ -56,7 +56,7 @@ def parse(value: Any, kind: type[T], where: str) -> T:
     InputError : the values have another shape; the message begins with `where`.
     """
     try:
-        with naming(where):  # a class may check more than the types of its fields
+        with prefix_errors(where):  # a class may check more than the types of its fields
             return msgspec.convert(value, kind, strict=True)
     except (msgspec.ValidationError, RecursionError) as error:
         raise InputError(f"{where}: {error}") from error

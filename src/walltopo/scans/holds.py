@@ -154,14 +154,14 @@ def steepness_words(degrees: float) -> str:
     return f"{whole}° {'overhang' if degrees > 0 else 'slab'}"
 
 
-def _counted(number: int, word: str) -> str:
+def _count_with_word(number: int, word: str) -> str:
     return f"{number} {word}{'' if number == 1 else 's'}"
 
 
 def count_words(routes: int, holds: Collection[Hold]) -> str:
     """Return `4 routes, 31 holds, 2 volumes`; the last part is omitted without volumes."""
     volumes = sum(hold.kind == "volume" for hold in holds)
-    parts = [_counted(routes, "route"), _counted(len(holds) - volumes, "hold")]
+    parts = [_count_with_word(routes, "route"), _count_with_word(len(holds) - volumes, "hold")]
     if volumes:
-        parts.append(_counted(volumes, "volume"))
+        parts.append(_count_with_word(volumes, "volume"))
     return ", ".join(parts)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mask
-from walltopo.core.errors import naming
+from walltopo.core.errors import prefix_errors
 from walltopo.core.files import check_name
 from walltopo.scans.document import Count, Document, FileName
 from walltopo.scans.segmentation import Rle, decode_segmentation, encode_mask
@@ -55,5 +55,5 @@ class PeopleList(Document, frozen=True, kw_only=True):
         if entry is None:
             return None
         height, width = entry.segmentation.size
-        with naming(f"people.json: {photo}"):
+        with prefix_errors(f"people.json: {photo}"):
             return decode_segmentation(entry.segmentation, width, height, 1, 1.0).full()

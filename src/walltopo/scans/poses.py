@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, InputError, View
-from walltopo.core.errors import naming
+from walltopo.core.errors import prefix_errors
 from walltopo.geometry.similarity import Similarity, nearest_rotation
 from walltopo.scans.document import Coordinate, Document, Side, check_once
 
@@ -111,7 +111,7 @@ class GivenPoses(Document, frozen=True, kw_only=True):
     def load(cls, path: Path) -> Self:
         """Return the checked content; raise InputError also for invalid cameras and poses."""
         poses = super().load(path)
-        with naming(path):
+        with prefix_errors(path):
             check_once("a photo named", (photo.source for photo in poses.photos))
             for photo in poses.photos:
                 _ = photo.view
@@ -176,5 +176,5 @@ def posed_view(name: str, camera: Camera, world_from_cam: Floats, *, opengl: boo
     if np.abs(rotation - nearest).max() > 0.01:
         raise InputError("the pose is not a rigid transform: its axes are not at right angles")
     rotation = nearest @ _FLIP if opengl else nearest
-    with naming(name):
+    with prefix_errors(name):
         return View(name, camera, np.column_stack([rotation.T, -rotation.T @ pose[:3, 3]]))

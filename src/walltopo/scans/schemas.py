@@ -61,21 +61,21 @@ def schema_text(file: str) -> str:
     """Return the schema of a file of the scan folder (JSON Schema 2020-12)."""
     schema: dict[str, Any] = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **dedented(msgspec.json.schema(SCHEMAS[file])),
+        **dedent_schema(msgspec.json.schema(SCHEMAS[file])),
     }
     return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"
 
 
-def dedented(schema: Any) -> Any:
+def dedent_schema(schema: Any) -> Any:
     """Return a schema whose docstrings do not depend on the Python version."""
     if isinstance(schema, list):
-        return [dedented(item) for item in schema]
+        return [dedent_schema(item) for item in schema]
     if not isinstance(schema, dict):
         return schema
     return {
         key: inspect.cleandoc(item)
         if key == "description" and isinstance(item, str)
-        else dedented(item)
+        else dedent_schema(item)
         for key, item in schema.items()
     }
 

@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 
 from walltopo.core import Camera, InputError, View
-from walltopo.core.errors import naming
+from walltopo.core.errors import prefix_errors
 from walltopo.core.files import check_name, read_json
 from walltopo.core.view import MAX_SIDE
 from walltopo.scans.document import Coordinate, check_once, parse
@@ -94,11 +94,11 @@ def read_transforms(path: Path, sizes: Mapping[str, tuple[int, int]] | None = No
         merged = {**data, **frame} if isinstance(frame, dict) else frame
         where = f"{path}: frame {number}"
         entry = parse(merged, _Frame, where)
-        with naming(where):
+        with prefix_errors(where):
             _check_lens(merged)
             views.append(_view(entry, by_stem))
     views = _without_shared_folders(views)
-    with naming(path):
+    with prefix_errors(path):
         check_once("a photo named", (view.name for view in views))
     return sorted(views, key=lambda view: view.name)
 

@@ -32,7 +32,9 @@ def find_cameras(path: Path) -> tuple[Path, int]:
     if (path / "transforms.json").is_file():
         return path / "transforms.json", 1
     folders = [
-        folder for parent in (path, path / "sparse") for folder in (parent, *_numbered(parent))
+        folder
+        for parent in (path, path / "sparse")
+        for folder in (parent, *_numbered_files(parent))
     ]
     models = {folder: file.stat().st_size for folder in folders if (file := _images_of(folder))}
     if not models:
@@ -40,7 +42,7 @@ def find_cameras(path: Path) -> tuple[Path, int]:
     return max(models, key=lambda folder: models[folder]), len(models)
 
 
-def _numbered(parent: Path) -> list[Path]:
+def _numbered_files(parent: Path) -> list[Path]:
     return sorted(parent.glob("[0-9]*")) if parent.is_dir() else []
 
 

@@ -34,7 +34,9 @@ class MatchedViews:
         lost = self.without_camera
         if not lost:
             return ""
-        return f"{len(lost)} of {self.photos} photos of the masks have no camera: {_listed(lost)}"
+        return (
+            f"{len(lost)} of {self.photos} photos of the masks have no camera: {_list_names(lost)}"
+        )
 
 
 def attach_masks(
@@ -66,8 +68,8 @@ def attach_masks(
     matched = MatchedViews(result, lost, len(masks))
     if masks and len(lost) == len(masks):
         raise InputError(
-            f"masks and cameras have no photo in common: masks of {_listed(list(masks))}, "
-            f"cameras of {_listed([view.name for view in views])}",
+            f"masks and cameras have no photo in common: masks of {_list_names(list(masks))}, "
+            f"cameras of {_list_names([view.name for view in views])}",
             "Masks and cameras are matched by file name.",
         )
     if 2 * len(lost) > len(masks) and not allow_missing:
@@ -92,21 +94,21 @@ def _cameras_of(cameras: Sequence[str], photos: Sequence[str]) -> dict[str, str]
         best = max(score for score, _ in scored)
         found = [camera for score, camera in scored if score == best]
         if len(found) > 1:
-            raise _ambiguous(f"the masks of {photo!r}", "cameras", found)
+            raise _ambiguous_error(f"the masks of {photo!r}", "cameras", found)
         claims[found[0]].append((best, photo))
     result: dict[str, str] = {}
     for camera, claimed in claims.items():
         best = max(score for score, _ in claimed)
         names = [photo for score, photo in claimed if score == best]
         if len(names) > 1:
-            raise _ambiguous(f"the camera of {camera!r}", "photos of the masks", names)
+            raise _ambiguous_error(f"the camera of {camera!r}", "photos of the masks", names)
         result[names[0]] = camera
     return result
 
 
-def _ambiguous(what: str, kind: str, names: Sequence[str]) -> InputError:
+def _ambiguous_error(what: str, kind: str, names: Sequence[str]) -> InputError:
     return InputError(
-        f"{what} may belong to {len(names)} {kind}: {_listed(names)}",
+        f"{what} may belong to {len(names)} {kind}: {_list_names(names)}",
         "Give masks and cameras the same folders, for example cam0/0001.jpg in both.",
     )
 
@@ -136,7 +138,7 @@ def _score(photo: str, camera: str) -> tuple[int, int]:
     return equal, exact
 
 
-def _listed(names: Iterable[str]) -> str:
+def _list_names(names: Iterable[str]) -> str:
     every = list(names)
     more = f" and {len(every) - _SHOWN} more" if len(every) > _SHOWN else ""
     return ", ".join(every[:_SHOWN]) + more

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace as changed
 
-from walltopo.describe.matching.routes import RouteMatch, RouteStatus, compare
+from walltopo.describe.matching.routes import RouteMatch, RouteStatus, compare_routes
 from walltopo.scans.holds import Hold
 
 
@@ -53,7 +53,7 @@ def test_what_stays_is_kept_whatever_its_number_and_the_drift(
         if h.id in ids
     ]
     new_routes = {renumbered[n]: [ids[own] for own in old_routes[n]] for n in staying}
-    lines = compare(old_routes, old, new_routes, new)
+    lines = compare_routes(old_routes, old, new_routes, new)
     assert {line.number: line.route for line in lines if line.number is not None} == {
         renumbered[n]: n for n in staying
     }
@@ -69,14 +69,14 @@ def test_another_wall_keeps_nothing(routes: int, seed: int) -> None:
     """New routes at new places; the old ones are all stripped."""
     old_routes, old = wall(routes, seed)
     new = [changed(h, position=(h.position[0] + 0.4, 0.0, h.position[2] + 0.2)) for h in old]
-    lines = compare(old_routes, old, old_routes, new)
+    lines = compare_routes(old_routes, old, old_routes, new)
     assert {line.status for line in lines} == {RouteStatus.NEW, RouteStatus.STRIPPED}
 
 
 def test_another_colour_at_the_same_places_is_another_route() -> None:
     routes, old = wall(1, 0)
     new = [changed(h, colour="black", colour_rgb=(30, 30, 30)) for h in old]
-    assert [line.status for line in compare(routes, old, routes, new)] == [
+    assert [line.status for line in compare_routes(routes, old, routes, new)] == [
         RouteStatus.NEW,
         RouteStatus.STRIPPED,
     ]
@@ -85,7 +85,7 @@ def test_another_colour_at_the_same_places_is_another_route() -> None:
 def test_a_shade_between_two_names_may_bear_either() -> None:
     routes, old = wall(1, 0)
     new = [changed(h, colour="pink", colour_rgb=(140, 120, 128)) for h in old]
-    assert [line.status for line in compare(routes, old, routes, new)] == [RouteStatus.KEPT]
+    assert [line.status for line in compare_routes(routes, old, routes, new)] == [RouteStatus.KEPT]
 
 
 @pytest.mark.parametrize(
@@ -94,7 +94,7 @@ def test_a_shade_between_two_names_may_bear_either() -> None:
 def test_a_route_without_some_holds(taken: int, fate: RouteStatus) -> None:
     routes, old = wall(1, 1)
     new = old[taken:]
-    lines: list[RouteMatch[int]] = compare(routes, old, {4: [h.id for h in new]}, new)
+    lines: list[RouteMatch[int]] = compare_routes(routes, old, {4: [h.id for h in new]}, new)
     assert lines[0].status == fate
     if fate == RouteStatus.CHANGED:
         assert lines[0] == RouteMatch(
@@ -106,7 +106,7 @@ def test_a_hold_that_was_moved_is_reported() -> None:
     routes, old = wall(2, 2)
     x, y, z = old[3].position
     new = [*old[:3], changed(old[3], position=(x, y, z + 0.07)), *old[4:]]
-    kept, whole = compare(routes, old, routes, new)
+    kept, whole = compare_routes(routes, old, routes, new)
     assert kept == RouteMatch(RouteStatus.CHANGED, 1, 1, moved=(4,))
     assert whole == replace(kept, status=RouteStatus.KEPT, route=2, number=2, moved=())
 
@@ -114,6 +114,8 @@ def test_a_hold_that_was_moved_is_reported() -> None:
 def test_an_empty_wall_and_no_scan_before() -> None:
     routes, holds = wall(1, 3)
     none: dict[int, list[int]] = {}
-    assert [line.status for line in compare(none, (), routes, holds)] == [RouteStatus.NEW]
-    assert [line.status for line in compare(routes, holds, none, ())] == [RouteStatus.STRIPPED]
-    assert compare(none, (), none, ()) == []
+    assert [line.status for line in compare_routes(none, (), routes, holds)] == [RouteStatus.NEW]
+    assert [line.status for line in compare_routes(routes, holds, none, ())] == [
+        RouteStatus.STRIPPED
+    ]
+    assert compare_routes(none, (), none, ()) == []

@@ -11,7 +11,7 @@ from walltopo.describe.routes.grouping import (
     balanced_paint,
     cues_of,
     group_by_paint,
-    likeness,
+    link_weights,
     may_be_linked,
 )
 from walltopo.images.colour import linear_from_srgb8
@@ -33,7 +33,7 @@ def link(place: tuple[float, float], paint: np.ndarray) -> float:
     """Return the link of a hold at the origin to one at (x, z)."""
     points = np.array([[0.0, 0, 0], [place[0], 0, place[1]]])
     pairs = np.array([[0, 1]])
-    return float(likeness(cues_of(points, paint, pairs, straight(points, pairs)))[0])
+    return float(link_weights(cues_of(points, paint, pairs, straight(points, pairs)))[0])
 
 
 def test_links_fade_with_distance_and_with_paint() -> None:
@@ -119,5 +119,5 @@ def test_pairs_are_left_out_only_where_no_path_could_link_them() -> None:
     assert 0.05 < kept.mean() < 0.8
     for share in np.linspace(0, 1, 7):  # from the straight line to beyond what is ever linked
         length = straight(points, pairs) * (1 - share) + (REACH + 0.1) * share
-        linked = likeness(cues_of(points, paint, pairs, length)) > 0
+        linked = link_weights(cues_of(points, paint, pairs, length)) > 0
         assert not (linked & ~kept).any()

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from walltopo.core import Mesh
 from walltopo.geometry.graphs import duplicate_faces
 from walltopo.geometry.mesh_check import check_mesh
-from walltopo.geometry.topology import boundary_loops, compact, split_fans
+from walltopo.geometry.topology import boundary_loops, compact_vertices, split_fans
 from walltopo.reconstruct.dense.gaps import sew_gaps
 
 Floats = NDArray[np.float64]
@@ -31,7 +31,7 @@ def sheet(columns: int = 60, rows: int = 40) -> Mesh:
 
 
 def torn(mesh: Mesh, gone: NDArray[np.bool_]) -> Mesh:
-    return split_fans(Mesh(*compact(mesh.vertices, mesh.faces[~gone])))
+    return split_fans(Mesh(*compact_vertices(mesh.vertices, mesh.faces[~gone])))
 
 
 def slot(mesh: Mesh, low: tuple[float, float], high: tuple[float, float]) -> NDArray[np.bool_]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Camera, Mesh, Silent, View
 from walltopo.geometry.mesh_check import check_mesh
-from walltopo.geometry.topology import boundary_loops, compact, split_fans
+from walltopo.geometry.topology import boundary_loops, compact_vertices, split_fans
 from walltopo.reconstruct.dense.guess import Guesses, guess_holes
 from walltopo.reconstruct.dense.scene import Scene
 
@@ -36,7 +36,7 @@ def sheet(size: int = 24, depth: float = 0.0) -> Mesh:
 
 
 def without(mesh: Mesh, gone: NDArray[np.bool_]) -> Mesh:
-    return split_fans(Mesh(*compact(mesh.vertices, mesh.faces[~gone])))
+    return split_fans(Mesh(*compact_vertices(mesh.vertices, mesh.faces[~gone])))
 
 
 def within(mesh: Mesh, radius: float, centre: tuple[float, float, float]) -> NDArray[np.bool_]:

@@ -20,7 +20,7 @@ from walltopo.reconstruct.dense.neighbours import _cover, _shared_points, choose
 from walltopo.reconstruct.dense.rectify import opencv_matrix, rectify
 from walltopo.reconstruct.dense.scene import Scene, median_pixel_size, preview_mesh
 from walltopo.reconstruct.dense.sgm import depth_maps, sgm_mesh
-from walltopo.reconstruct.dense.stereo import clipped, undistort
+from walltopo.reconstruct.dense.stereo import clipped_mask, undistort
 from walltopo.reconstruct.dense.tsdf import find_space, fuse
 from walltopo.reconstruct.settings import DenseSettings, TextureSettings
 from walltopo.reconstruct.texture.atlas import make_texture
@@ -325,7 +325,7 @@ def test_the_void_beside_a_wall_is_clipped_and_a_dark_spot_is_not() -> None:
     image[:, 120:] = np.random.default_rng(2).integers(0, 5, (100, 40))
     image[10:20, 10:20] = 0
     image[40:80, 20:60] = 255
-    found = clipped(image)
+    found = clipped_mask(image)
     assert found[:, 120:].all()
     assert found[40:80, 20:60].all()
     assert found.sum() == 100 * 40 + 40 * 40

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Camera, Instances, Mask, Mesh, View
 from walltopo.geometry.graphs import renumber
-from walltopo.segment.lift.distance import ease
+from walltopo.segment.lift.distance import distance_weight
 from walltopo.segment.lift.fast import best_cluster, lift_literal, literal_kept, projection_scores
 from walltopo.segment.lift.literal import lift_reference, reference_kept
 from walltopo.segment.lift.settings import Confidence, LiftParams, OnTop
@@ -142,7 +142,7 @@ def test_a_triangle_behind_another_is_not_seen(three_bumps: Any) -> None:
 
 @pytest.mark.parametrize(("power", "expected"), [(0.0, 0.5), (-1.0, 0.5**0.25), (1.0, 0.5**4)])
 def test_easing(power: float, expected: float) -> None:
-    got = ease(np.array([0.0, 4.0, 8.0, 9.0]), 8.0, power)
+    got = distance_weight(np.array([0.0, 4.0, 8.0, 9.0]), 8.0, power)
     np.testing.assert_allclose(got, [1.0, expected, 0.0, 0.0])
 
 

@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 from tests.geometry.test_panels import folded, sheet
 
 from walltopo.core import Mesh
-from walltopo.segment.propose.evidence import CUES, Masks, Tint, cues_of, explained, shipped_model
+from walltopo.segment.propose.evidence import (
+    CUES,
+    Masks,
+    Tint,
+    cues_of,
+    is_explained,
+    shipped_model,
+)
 from walltopo.segment.propose.pieces import Ground, find_bumps, merge_bumps
 from walltopo.segment.propose.surroundings import Relief, Surroundings
 
@@ -82,8 +89,8 @@ def test_each_cue_leans_to_its_side() -> None:
 
 
 def test_what_no_photo_tells_of_is_not_explained() -> None:
-    assert explained(HOLD, Masks(0.2, 0.5, 1), Tint())
-    assert explained(HOLD, Masks(), Tint(0.1, 0.9, 3))
-    assert not explained(HOLD, Masks(), Tint(0.1, 0.9, 1))
-    assert not explained(HOLD, Masks(), Tint(0.01, 0.9, 9))
-    assert not explained(replace(HOLD, area=0.0001), Masks(0.2, 0.5, 1), Tint(0.1, 0.9, 3))
+    assert is_explained(HOLD, Masks(0.2, 0.5, 1), Tint())
+    assert is_explained(HOLD, Masks(), Tint(0.1, 0.9, 3))
+    assert not is_explained(HOLD, Masks(), Tint(0.1, 0.9, 1))
+    assert not is_explained(HOLD, Masks(), Tint(0.01, 0.9, 9))
+    assert not is_explained(replace(HOLD, area=0.0001), Masks(0.2, 0.5, 1), Tint(0.1, 0.9, 3))

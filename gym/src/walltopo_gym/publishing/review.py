@@ -11,7 +11,7 @@ from uuid import UUID
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from walltopo.describe.matching.routes import RouteMatch, compare
+from walltopo.describe.matching.routes import RouteMatch, compare_routes
 from walltopo.pipeline.stages.join import JOIN
 from walltopo.scans import routes as found
 from walltopo.scans.folder import ScanFolder
@@ -106,7 +106,7 @@ def review(session: Session, store: FileStore, scan: Scan) -> Review:
             "its changes are missing here. Scan the photos again."
         )
     if before is None:
-        lines: list[RouteMatch[UUID]] = compare({}, (), new, ())
+        lines: list[RouteMatch[UUID]] = compare_routes({}, (), new, ())
         return Review(lines, routes, wall.revision, warnings, joined)
     current = session.scalars(
         select(Placement)
@@ -116,5 +116,7 @@ def review(session: Session, store: FileStore, scan: Scan) -> Review:
     )
     old = {placement.route_id: placement.holds for placement in current}
     there, here = read_holds(store, before), read_holds(store, scan.id)
-    lines = compare(old, tuple(there.by_id.values()), new, tuple(here.by_id.values()), here.unit)
+    lines = compare_routes(
+        old, tuple(there.by_id.values()), new, tuple(here.by_id.values()), here.unit
+    )
     return Review(lines, routes, wall.revision, warnings, joined)

@@ -21,7 +21,7 @@ from zoneinfo import ZoneInfo
 from sqlalchemy import JSON, ForeignKey, String, exists, select
 from sqlalchemy.orm import Mapped, Session, mapped_column
 
-from walltopo.core.children import Child, child_process, ending, python_module
+from walltopo.core.children import Child, child_process, describe_exit, python_module
 from walltopo.core.files import read_json
 from walltopo.scans.folder import ScanFolder
 from walltopo_gym.clock import now
@@ -167,8 +167,10 @@ class OwnNetworks:
             code = child.wait()
         if code == 0:
             return ""
-        _LOG.warning("own network: %s\n%s", ending(code), "\n".join(lines[-20:]), extra=OWN_LINES)
-        first = next((line for line in lines if line.startswith("error: ")), ending(code))
+        _LOG.warning(
+            "own network: %s\n%s", describe_exit(code), "\n".join(lines[-20:]), extra=OWN_LINES
+        )
+        first = next((line for line in lines if line.startswith("error: ")), describe_exit(code))
         return without_folders(first.removeprefix("error: "))[:500]
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
-from walltopo.core.errors import naming
+from walltopo.core.errors import prefix_errors
 from walltopo.core.files import read_json
 from walltopo.images.files import open_picture, read_rgb
 from walltopo.scans.folder import ScanFolder
@@ -160,7 +160,7 @@ def _of_folders(source: Path, side: int) -> Iterator[_Cutout]:
 
 def _picture(file: Path, side: int) -> NDArray[np.uint8] | None:
     """Return the square image of a cutout file; None if the hold has too few pixels."""
-    with naming(file), open_picture(file) as image:
+    with prefix_errors(file), open_picture(file) as image:
         pixels = np.asarray(image.convert("RGBA"))
     mask = pixels[..., 3] >= 128
     if np.count_nonzero(mask) < MIN_PIXELS:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from walltopo.cli.options import MAX_SEED, Number, add_needs, add_overwrite, target
+from walltopo.cli.options import MAX_SEED, Number, add_needs, add_overwrite, output_target
 from walltopo_lab.extras import PLOTS, of
 
 FORMATS = ("coco", "coco-rle", "yolo", "yolo-seg", "labelme", "labelme-embedded", "via")
@@ -189,7 +189,7 @@ def _convert(args: argparse.Namespace) -> int:
     from walltopo.core.outputs import written_folder
     from walltopo_lab.datasets.read import write_dataset
 
-    place = target(
+    place = output_target(
         args,
         args.target,
         f"dataset convert --to {args.to}",
@@ -224,7 +224,7 @@ def _show(args: argparse.Namespace) -> int:
     from walltopo_lab.datasets.sheet import write_sheet
 
     dataset = _read(args.source, args.photos)
-    place = target(args, args.output, "dataset show", inputs=(args.source, args.photos))
+    place = output_target(args, args.output, "dataset show", inputs=(args.source, args.photos))
     with written_file(place) as made:
         drawn = write_sheet(made, dataset, args.photo, args.count)
     console.print(f"{drawn} photos on {args.output}")
@@ -251,7 +251,7 @@ def _split(args: argparse.Namespace) -> int:
             )
     dataset = _read(args.source, args.photos)
     parts = split(dataset, shares, args.seed, lambda photo: group_of_photo(photo, args.pattern))
-    place = target(
+    place = output_target(
         args, args.target, "dataset split", flag="DIR", inputs=(args.source, args.photos)
     )
     with written_folder(place) as made:
@@ -283,7 +283,7 @@ def _stats(args: argparse.Namespace) -> int:
         table.add_row(name, *(str(row[k]) for k in ("objects", "photos", "with_shape")), size)
     console.print(table)
     if args.output:
-        place = target(args, args.output, "dataset stats", inputs=(args.source, args.photos))
+        place = output_target(args, args.output, "dataset stats", inputs=(args.source, args.photos))
         with written_file(place) as made:
             write_stats_plot(made, dataset)
     return 0
@@ -332,7 +332,7 @@ def _paint(args: argparse.Namespace) -> int:
     scan = ScanFolder(args.scan)
     face_instance, labels, classes = read_scan_labels(scan)
     colours, legend = paint_instances(face_instance, labels, tuple(classes.values()))
-    with written_file(target(args, args.output, "dataset paint")) as made:
+    with written_file(output_target(args, args.output, "dataset paint")) as made:
         write_painted(made, read_mesh(scan.mesh), colours)
         write_legend(made.with_suffix(".legend.json"), legend)
     console.print(f"{len(labels)} objects -> {args.output} and its legend")
@@ -375,7 +375,7 @@ def _project(args: argparse.Namespace) -> int:
             photos,
             args.min_pixels,
         )
-    place = target(
+    place = output_target(
         args, args.output, "dataset project", inputs=(args.mesh, cameras, photos, args.legend)
     )
     with written_folder(place) as made:

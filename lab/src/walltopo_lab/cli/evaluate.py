@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from walltopo.cli.options import Number, add_needs, add_overwrite, target
+from walltopo.cli.options import Number, add_needs, add_overwrite, output_target
 from walltopo_lab.extras import LEARN, PLOTS
 
 _SCAN_EPILOG = """\
@@ -140,7 +140,7 @@ def _evaluate_scan(args: argparse.Namespace) -> int:
     fits += [True] if args.align or not metric else []
     folder = args.output or scan.root / "evaluation"
     results = []
-    place = target(args, folder, "evaluate scan", inputs=[args.truth])
+    place = output_target(args, folder, "evaluate scan", inputs=[args.truth])
     with written_folder(place) as made:
         with console.status("comparing with truth"):
             for similarity in fits:
@@ -224,7 +224,9 @@ def _evaluate_instances(args: argparse.Namespace) -> int:
     console.print(table)
     if args.output:
         inputs = (args.instances, args.truth)
-        with written_file(target(args, args.output, "evaluate instances", inputs=inputs)) as made:
+        with written_file(
+            output_target(args, args.output, "evaluate instances", inputs=inputs)
+        ) as made:
             write_json(made, metrics.as_dict())
     return 0
 
@@ -241,7 +243,9 @@ def _evaluate_detector(args: argparse.Namespace) -> int:
     console.print(figures_table(result))
     if args.output:
         inputs = (args.detections, args.truth)
-        with written_folder(target(args, args.output, "evaluate detector", inputs=inputs)) as made:
+        with written_folder(
+            output_target(args, args.output, "evaluate detector", inputs=inputs)
+        ) as made:
             write_json(made / "figures.json", result.as_dict())
             curves = [path.name for path in write_curves(result, made)]
         for name in curves:

@@ -7,7 +7,14 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
-from walltopo.cli.options import MAX_SEED, Number, add_needs, add_overwrite, option_help, target
+from walltopo.cli.options import (
+    MAX_SEED,
+    Number,
+    add_needs,
+    add_overwrite,
+    option_help,
+    output_target,
+)
 from walltopo.core import InputError, SettingsError, settings_of
 from walltopo.core.settings import unknown_setting
 from walltopo_lab.extras import SHAPES
@@ -95,7 +102,7 @@ def run(args: argparse.Namespace) -> int:
     from walltopo_lab.synth.recipe import generate
 
     recipe = _recipe(args)
-    claimed_folder(target(args, args.out, "synth", flag="OUT"))
+    claimed_folder(output_target(args, args.out, "synth", flag="OUT"))
     with TerminalListener(console) as listener:
         result = generate(args.out, recipe, listener)
     console.print(

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from walltopo.cli.options import add_needs, add_option, add_overwrite, target
+from walltopo.cli.options import add_needs, add_option, add_overwrite, output_target
 from walltopo.core import InputError, SettingsError, settings_of
 from walltopo_lab.cli.train_classifier import classifier_parser
 from walltopo_lab.cli.train_gym import gym_parser
@@ -206,7 +206,7 @@ def run(args: argparse.Namespace) -> int:
     from walltopo_lab.train.yolo import train_yolo
 
     words = [Path(w).name if Path(w).is_absolute() else w for w in sys.argv[1:]]
-    claimed_folder(target(args, args.out, "train", inputs=[*args.datasets, args.pack]))
+    claimed_folder(output_target(args, args.out, "train", inputs=[*args.datasets, args.pack]))
     job = Job(
         tuple(args.datasets),
         args.out,

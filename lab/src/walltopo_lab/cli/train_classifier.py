@@ -11,7 +11,7 @@ from walltopo.cli.options import (
     add_options,
     add_overwrite,
     options_given,
-    target,
+    output_target,
 )
 from walltopo_lab.classifier.params import ClassifierSettings
 from walltopo_lab.extras import of
@@ -85,7 +85,9 @@ def run(args: argparse.Namespace) -> int:
         raise SettingsError("--base is for --family yolo")
     settings = options_given(args, ClassifierSettings)
     with (
-        written_file(target(args, args.out, "train classifier", inputs=args.sources)) as made,
+        written_file(
+            output_target(args, args.out, "train classifier", inputs=args.sources)
+        ) as made,
         TerminalListener(console) as progress,
     ):
         progress.step("reading cutouts")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from walltopo.cli.options import Number, Parser, add_needs, add_overwrite, target
+from walltopo.cli.options import Number, Parser, add_needs, add_overwrite, output_target
 from walltopo_lab.extras import PLOTS, of
 
 EXAMPLES = """\
@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
     from walltopo_lab.train.own_network import train_own
 
     scans = [ScanFolder(folder) for folder in args.scans]
-    claimed_folder(target(args, args.out, "train gym", inputs=args.scans))
+    claimed_folder(output_target(args, args.out, "train gym", inputs=args.scans))
     with TerminalListener(console) as progress:
         own = train_own(scans, args.out, args.minutes, progress)
     console.print(

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from walltopo.cli.options import Number, Parser, add_needs, add_overwrite, target
+from walltopo.cli.options import Number, Parser, add_needs, add_overwrite, output_target
 from walltopo_lab.extras import of
 
 EXAMPLES = """\
@@ -78,7 +78,7 @@ def run(args: argparse.Namespace) -> int:
     from walltopo_lab.train.pack import write_pack
     from walltopo_lab.train.sets import open_sets
 
-    to = target(args, args.out, "train pack", inputs=args.datasets)
+    to = output_target(args, args.out, "train pack", inputs=args.datasets)
     with written_file(to) as made, TerminalListener(console) as progress:
         cache = cache_folder() / "train" / "prepared"
         sets = open_sets(args.datasets, cache, args.held_out, progress)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from walltopo.cli.options import MAX_SEED, Number, Parser, add_needs, add_overwrite, target
+from walltopo.cli.options import MAX_SEED, Number, Parser, add_needs, add_overwrite, output_target
 from walltopo_lab.extras import LEARN, SHAPES, of
 
 HOLD_TYPES = """\
@@ -87,7 +87,7 @@ def run_hold_types(args: argparse.Namespace) -> int:
 
     scans = list(zip(args.scans[::2], args.scans[1::2], strict=True))
     with (
-        written_file(target(args, args.out, "train hold-types")) as made,
+        written_file(output_target(args, args.out, "train hold-types")) as made,
         TerminalListener(console) as progress,
     ):
         certain = fit_hold_types(made, scans, progress)
@@ -105,7 +105,7 @@ def run_paint(args: argparse.Namespace) -> int:
 
     with TerminalListener(console) as progress:
         first, count = args.gyms
-        claimed_folder(target(args, args.folder, "train paint", flag="FOLDER"))
+        claimed_folder(output_target(args, args.folder, "train paint", flag="FOLDER"))
         make_photos(args.folder, first, count, progress)
         found = fit_paint(read_photos(args.folder), progress)
     for (sharpen, resolution), (mean, worst) in found.left_out.items():

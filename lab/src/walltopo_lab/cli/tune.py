@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from walltopo.cli.options import MAX_SEED, Number, add_needs, add_overwrite, target
+from walltopo.cli.options import MAX_SEED, Number, add_needs, add_overwrite, output_target
 from walltopo_lab.cli.tune_detector import add_detector
 from walltopo_lab.extras import LEARN, PLOTS, of
 
@@ -111,7 +111,7 @@ def _run(args: argparse.Namespace) -> int:
     train = [wall for wall in walls if wall.use == "train"]
     held_out = [wall for wall in walls if wall.use == "test"]
     # One folder for all `tune` commands: each search merges its settings into one walltopo.toml.
-    claimed_folder(target(args, args.output, "tune", inputs=[args.walls]))
+    claimed_folder(output_target(args, args.output, "tune", inputs=[args.walls]))
     storage = args.storage or f"sqlite:///{args.output / 'study.db'}"
     method, figure = getattr(args, "method", ""), getattr(args, "figure", "")
     name = args.study or "-".join(part for part in (args.what, method, figure) if part)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from walltopo.cli.options import MAX_SEED, Number, add_needs, add_overwrite, target
+from walltopo.cli.options import MAX_SEED, Number, add_needs, add_overwrite, output_target
 from walltopo_lab.extras import PLOTS, of
 
 _EPILOG = """\
@@ -104,7 +104,7 @@ def _run(args: argparse.Namespace) -> int:
         args.device,
         args.pretrained,
     )
-    claimed_folder(target(args, args.output, "tune", inputs=args.datasets))
+    claimed_folder(output_target(args, args.output, "tune", inputs=args.datasets))
     storage = args.storage or f"sqlite:///{args.output / 'study.db'}"
     study = open_search(search, storage, args.study or args.family, args.seed)
     with TerminalListener(console, verbose=args.verbose) as progress:

@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 
 from walltopo.core import InputError, Mask
-from walltopo.core.errors import naming
+from walltopo.core.errors import prefix_errors
 from walltopo.core.files import deeper_than, join_inside, read_json, write_json
 from walltopo.scans.document import Label, Side, check_once, parse
 from walltopo.scans.segmentation import (
@@ -96,7 +96,7 @@ def read_coco(path: Path, photos: Path | None = None) -> Dataset:
     rows: dict[int | str, list[Annotation]] = {key: [] for key in images}
     not_read: Counter[str] = Counter()
     for row, plain in zip(checked.annotations, data["annotations"], strict=True):
-        with naming(f"{path}: annotation {row.id}"):
+        with prefix_errors(f"{path}: annotation {row.id}"):
             if row.image_id not in images:
                 raise InputError(f"there is no image {row.image_id}")
             if row.category_id not in label_of:
@@ -109,7 +109,7 @@ def read_coco(path: Path, photos: Path | None = None) -> Dataset:
                 not_read[kind] += 1
             else:
                 rows[row.image_id].append(_annotation(row, images[row.image_id], label, extra))
-    with naming(path):
+    with prefix_errors(path):
         found = [(image, find_photo(image.file_name, places)) for image in checked.images]
         return Dataset(
             tuple(

@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 
 from walltopo.core import InputError, Mask
-from walltopo.core.errors import naming
+from walltopo.core.errors import prefix_errors
 from walltopo.core.files import join_inside, read_json, write_json
 from walltopo.images.files import open_picture
 from walltopo.scans.document import parse
@@ -79,9 +79,9 @@ def read_labelme(folder: Path) -> Dataset:
     photos: list[Photo] = []
     not_read: Counter[str] = Counter()
     for path, file in documents:
-        with naming(path):
+        with prefix_errors(path):
             photos.append(_photo(path, file, labels, not_read))
-    with naming(folder):
+    with prefix_errors(folder):
         return Dataset(tuple(photos), {label: name for name, label in labels.items()}, not_read)
 
 
@@ -92,12 +92,15 @@ def _photo(path: Path, file: _File, labels: Mapping[str, int], not_read: Counter
     if file.width and file.height:
         size = (file.width, file.height)
     else:
-        with naming(linked.name), open_picture(linked if inside is None else inside) as image:
+        with (
+            prefix_errors(linked.name),
+            open_picture(linked if inside is None else inside) as image,
+        ):
             size = image.size
     parts: dict[tuple[str, int | str], list[Polygon]] = {}
     masks: list[Annotation] = []
     for number, shape in enumerate(file.shapes):
-        with naming(f"shape {number}"):
+        with prefix_errors(f"shape {number}"):
             polygon = _polygon(shape)
             if shape.shape_type == "mask":
                 masks.append(_masked(shape, labels[shape.label], *size))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
-from walltopo.core.errors import naming
+from walltopo.core.errors import prefix_errors
 from walltopo.core.files import read_json, write_json
 from walltopo.scans.document import Level, parse
 
@@ -78,7 +78,7 @@ def read_legend(path: Path) -> Legend:
     default = classes[0] if data.default is None else data.default
     wall = plain.wall if data.wall is None else tuple(_rgb(c, path) for c in data.wall)
     objects = {_rgb(colour, path): name for colour, name in data.objects.items()}
-    with naming(path):
+    with prefix_errors(path):
         return Legend(wall, objects, default, classes, data.tolerance)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mask
-from walltopo.core.errors import naming
+from walltopo.core.errors import prefix_errors
 from walltopo.core.files import check_name
 from walltopo.core.view import check_picture_size
 from walltopo.images.files import open_picture
@@ -81,10 +81,10 @@ class Photo:
 
     def __post_init__(self) -> None:
         check_name(self.name)
-        with naming(self.name):
+        with prefix_errors(self.name):
             check_picture_size(self.width, self.height)
             for number, annotation in enumerate(self.annotations):
-                with naming(f"object {number}"):
+                with prefix_errors(f"object {number}"):
                     check_outlines([p.ravel() for p in annotation.polygons], *self.size)
                     self._check_box(annotation.box)
 
@@ -122,7 +122,7 @@ class Photo:
         ------
         InputError : the photo was not found, is no image, or differs in size from the labels.
         """
-        with naming(self.name), open_picture(self.content()) as image:
+        with prefix_errors(self.name), open_picture(self.content()) as image:
             self._compare_size(image.size)
             return np.asarray(image.convert("RGB"))
 
@@ -133,7 +133,7 @@ class Photo:
         ------
         InputError : the photo was not found, is no image, or differs in size from the labels.
         """
-        with naming(self.name), open_picture(self.path or self.content()) as image:
+        with prefix_errors(self.name), open_picture(self.path or self.content()) as image:
             self._compare_size(image.size)
 
     def _compare_size(self, found: tuple[int, int]) -> None:

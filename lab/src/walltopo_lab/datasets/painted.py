@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh
-from walltopo.core.errors import naming
+from walltopo.core.errors import prefix_errors
 from walltopo.core.files import atomic_path
 from walltopo.geometry.mesh_files import int32_faces, load_with_trimesh
 from walltopo_lab.datasets.legend import Legend, Rgb, object_colours
@@ -50,7 +50,7 @@ def _load_colours(path: Path) -> tuple[Mesh, NDArray[np.uint8], list[str] | None
     for part in parts:
         if not isinstance(part, trimesh.Trimesh):
             continue
-        with naming(path):
+        with prefix_errors(path):
             whole = Mesh(np.asarray(part.vertices), int32_faces(part.faces))
         vertices.append(whole.vertices)
         faces.append(whole.faces.astype(np.int64) + offset)

@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 
 from walltopo.core import InputError
-from walltopo.core.errors import naming
+from walltopo.core.errors import prefix_errors
 from walltopo.core.files import read_json, write_json
 from walltopo.scans.document import parse
 from walltopo_lab.datasets.coco import find_photo
@@ -106,7 +106,7 @@ def read_via(path: Path, photos: Path | None = None) -> Dataset:
     names = sorted({_class_name(region) for file in files for region in file.listed})
     labels = {name: k for k, name in enumerate(names, start=1)}
     not_read: Counter[str] = Counter()
-    with naming(path):
+    with prefix_errors(path):
         found = [_photo(file, labels, places, not_read) for file in files]
         return Dataset(tuple(found), {label: name for name, label in labels.items()}, not_read)
 
@@ -123,7 +123,7 @@ def _photo(
         )
     rows: list[Annotation] = []
     for number, region in enumerate(file.listed):
-        with naming(f"{file.filename}: region {number}"):
+        with prefix_errors(f"{file.filename}: region {number}"):
             row = _annotation(region.shape, labels[_class_name(region)])
         if row is None:
             not_read[str(region.shape.__struct_config__.tag)] += 1

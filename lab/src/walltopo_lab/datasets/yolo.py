@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from walltopo.core import InputError
-from walltopo.core.errors import naming
+from walltopo.core.errors import prefix_errors
 from walltopo.core.files import atomic_path, join_inside
 from walltopo.core.text_files import read_text
 from walltopo.images.files import open_picture
@@ -28,7 +28,7 @@ def photo_size(path: Path) -> tuple[int, int]:
     ------
     InputError : the file is no image.
     """
-    with naming(path), open_picture(path) as image:
+    with prefix_errors(path), open_picture(path) as image:
         return image.size
 
 
@@ -86,7 +86,7 @@ def read_yolo(root: Path) -> Dataset:
             continue
         width, height = photo_size(path)
         rows = _read_lines(text, width, height, not_read if poses else None)
-        with naming(text):
+        with prefix_errors(text):
             result.append(Photo(path.relative_to(photos).as_posix(), width, height, rows, path))
     used = {a.label for photo in result for a in photo.annotations}
     classes = names | {label: f"class {label}" for label in sorted(used - set(names))}

@@ -33,7 +33,7 @@ from walltopo.segment.propose.evidence import (
     Masks,
     PhotoView,
     Weights,
-    explained,
+    is_explained,
     photo_views,
 )
 from walltopo.segment.propose.pieces import Ground, Pieces, gather_pieces, masks_of
@@ -202,7 +202,7 @@ def _answered(pieces: Pieces, carried: Carried, mesh: Mesh) -> Samples:
     seen = own[ids] > 0.5 * np.bincount(pieces.label, mesh.areas, shape[0])[ids]
     used = seen & ((best >= MET) | (on_truth < NONE))
     covered = np.array(
-        [explained(pieces.relief[n], pieces.masks[n], pieces.tint[n]) for n in pieces.ids]
+        [is_explained(pieces.relief[n], pieces.masks[n], pieces.tint[n]) for n in pieces.ids]
     )
     return Samples(pieces.cues()[used], best[used] >= MET, covered[used])
 

@@ -17,7 +17,7 @@ from torch import Tensor
 from torch import multiprocessing as processes
 
 from walltopo.core import StageError
-from walltopo.core.parallel import cores
+from walltopo.core.parallel import available_cores
 from walltopo_lab.train.batches import CropSource, batches
 from walltopo_lab.train.params import TrainSettings
 
@@ -41,7 +41,7 @@ def worker_count(settings: TrainSettings, device: torch.device) -> int:
     """Return the number of processes that make crops; 0 is a thread of this process."""
     if settings.workers or device.type != "cuda":
         return settings.workers
-    return max(1, cores() - _SPARE_CORES)
+    return max(1, available_cores() - _SPARE_CORES)
 
 
 def supply(

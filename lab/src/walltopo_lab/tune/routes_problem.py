@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from walltopo.core import InputError, Mesh
-from walltopo.core.parallel import cores
+from walltopo.core.parallel import available_cores
 from walltopo.describe.routes.geodesic import pair_lengths
 from walltopo.describe.routes.grouping import group_holds
 from walltopo.describe.routes.proxy import PROXY_FACES, Proxy, build_proxy
@@ -120,7 +120,7 @@ class RoutesProblem:
         return dict(zip(self._names, figures, strict=True))
 
     def _ari(self, wall: RoutesWall, settings: RoutesSettings) -> float:
-        threads = settings.threads or cores()
+        threads = settings.threads or available_cores()
         grouping = group_holds(
             wall.points,
             wall.colours,

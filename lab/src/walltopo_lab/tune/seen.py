@@ -9,7 +9,7 @@ import numpy as np
 
 from walltopo.core import Mesh, Silent, View
 from walltopo.segment.lift.blocks import blocks_of
-from walltopo.segment.lift.distance import ease
+from walltopo.segment.lift.distance import distance_weight
 from walltopo.segment.lift.evidence import Evidence, Sampling, gather_evidence
 
 
@@ -48,7 +48,7 @@ class SeenOnce:
         near = self._distance < visibility_distance
         counts = np.concatenate([[0], np.cumsum(near)])
         starts = counts[self._all.starts]
-        weight = ease(self._distance[near], visibility_distance, easing_power)
+        weight = distance_weight(self._distance[near], visibility_distance, easing_power)
         # Faces that no near entry assigns to a mask cannot get a label; a new computation omits
         # them too.
         on_mask = np.concatenate([[0], np.cumsum(near & (self._all.projection >= 0))])

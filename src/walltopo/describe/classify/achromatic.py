@@ -81,8 +81,10 @@ def settle_achromatic(
     places : (3,) position of each hold, metres; upright : whether z is up.
     """
     settled = dict(colours)
-    ids = [number for number, one in colours.items() if _plain(one.name) in ACHROMATIC]
-    names = np.array([ACHROMATIC.index(_plain(colours[number].name)) for number in ids], np.int64)
+    ids = [number for number, one in colours.items() if _base_name(one.name) in ACHROMATIC]
+    names = np.array(
+        [ACHROMATIC.index(_base_name(colours[number].name)) for number in ids], np.int64
+    )
     if not ids:
         return settled
     rgb = np.array([colours[number].rgb for number in ids], dtype=np.uint8)
@@ -101,7 +103,7 @@ def settle_achromatic(
     return settled
 
 
-def _plain(name: str) -> str:
+def _base_name(name: str) -> str:
     """Return the name of a cluster without its number."""
     word, _, number = name.rpartition(" ")
     return word if number.isdecimal() else name

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, View
-from walltopo.core.parallel import ahead
+from walltopo.core.parallel import map_ahead
 from walltopo.geometry.rays import cube_numbers
 from walltopo.images.colour import DARK, linear_from_srgb8, oklab_from_linear
 from walltopo.images.files import read_rgb
@@ -177,7 +177,7 @@ def hold_views(
         count = int(np.count_nonzero(mask))
         if count < MIN_PIXELS:
             continue
-        core = _core(mask, erode)
+        core = _inner_mask(mask, erode)
         linear, clipped = paint_of(picture[box][core])
         rows, columns = box
         pad = round(MARGIN * max(mask.shape))
@@ -186,7 +186,7 @@ def hold_views(
             slice(max(columns.start - pad, 0), min(columns.stop + pad, width)),
         )
         grey = cv2.cvtColor(picture[wide], cv2.COLOR_RGB2GRAY)
-        crop, cover = _shrunk(picture[wide], ids[wide] == number, crop_px)
+        crop, cover = _shrink_copies(picture[wide], ids[wide] == number, crop_px)
         yield HoldView(
             photo=photo,
             hold=number,
@@ -200,11 +200,11 @@ def hold_views(
             or columns.stop == width,
             crop=crop,
             mask=cover,
-            hidden=_hidden(ids[wide] == number, depth[wide]),
+            hidden=_occluded_share(ids[wide] == number, depth[wide]),
         )
 
 
-def _hidden(mask: NDArray[np.bool_], depth: NDArray[np.float32]) -> float:
+def _occluded_share(mask: NDArray[np.bool_], depth: NDArray[np.float32]) -> float:
     """Return the share of the pixels around a mask that are clearly nearer than the mask."""
     import cv2
 
@@ -216,7 +216,9 @@ def _hidden(mask: NDArray[np.bool_], depth: NDArray[np.float32]) -> float:
     return float((depth < (1 - STEP) * beside)[around].mean())
 
 
-def _shrunk(crop: Image, mask: NDArray[np.bool_], longest: int) -> tuple[Image, NDArray[np.bool_]]:
+def _shrink_copies(
+    crop: Image, mask: NDArray[np.bool_], longest: int
+) -> tuple[Image, NDArray[np.bool_]]:
     """Return copies at most `longest` pixels long, because thousands are in memory at once."""
     import cv2
 
@@ -229,7 +231,7 @@ def _shrunk(crop: Image, mask: NDArray[np.bool_], longest: int) -> tuple[Image, 
     return np.asarray(small, dtype=np.uint8), np.asarray(cover >= 0.5)
 
 
-def _core(mask: NDArray[np.bool_], erode: int) -> NDArray[np.bool_]:
+def _inner_mask(mask: NDArray[np.bool_], erode: int) -> NDArray[np.bool_]:
     """Return the mask without its rim, but at least its `MIN_PIXELS` innermost pixels.
 
     Pixels at the rim are a mixture with the wall, which makes small black holds grey.
@@ -285,7 +287,7 @@ def read_hold_views(
             _wall_light(number, picture, face_id, patch_of),
         )
 
-    yield from ahead(read, range(len(views)))
+    yield from map_ahead(read, range(len(views)))
 
 
 def best_views(views: Sequence[HoldView], count: int) -> list[HoldView]:
@@ -318,7 +320,7 @@ def write_cutouts(
         photo, sharpness = photos[view.photo], round(view.sharpness, 1)
         return Cutout(hold, name, photo, view.pixels, sharpness, view.cut)
 
-    index = list(ahead(written, ranked))
+    index = list(map_ahead(written, ranked))
     CutoutIndex(cutouts=tuple(index)).save(folder / INDEX)
     return Cutouts(folder, tuple(index))
 

@@ -58,7 +58,7 @@ class RouteMatch(Generic[Key]):
     moved: tuple[int, ...] = ()
 
 
-def compare(
+def compare_routes(
     old_routes: Mapping[Key, Sequence[int]],
     old_holds: Sequence[Hold],
     new_routes: Mapping[int, Sequence[int]],
@@ -97,7 +97,7 @@ def compare(
             matches.append(RouteMatch(RouteStatus.NEW, None, number))
             continue
         key = mine[number]
-        matches.append(_match(key, number, old_routes[key], new_routes[number], same, moved))
+        matches.append(_matched_row(key, number, old_routes[key], new_routes[number], same, moved))
     kept = set(mine.values())
     return matches + [
         RouteMatch(RouteStatus.STRIPPED, key, None) for key in keys if key not in kept
@@ -117,7 +117,7 @@ def _agreement(old: Sequence[int], new: Sequence[int], same: Mapping[int, int]) 
     return shared / max(1, len(set(old)) + len(set(new)) - shared)
 
 
-def _match(
+def _matched_row(
     key: Key,
     number: int,
     old: Sequence[int],

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, Silent
-from walltopo.core.parallel import cores
+from walltopo.core.parallel import available_cores
 from walltopo.describe.routes.geodesic import pair_lengths
 from walltopo.describe.routes.grouping import (
     FLATTEN,
@@ -41,7 +41,7 @@ Ints = NDArray[np.int64]
 def _group(mesh: Mesh, holds: Sequence[Hold], settings: RoutesSettings, unit: float) -> Grouping:
     points = np.array([hold.position for hold in holds], dtype=np.float64).reshape(-1, 3)
     proxy = build_proxy(mesh.vertices, mesh.faces, points, PROXY_FACES)
-    threads = settings.threads or cores()
+    threads = settings.threads or available_cores()
 
     gap = settings.bridge_gap * unit
     if settings.link == "paint":
@@ -114,7 +114,7 @@ def describe_groups(
     ----------
     climbed : the holds of the grouping, in its order.
     """
-    route_of = _numbered(climbed, grouping.group, settings.min_holds) if climbed else {}
+    route_of = _number_routes(climbed, grouping.group, settings.min_holds) if climbed else {}
     group = np.array([route_of.get(hold.id, 0) for hold in climbed], dtype=np.int64)
     shares = memberships(grouping.similarity, group)
     rows_of = {
@@ -133,7 +133,7 @@ def describe_groups(
     return routes, sorted(hold.id for hold in unrouted)
 
 
-def _numbered(holds: Sequence[Hold], group: Ints, min_holds: int) -> dict[int, int]:
+def _number_routes(holds: Sequence[Hold], group: Ints, min_holds: int) -> dict[int, int]:
     """Return hold id to route id, for groups of enough holds, numbered from left to right."""
     sizes = np.bincount(group)
     along = _along_the_wall(holds)

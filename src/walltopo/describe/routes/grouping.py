@@ -117,7 +117,7 @@ def group_by_paint(
 ) -> Grouping:
     """Group holds into routes without naming their colours first.
 
-    One graph of all holds, linked by `likeness`, for scans whose light is too uneven to name
+    One graph of all holds, linked by `link_weights`, for scans whose light is too uneven to name
     colours.
 
     Parameters
@@ -131,7 +131,7 @@ def group_by_paint(
     pairs = pairs[may_be_linked(points / unit, paint, pairs)]
     weights = np.zeros(0)
     if len(pairs):
-        weights = likeness(cues_of(points / unit, paint, pairs, lengths(pairs) / unit))
+        weights = link_weights(cues_of(points / unit, paint, pairs, lengths(pairs) / unit))
     links = _links(len(points), pairs, weights)
     return Grouping(best_louvain(links, resolution, seed), links)
 
@@ -227,11 +227,11 @@ def may_be_linked(points: Floats, paint: Floats, pairs: Ints) -> NDArray[np.bool
     flat = points * np.array([1.0, 1.0, FLATTEN])
     straight = np.linalg.norm(flat[pairs[:, 0]] - flat[pairs[:, 1]], axis=1)
     longest = np.full(len(pairs), np.nextafter(REACH, 0.0))
-    ends = [likeness(cues_of(points, paint, pairs, length)) for length in (straight, longest)]
+    ends = [link_weights(cues_of(points, paint, pairs, length)) for length in (straight, longest)]
     return np.asarray(np.maximum(*ends) > 0)
 
 
-def likeness(cues: Floats) -> Floats:
+def link_weights(cues: Floats) -> Floats:
     """Return (P,) the link weight of each pair in [0, 1]: its probability, sharpened."""
     near = cues[:, 0] < REACH
     odds = np.where(near[:, None], cues, 0.0) @ np.array(WEIGHTS) + BIAS

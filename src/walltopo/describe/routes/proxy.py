@@ -29,7 +29,7 @@ from walltopo.geometry.graphs import duplicate_faces
 from walltopo.geometry.topology import (
     boundary_loops,
     close_loops,
-    compact,
+    compact_vertices,
     glued_fans,
     opposite_half_edges,
     split_fans,
@@ -200,7 +200,7 @@ def _without_floaters(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     area = np.bincount(part, np.linalg.norm(np.cross(b - a, c - a), axis=1))
     kept = faces[area[part] >= MIN_PART_SHARE * area.sum()]
-    points, triangles = compact(vertices, kept)
+    points, triangles = compact_vertices(vertices, kept)
     return points, triangles.astype(np.int64)
 
 

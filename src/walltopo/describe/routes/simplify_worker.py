@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import StageError
-from walltopo.core.children import child_process, ending, python_module
+from walltopo.core.children import child_process, describe_exit, python_module
 
 Points = NDArray[np.float32]
 Triangles = NDArray[np.int32]
@@ -49,7 +49,7 @@ def simplified_in_subprocess(
         if code:
             raise StageError(
                 f"the mesh of {len(triangles)} triangles could not be simplified (the process "
-                f"ended with {ending(code)}): {printed.strip()[-500:]}"
+                f"ended with {describe_exit(code)}): {printed.strip()[-500:]}"
             )
         return np.load(folder / "points.npy"), np.load(folder / "triangles.npy")
 

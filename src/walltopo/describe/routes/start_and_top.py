@@ -204,20 +204,24 @@ def find_start_and_top(
     few = max(0.0, 1 - len(hands) / max(wall.hands, 1.0))
     start_cues = {
         "feet": _expected_mistakes([hold for hold in ordered if hold.position[2] <= low], wall),
-        "height": _share(hands[0].position[2] - wall.bottom, wall.rise),
-        "low": _share(wall.bottom - hands[0].position[2], wall.rise),
-        "gap": _share(first - rise, rise),
+        "height": _relative_length(hands[0].position[2] - wall.bottom, wall.rise),
+        "low": _relative_length(wall.bottom - hands[0].position[2], wall.rise),
+        "gap": _relative_length(first - rise, rise),
         "pair": _near_start_limit(hands, wall, first, rise),
-        "stray": _stray([stray for stray in strays if stray.position[2] <= low], start, wall),
+        "stray": _stray_nearness(
+            [stray for stray in strays if stray.position[2] <= low], start, wall
+        ),
         "rival": max(rivals, default=0.0),
         "few": few,
     }
     top_cues = {
         "feet": _expected_mistakes([hold for hold in ordered if hold.position[2] >= high], wall),
-        "height": _share(wall.top - hands[-1].position[2], wall.rise),
-        "gap": _share(last - rise, rise),
-        "pair": 1 - min(1.0, _share(last, LEVEL * rise)) if len(rises) else 0.0,
-        "stray": _stray([stray for stray in strays if stray.position[2] >= high], hands[-1:], wall),
+        "height": _relative_length(wall.top - hands[-1].position[2], wall.rise),
+        "gap": _relative_length(last - rise, rise),
+        "pair": 1 - min(1.0, _relative_length(last, LEVEL * rise)) if len(rises) else 0.0,
+        "stray": _stray_nearness(
+            [stray for stray in strays if stray.position[2] >= high], hands[-1:], wall
+        ),
         "few": few,
     }
     return StartAndTop(
@@ -255,12 +259,12 @@ def _expected_mistakes(holds: Sequence[Hold], wall: WallStats) -> float:
     return float(np.minimum(likely, 1 - likely).sum())
 
 
-def _share(length: float, unit: float) -> float:
+def _relative_length(length: float, unit: float) -> float:
     """Return a length as a multiple of `unit`, clipped to 0..`MAX_CUE`; 0 if `unit` is 0."""
     return float(np.clip(length / unit, 0.0, MAX_CUE)) if unit > 0 else 0.0
 
 
-def _stray(strays: Sequence[Hold], end: Sequence[Hold], wall: WallStats) -> float:
+def _stray_nearness(strays: Sequence[Hold], end: Sequence[Hold], wall: WallStats) -> float:
     """Return how near the nearest stray hold is to an end: 1 at it, 0 from `NEAR` on."""
     if not strays or wall.move <= 0:
         return 0.0

@@ -10,7 +10,7 @@ from typing import Literal
 import msgspec
 
 from walltopo.core import InputError
-from walltopo.core.children import child_process, ending, python_module
+from walltopo.core.children import child_process, describe_exit, python_module
 from walltopo.core.parallel import library_threads
 from walltopo.pipeline.settings import Settings, load_settings
 
@@ -114,7 +114,7 @@ def run_job(job: ScanJob, threads: int = 0, tries: int = TRIES) -> Outcome:
         state="lost",
         tries=tries,
         seconds=round(time.monotonic() - started, 2),
-        error=f"its process ended with {ending(code)}, {tries} times",
+        error=f"its process ended with {describe_exit(code)}, {tries} times",
         hint=f"See {Path(job.out) / 'scan.log'}. Running fewer scans at a time needs less memory.",
     )
 

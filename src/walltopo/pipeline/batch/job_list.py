@@ -20,7 +20,7 @@ from typing import Any
 import msgspec
 
 from walltopo.core import InputError
-from walltopo.core.errors import naming
+from walltopo.core.errors import prefix_errors
 from walltopo.core.files import read_toml
 from walltopo.core.text_files import as_utf8
 from walltopo.pipeline.batch.job import ScanJob
@@ -137,7 +137,7 @@ def _text(path: Path) -> str:
             content = stream.read(_MAX_BYTES + 1)
         if len(content) > _MAX_BYTES:
             raise InputError(f"{path}: larger than {_MAX_BYTES >> 20} MB, not a list of scans")
-        with naming(path):
+        with prefix_errors(path):
             return as_utf8(content).decode()
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error

@@ -13,7 +13,7 @@ import msgspec
 
 from walltopo.core import EnvironmentLacksError
 from walltopo.core.memory import free_memory
-from walltopo.core.parallel import cores
+from walltopo.core.parallel import available_cores
 from walltopo.pipeline.batch.job import Outcome, ScanJob
 from walltopo.pipeline.batch.remote import run_anywhere
 
@@ -23,7 +23,7 @@ _CORES_PER_SCAN, _BYTES_PER_SCAN = 2, 4 << 30
 
 def default_parallel_scans() -> int:
     """Return how many scans fit the cores and the free memory of this machine, at least one."""
-    return max(1, min(cores() // _CORES_PER_SCAN, free_memory() // _BYTES_PER_SCAN))
+    return max(1, min(available_cores() // _CORES_PER_SCAN, free_memory() // _BYTES_PER_SCAN))
 
 
 def run_here(jobs: Sequence[ScanJob], at_once: int, threads: int = 0) -> Iterator[Outcome]:

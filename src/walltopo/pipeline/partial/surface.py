@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.geometry.graphs import linked
+from walltopo.geometry.graphs import linked_components
 from walltopo.geometry.topology import joined_meshes, part_of_mesh
 from walltopo.images.packing import fit_scale, pack_rows
 
@@ -88,7 +88,7 @@ def _chart_boxes(part: Part) -> _Boxes:
     _, node = np.unique(keys, axis=0, return_inverse=True)
     node = node.reshape(-1, 3).astype(np.int64)
     count = int(node.max(initial=-1)) + 1
-    group = linked(count, node[:, [0, 1]].ravel(), node[:, [1, 2]].ravel())
+    group = linked_components(count, node[:, [0, 1]].ravel(), node[:, [1, 2]].ravel())
     _, chart = np.unique(group[node[:, 0]], return_inverse=True)
     size = np.array(part.image.shape[1::-1], dtype=np.float64)
     pixels, charts = uv * size, int(chart.max(initial=-1)) + 1

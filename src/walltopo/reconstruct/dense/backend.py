@@ -63,8 +63,8 @@ class DenseBackend(Protocol):
         Returns
         -------
         One mesh in world units, its triangles counter-clockwise as the photos see them. The
-        backend cleans it as the settings say (`remesh.finish` does so for a raw one) and leaves
-        holes larger than `max_hole` open; the stage fills those and marks the triangles.
+        backend cleans it as the settings say (`remesh.finish_surface` does so for a raw one) and
+        leaves holes larger than `max_hole` open; the stage fills those and marks the triangles.
 
         Raises
         ------

@@ -9,7 +9,7 @@ from pathlib import Path
 from walltopo.core import EnvironmentLacksError, Mesh, Progress, StageError
 from walltopo.geometry.mesh_files import read_mesh
 from walltopo.reconstruct.dense.backend import DenseInput
-from walltopo.reconstruct.dense.remesh import finish
+from walltopo.reconstruct.dense.remesh import finish_surface
 from walltopo.reconstruct.dense.work_folder import work_folder
 from walltopo.reconstruct.openmvs import write_undistorted_workspace
 from walltopo.reconstruct.settings import DenseSettings
@@ -109,4 +109,4 @@ def colmap_mesh(
         raise StageError("COLMAP's fusion found no points", "Take more photos with more overlap.")
     progress.step("meshing")
     pycolmap.poisson_meshing(work / "fused.ply", work / "poisson.ply")
-    return finish(read_mesh(work / "poisson.ply"), settings, edge, unit)
+    return finish_surface(read_mesh(work / "poisson.ply"), settings, edge, unit)

@@ -14,7 +14,7 @@ from walltopo.core import InputError, Mesh
 from walltopo.geometry.rays import Bvh
 from walltopo.geometry.similarity import Similarity, fit_poses
 from walltopo.geometry.subdivision import split_long_edges, split_long_edges_with_uv
-from walltopo.geometry.topology import compact
+from walltopo.geometry.topology import compact_vertices
 from walltopo.reconstruct.dense.mesh_file import read_mesh_file
 from walltopo.reconstruct.dense.scene import Scene, meshing_box
 from walltopo.reconstruct.settings import DenseSettings
@@ -319,7 +319,7 @@ def _crop(mesh: Mesh, uv: Floats | None, scene: Scene) -> tuple[Mesh, Floats | N
     """Return the part in the box that the photos show: a room's other walls would cost much."""
     low, high = meshing_box(scene)
     keep = ((mesh.centroids >= low) & (mesh.centroids <= high)).all(axis=1)
-    part = Mesh(*compact(mesh.vertices, mesh.faces[keep]))
+    part = Mesh(*compact_vertices(mesh.vertices, mesh.faces[keep]))
     return part, None if uv is None else uv[keep]
 
 

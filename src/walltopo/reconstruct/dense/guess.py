@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, View
-from walltopo.core.parallel import ahead
+from walltopo.core.parallel import map_ahead
 from walltopo.geometry.mesh_check import degenerate
 from walltopo.geometry.rays import Bvh
 from walltopo.geometry.topology import Edges, edges_of
@@ -82,7 +82,7 @@ def guess_holes(
     normals = _boundary_normals(mesh, edges)
     inner = _inner_edges(edges, len(mesh.vertices))
     spans = []
-    for span in ahead(lambda opening: _span(mesh, opening, normals, inner, edge), openings):
+    for span in map_ahead(lambda opening: _span(mesh, opening, normals, inner, edge), openings):
         if span is not None:
             spans.append(span)
         progress.advance()

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh
-from walltopo.core.errors import naming
+from walltopo.core.errors import prefix_errors
 from walltopo.core.view import check_picture_size
 from walltopo.geometry.mesh_files import int32_faces, load_with_trimesh
-from walltopo.geometry.topology import compact, split_fans
+from walltopo.geometry.topology import compact_vertices, split_fans
 from walltopo.images.packing import pack_rows
 
 Floats = NDArray[np.float64]
@@ -58,7 +58,7 @@ def read_mesh_file(path: Path, unwanted: str = "") -> MeshFile:
     pictures = [_picture_of(part) for part in parts] if texture else []
     if texture and any(one is None for one in (*uv, *pictures)):
         lacks = "it has none, or not on all of its parts"
-    with naming(path):
+    with prefix_errors(path):
         mesh, kept = _surface(np.concatenate(corners))
     if lacks:
         return MeshFile(mesh, None, None, lacks)
@@ -100,7 +100,7 @@ def _surface(corners: Floats) -> tuple[Mesh, NDArray[np.int64]]:
         raise InputError("no triangle of the mesh has an area")
     once = np.unique(np.sort(faces[kept], axis=1), axis=0, return_index=True)[1]
     kept = kept[np.sort(once)]
-    return split_fans(Mesh(*compact(vertices, faces[kept]))), kept
+    return split_fans(Mesh(*compact_vertices(vertices, faces[kept]))), kept
 
 
 def _uv_of(part: Any) -> Floats | None:

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from walltopo.core import Mesh, Progress, StageError
 from walltopo.geometry.mesh_files import read_mesh
 from walltopo.geometry.subdivision import drop_long_triangles, split_long_edges
-from walltopo.geometry.topology import compact
+from walltopo.geometry.topology import compact_vertices
 from walltopo.reconstruct.dense.backend import DenseInput
-from walltopo.reconstruct.dense.remesh import finish
+from walltopo.reconstruct.dense.remesh import finish_surface
 from walltopo.reconstruct.dense.scene import median_pixel_size, meshing_box, read_scene
 from walltopo.reconstruct.dense.work_folder import work_folder
 from walltopo.reconstruct.openmvs import (
@@ -117,14 +117,14 @@ def openmvs_mesh(
         raise StageError(f"OpenMVS wrote no mesh at {surface}", f"Its logs (*.log) are in {work}.")
     mesh = _crop(read_mesh(surface), *meshing_box(views))
     # The triangulation closes every opening; reopen those wider than the limit for holes.
-    mesh = finish(drop_long_triangles(mesh, settings.max_hole * unit), settings, edge, unit)
+    mesh = finish_surface(drop_long_triangles(mesh, settings.max_hole * unit), settings, edge, unit)
     return split_long_edges(mesh, _LONGEST_EDGE * edge)
 
 
 def _crop(mesh: Mesh, low: NDArray[np.float64], high: NDArray[np.float64]) -> Mesh:
     """Return the triangles whose centroid lies in a box; corners (3,)."""
     keep = ((mesh.centroids >= low) & (mesh.centroids <= high)).all(axis=1)
-    return Mesh(*compact(mesh.vertices, mesh.faces[keep]))
+    return Mesh(*compact_vertices(mesh.vertices, mesh.faces[keep]))
 
 
 @dataclass(frozen=True)

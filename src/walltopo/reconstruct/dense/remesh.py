@@ -16,7 +16,7 @@ from walltopo.geometry.kernels import kernel
 from walltopo.geometry.topology import (
     boundary_loops,
     close_loops,
-    compact,
+    compact_vertices,
     edge_lengths,
     edges_of,
     face_components,
@@ -224,13 +224,13 @@ def collapse_short_edges(mesh: Mesh, shortest: float, border: bool = True) -> Me
         vertices, faces = mesh.vertices.copy(), mesh.faces.copy()
         alive = np.ones(len(faces), dtype=np.bool_)
         collapsed = _collapse(vertices, faces, alive, rim, pairs, is_boundary, shortest)
-        mesh = Mesh(*compact(vertices, faces[alive]))
+        mesh = Mesh(*compact_vertices(vertices, faces[alive]))
         if collapsed < 0.02 * len(short):
             break
     return mesh
 
 
-def finish(mesh: Mesh, settings: DenseSettings, edge: float, unit: float) -> Mesh:
+def finish_surface(mesh: Mesh, settings: DenseSettings, edge: float, unit: float) -> Mesh:
     """Clean a raw surface: manifold, no fragments, small openings closed, even triangles.
 
     Parameters
@@ -266,7 +266,7 @@ def drop_fragments(mesh: Mesh, min_diameter: float) -> Mesh:
         np.minimum.at(low, part, points)
         np.maximum.at(high, part, points)
     keep = np.linalg.norm(high - low, axis=1) >= min_diameter
-    return Mesh(*compact(mesh.vertices, mesh.faces[keep[part]]))
+    return Mesh(*compact_vertices(mesh.vertices, mesh.faces[keep[part]]))
 
 
 def make_manifold(mesh: Mesh) -> Mesh:

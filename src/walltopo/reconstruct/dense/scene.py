@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from walltopo.core import Mesh, Progress, StageError, View
 from walltopo.reconstruct.dense.depth_maps import DepthMap
 from walltopo.reconstruct.dense.marching_cubes import extract
-from walltopo.reconstruct.dense.remesh import finish
+from walltopo.reconstruct.dense.remesh import finish_surface
 from walltopo.reconstruct.dense.tsdf import find_space, fuse
 from walltopo.reconstruct.settings import DenseSettings
 from walltopo.scans.colmap_model import open_model, view_of_image
@@ -159,4 +159,4 @@ def preview_mesh(
         DepthMap(depth, (depth > 0).astype(np.float32), np.zeros(depth.shape, np.uint8), view)
         for depth, view in maps
     ]
-    return finish(extract(fuse(space, weighted, progress), 0.5), settings, voxel, unit)
+    return finish_surface(extract(fuse(space, weighted, progress), 0.5), settings, voxel, unit)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, StageError, View
-from walltopo.core.parallel import ahead
+from walltopo.core.parallel import map_ahead
 from walltopo.reconstruct.dense.backend import DenseInput
 from walltopo.reconstruct.dense.depth_maps import (
     DepthMap,
@@ -22,9 +22,9 @@ from walltopo.reconstruct.dense.depth_maps import (
 )
 from walltopo.reconstruct.dense.marching_cubes import extract
 from walltopo.reconstruct.dense.neighbours import choose_neighbours
-from walltopo.reconstruct.dense.remesh import finish
+from walltopo.reconstruct.dense.remesh import finish_surface
 from walltopo.reconstruct.dense.scene import Scene, meshing_box
-from walltopo.reconstruct.dense.stereo import clipped, match_pair, undistort
+from walltopo.reconstruct.dense.stereo import clipped_mask, match_pair, undistort
 from walltopo.reconstruct.dense.tsdf import find_space, fuse
 from walltopo.reconstruct.settings import DenseSettings
 
@@ -88,7 +88,7 @@ class _Stereo:
         maps = [match_pair(image, view, other, partner, points) for other, partner in others]
         depth, weight, pairs = merge_pair_depths(maps, view, [partner for _, partner in others])
         weight *= np.float32(self.edge**2)
-        useless = (weight < 1.0 / _MAX_SIGMA_EDGES**2) | clipped(image)
+        useless = (weight < 1.0 / _MAX_SIGMA_EDGES**2) | clipped_mask(image)
         mask = self.hidden(view.name) if self.hidden is not None else None
         if mask is not None:
             size = (image.shape[1], image.shape[0])
@@ -143,7 +143,7 @@ def depth_maps(
     photos = range(len(scene.views))
     # OpenCV's matching gains little from a second thread; processing photos in parallel gains more.
     with opencv_in_one_thread():
-        found = ahead(stereo.depth_map, photos)
+        found = map_ahead(stereo.depth_map, photos)
         for view, own, result in zip(scene.views, partners, found, strict=True):
             progress.advance(len(own))
             if result is None:
@@ -218,7 +218,7 @@ def sgm_mesh(
     space = find_space(
         ((item.depth, item.view) for item in maps), low, high, voxel, _TRUNCATION_VOXELS * voxel
     )
-    return finish(extract(fuse(space, maps, progress), _MIN_WEIGHT), settings, edge, unit)
+    return finish_surface(extract(fuse(space, maps, progress), _MIN_WEIGHT), settings, edge, unit)
 
 
 @dataclass(frozen=True)

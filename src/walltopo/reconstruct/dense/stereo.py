@@ -52,7 +52,7 @@ def undistort(image: Image, view: View, size: tuple[int, int] | None = None) -> 
     return np.asarray(straight, dtype=np.uint8), new
 
 
-def clipped(image: Image) -> NDArray[np.bool_]:
+def clipped_mask(image: Image) -> NDArray[np.bool_]:
     """Return a (H, W) mask of the areas of a grey photo that are clipped to black or white.
 
     Clipped areas, such as the void beside a wall, a lamp or a window, have no texture to match.

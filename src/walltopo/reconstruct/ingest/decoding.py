@@ -13,7 +13,7 @@ from typing import IO, TYPE_CHECKING, Final, TypeAlias
 import msgspec
 
 from walltopo.core import EnvironmentLacksError, InputError, Progress, StageError
-from walltopo.core.children import child_process, ending, python_module
+from walltopo.core.children import child_process, describe_exit, python_module
 from walltopo.core.parallel import library_threads
 from walltopo.reconstruct.settings import IngestSettings
 
@@ -96,7 +96,7 @@ class _DecodeProcess:
                 ) as child:
                     for line in child.output:
                         yield msgspec.json.decode(line, type=Message)
-                    self.end = ending(child.wait())
+                    self.end = describe_exit(child.wait())
             finally:
                 self.output = _tail(output)
 

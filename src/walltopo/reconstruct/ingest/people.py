@@ -8,7 +8,7 @@ from pathlib import Path
 
 from walltopo.core import Progress
 from walltopo.core.files import explain_full_disk
-from walltopo.core.parallel import ahead
+from walltopo.core.parallel import map_ahead
 from walltopo.images.files import read_rgb
 from walltopo.images.people import find_people, hide_people, people_mask
 from walltopo.reconstruct.ingest.store import JPEG_QUALITY
@@ -23,7 +23,7 @@ def hide_in_photos(folder: Path, names: Sequence[str], progress: Progress) -> in
     """
     progress.step("hide people", len(names))
     found: list[HiddenPeople] = []
-    for entry in ahead(lambda name: _hide(folder / name), names):
+    for entry in map_ahead(lambda name: _hide(folder / name), names):
         if entry is not None:
             found.append(entry)
             progress.detail(f"{entry.photo}: {entry.people} people")

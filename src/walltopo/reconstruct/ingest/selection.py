@@ -185,7 +185,7 @@ def _select(photos: Sequence[_Photo]) -> tuple[list[_Photo], list[SkippedFile]]:
     median = float(np.median([photo.sharpness for photo in photos])) if photos else 0.0
     min_sharpness = max(MIN_SHARPNESS, _MIN_SHARPNESS_SHARE * median)
     for photo in photos:
-        twin = next((k for k, one in enumerate(kept) if _same(one, photo)), None)
+        twin = next((k for k, one in enumerate(kept) if _same_picture(one, photo)), None)
         if photo.sharpness < min_sharpness:
             reason = f"blurred (sharpness {photo.sharpness:.1f}, the set's median {median:.0f})"
             rejected.append(SkippedFile(photo.source, reason))
@@ -212,7 +212,7 @@ def _focal_of_view(best: _Photo, other: _Photo) -> float | None:
     return other.focal_px * max(best.width, best.height) / max(other.width, other.height)
 
 
-def _same(a: _Photo, b: _Photo) -> bool:
+def _same_picture(a: _Photo, b: _Photo) -> bool:
     if (a.width > a.height) != (b.width > b.height):
         return False
     return float(np.abs(a.thumbnail - b.thumbnail).mean()) < _SAME_DIFFERENCE

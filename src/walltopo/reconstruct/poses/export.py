@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 
 from walltopo.core import InputError, View
-from walltopo.core.errors import naming
+from walltopo.core.errors import prefix_errors
 from walltopo.core.files import as_text
 from walltopo.geometry.similarity import Similarity
 from walltopo.images.files import open_picture
@@ -77,7 +77,7 @@ class PhotoFiles:
 
     def _facts(self, file: Path) -> tuple[int, int, int]:
         if file not in self._sizes:
-            with naming(as_text(file)), open_picture(file) as picture:
+            with prefix_errors(as_text(file)), open_picture(file) as picture:
                 turned = int(picture.getexif().get(0x0112, 1))
                 self._sizes[file] = (picture.width, picture.height, turned)
         return self._sizes[file]
@@ -88,7 +88,7 @@ def last_part(name: str) -> str:
     return name.replace("\\", "/").rpartition("/")[2]
 
 
-def numbers(text: str | None, count: int, what: str) -> list[float]:
+def parse_numbers(text: str | None, count: int, what: str) -> list[float]:
     """Return the numbers of a text that white space separates.
 
     Raises
@@ -105,7 +105,7 @@ def numbers(text: str | None, count: int, what: str) -> list[float]:
     return values
 
 
-def only(files: Iterable[Path], what: str) -> Path | None:
+def single_file(files: Iterable[Path], what: str) -> Path | None:
     """Return the single file, None without any; raise InputError for several."""
     found = sorted(files)
     if len(found) > 1:

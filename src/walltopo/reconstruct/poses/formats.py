@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, InputError, View
-from walltopo.core.errors import naming
+from walltopo.core.errors import prefix_errors
 from walltopo.core.files import as_text
 from walltopo.geometry.screen import valid_slope
 from walltopo.geometry.similarity import Similarity
@@ -127,7 +127,7 @@ def read_poses(path: Path, photos: Sequence[Path]) -> GivenPoses:
         elif photo in posed:
             raise InputError(f"{poses}: has two poses for {as_text(photo.name)}")
         else:
-            with naming(f"{poses}: {as_text(photo.name)}"):
+            with prefix_errors(f"{poses}: {as_text(photo.name)}"):
                 check_lens(view.camera)
             posed[photo] = _upright(view, files, photo)
     if not posed:

@@ -15,16 +15,16 @@ from xml.etree import ElementTree
 import numpy as np
 
 from walltopo.core import Camera, InputError
-from walltopo.core.errors import naming
+from walltopo.core.errors import prefix_errors
 from walltopo.core.files import check_name
 from walltopo.core.text_files import first_text
 from walltopo.reconstruct.poses.export import (
     Export,
     PhotoFiles,
     last_part,
-    numbers,
     of_largest_component,
-    only,
+    parse_numbers,
+    single_file,
 )
 from walltopo.reconstruct.poses.xml_files import read_xml
 from walltopo.scans.poses import posed_view
@@ -42,7 +42,7 @@ def find_poses(path: Path) -> Path | None:
     InputError : the folder holds several such files.
     """
     if path.is_dir():
-        return only(
+        return single_file(
             (file for file in path.glob("*.xml") if _is_export(file)), "cameras of Metashape"
         )
     return path if path.suffix.lower() == ".xml" and _is_export(path) else None
@@ -68,7 +68,7 @@ def read(poses: Path, photos: PhotoFiles) -> Export:
     InputError : the file is damaged or lacks a value; the message names the file.
     """
     chunk = read_xml(poses).find("chunk")
-    with naming(poses):
+    with prefix_errors(poses):
         if chunk is None:
             raise InputError("holds no chunk: not the cameras of Metashape")
         sensors = {str(s.get("id")): s for s in chunk.iterfind("sensors/sensor")}
@@ -81,7 +81,7 @@ def read(poses: Path, photos: PhotoFiles) -> Export:
             label, sensor = str(entry.get("label")), str(entry.get("sensor_id"))
             if sensor not in cameras:
                 cameras[sensor] = _camera(sensors.get(sensor), sensor)
-            values = np.reshape(numbers(pose.text, 16, f"camera {label}: transform"), (4, 4))
+            values = np.reshape(parse_numbers(pose.text, 16, f"camera {label}: transform"), (4, 4))
             name = check_name(last_part(label))
             view = posed_view(name, cameras[sensor], values, opengl=False)
             found.append((entry.get("component_id", ""), view))
@@ -111,7 +111,7 @@ def _camera(sensor: ElementTree.Element | None, number: str) -> Camera:
 
     def value(name: str) -> float:
         text = calibration.findtext(name)
-        return 0.0 if text is None else numbers(text, 1, f"sensor {number}: {name}")[0]
+        return 0.0 if text is None else parse_numbers(text, 1, f"sensor {number}: {name}")[0]
 
     for entry in calibration:
         if _NOT_READ.fullmatch(entry.tag) and value(entry.tag):
@@ -121,7 +121,7 @@ def _camera(sensor: ElementTree.Element | None, number: str) -> Camera:
                 "photos there, and export both.",
             )
     size = f"{resolution.get('width')} {resolution.get('height')}"
-    width, height = numbers(size, 2, f"sensor {number}: resolution")
+    width, height = parse_numbers(size, 2, f"sensor {number}: resolution")
     focal = value("f")
     middle = (width / 2 + value("cx"), height / 2 + value("cy"))
     distortion = (value("k1"), value("k2"), value("p2"), value("p1"), value("k3"), 0.0, 0.0, 0.0)

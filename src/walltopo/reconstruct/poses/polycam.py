@@ -17,7 +17,7 @@ import msgspec
 import numpy as np
 
 from walltopo.core import Camera, InputError, View
-from walltopo.core.errors import naming
+from walltopo.core.errors import prefix_errors
 from walltopo.core.files import check_name, read_json
 from walltopo.core.view import MAX_SIDE
 from walltopo.geometry.similarity import Similarity, nearest_rotation
@@ -77,7 +77,7 @@ def read(poses: Path, photos: PhotoFiles) -> Export:
     views = []
     for file in sorted(poses.glob("*.json")):
         entry = parse(read_json(file), _Entry, str(file))
-        with naming(file):
+        with prefix_errors(file):
             views.append(_view(check_name(file.stem), entry))
     return Export(views, metric=True, up=(0.0, 1.0, 0.0), mesh_frame=_mesh_frame(poses))
 

@@ -20,16 +20,16 @@ from pathlib import Path
 import numpy as np
 
 from walltopo.core import Camera, InputError, View
-from walltopo.core.errors import naming
+from walltopo.core.errors import prefix_errors
 from walltopo.core.files import check_name
 from walltopo.core.text_files import first_text, read_text
 from walltopo.reconstruct.poses.export import (
     Export,
     PhotoFiles,
     last_part,
-    numbers,
     of_largest_component,
-    only,
+    parse_numbers,
+    single_file,
 )
 from walltopo.reconstruct.poses.xml_files import read_xml
 from walltopo.scans.poses import posed_view
@@ -51,7 +51,9 @@ def find_poses(path: Path) -> Path | None:
     """
     if path.is_file():
         return path if _is_table(path) else None
-    table = only((file for file in path.glob("*.csv") if _is_table(file)), "tables of cameras")
+    table = single_file(
+        (file for file in path.glob("*.csv") if _is_table(file)), "tables of cameras"
+    )
     if table is not None:
         return table
     for folder in (path, path / "images"):
@@ -133,11 +135,11 @@ def _view_of_sidecar(path: Path, photos: PhotoFiles) -> tuple[str, View] | None:
             values[item.tag] = item.text or ""
 
     def row(name: str, count: int, default: str = "") -> list[float]:
-        return numbers(values.get(_XCR + name, default), count, name)
+        return parse_numbers(values.get(_XCR + name, default), count, name)
 
     if _XCR + "Rotation" not in values or _XCR + "Position" not in values:
         return None  # only the calibration: the photo was not aligned
-    with naming(path):
+    with prefix_errors(path):
         focal = row("FocalLength35mm", 1)[0] / _FILM
         middle = (row("PrincipalPointU", 1, "0")[0], row("PrincipalPointV", 1, "0")[0])
         lens = row("DistortionCoeficients", len(_LENS), "0 0 0 0 0 0")
@@ -169,7 +171,7 @@ def _views_of_table(path: Path, photos: PhotoFiles) -> Iterator[View]:
         row = _row(entry, f"{path}: {name}")
         middle = (row.get("px", 0.0) / _FILM, row.get("py", 0.0) / _FILM)
         lens = [row.get(key, 0.0) for key in _LENS]
-        with naming(f"{path}: {name}"):
+        with prefix_errors(f"{path}: {name}"):
             camera = _camera(photo, photos, row["f"] / _FILM, middle, lens)
             turned = _rotation(-row["heading"], row["pitch"], row["roll"])
             pose = np.column_stack([turned, [row["x"], row["y"], row["alt"]]])
@@ -179,7 +181,7 @@ def _views_of_table(path: Path, photos: PhotoFiles) -> Iterator[View]:
 def _row(entry: Mapping[str, str | None], name: str) -> dict[str, float]:
     """Return the numbers of a line; raise InputError if one is missing or no number."""
     row = {
-        key: numbers(text, 1, f"{name}: {key}")[0]
+        key: parse_numbers(text, 1, f"{name}: {key}")[0]
         for key, text in entry.items()
         if key and key != "#name" and text
     }

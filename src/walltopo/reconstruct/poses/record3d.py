@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 
 from walltopo.core import Camera, InputError, View
-from walltopo.core.errors import naming
+from walltopo.core.errors import prefix_errors
 from walltopo.core.files import read_json
 from walltopo.core.view import MAX_SIDE
 from walltopo.reconstruct.poses.export import Export, PhotoFiles
@@ -64,7 +64,7 @@ def read(poses: Path, photos: PhotoFiles) -> Export:
     content = parse(read_json(poses), _Metadata, str(poses))
     focal_x, focal_y = content.K[0], content.K[4]
     width, height = int(content.w), int(content.h)
-    with naming(poses):
+    with prefix_errors(poses):
         camera = Camera(
             "PINHOLE", width, height, (focal_x, focal_y or focal_x, width / 2, height / 2)
         )

@@ -7,7 +7,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from walltopo.core import InputError
-from walltopo.core.errors import naming
+from walltopo.core.errors import prefix_errors
 from walltopo.core.text_files import as_utf8
 
 _MAX_BYTES = 200_000_000
@@ -29,7 +29,7 @@ def read_xml(path: Path) -> ElementTree.Element:
         stored = path.read_bytes()
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
-    with naming(path):
+    with prefix_errors(path):
         data = as_utf8(stored)
     if data != stored:
         data = _DECLARATION.sub(b"", data)

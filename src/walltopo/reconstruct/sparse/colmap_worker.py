@@ -45,19 +45,19 @@ def main() -> int:
     job = msgspec.json.decode(sys.stdin.readline(), type=ColmapJob)
     end_with_parent()
     try:
-        _run(job)
+        _run_job(job)
     except (WalltopoError, RuntimeError, ValueError, OSError) as error:
-        _event(error=str(error), kind=type(error).__name__)
+        _write_event(error=str(error), kind=type(error).__name__)
         return 1
     return 0
 
 
-def _event(**fields: Any) -> None:
+def _write_event(**fields: Any) -> None:
     sys.stdout.write(EVENT + json.dumps(fields) + "\n")
     sys.stdout.flush()
 
 
-def _run(job: ColmapJob) -> None:
+def _run_job(job: ColmapJob) -> None:
     from walltopo.geometry.colmap import pycolmap
 
     database = Path(job.database)
@@ -73,9 +73,9 @@ def _run(job: ColmapJob) -> None:
     if job.learned is not None:
         from walltopo.reconstruct.sparse.learned_features import add_learned
 
-        _verify(database, job, add_learned(database, job, job.learned, _event))
+        _verify(database, job, add_learned(database, job, job.learned, _write_event))
     if job.map is not None:
-        _map(database, job, job.map)
+        _map_photos(database, job, job.map)
 
 
 def register_images(
@@ -169,7 +169,7 @@ def _extract(database: Path, job: ColmapJob) -> None:
             for number, entry in enumerate(job.images, start=1)
             if not (db.exists_keypoints(number) and db.exists_descriptors(number))
         ]
-    _event(step="features", total=len(missing))
+    _write_event(step="features", total=len(missing))
     if not missing:
         return
     options = pycolmap.FeatureExtractionOptions()
@@ -207,7 +207,7 @@ def _match(database: Path, job: ColmapJob, pairing: Pairing) -> None:
             if db.exists_matches(a, b) and db.exists_two_view_geometry(a, b)
         }
     pairs = in_tiles([pair for pair in wanted if pair not in done])
-    _event(step="matches", total=len(pairs), block=_BLOCK)
+    _write_event(step="matches", total=len(pairs), block=_BLOCK)
     if not pairs:
         return
     matching = pycolmap.FeatureMatchingOptions()
@@ -252,7 +252,7 @@ def _pair_list(database: Path, job: ColmapJob, pairs: Sequence[tuple[int, int]])
     listing.unlink()
 
 
-def _map(database: Path, job: ColmapJob, task: MapTask) -> None:
+def _map_photos(database: Path, job: ColmapJob, task: MapTask) -> None:
     """Map the photos, join and refine the models, and write the best one."""
     output = Path(task.output)
     shutil.rmtree(output, ignore_errors=True)
@@ -261,9 +261,9 @@ def _map(database: Path, job: ColmapJob, task: MapTask) -> None:
         _guess_focals(database, job, task.focal)
     options = _mapper_options(job, task)
     if task.posed:
-        found = start_from_poses(database, job, task, options, _event)
+        found = start_from_poses(database, job, task, options, _write_event)
         if found is None:
-            _event(models={}, best="", contradicts=True)
+            _write_event(models={}, best="", contradicts=True)
             return
         models = found
     else:
@@ -271,17 +271,17 @@ def _map(database: Path, job: ColmapJob, task: MapTask) -> None:
     sizes = {str(key): model.num_reg_images() for key, model in models.items()}
     best = max(models, key=lambda key: (models[key].num_reg_images(), -key), default=None)
     if best is None:
-        _event(models=sizes, best="")
+        _write_event(models=sizes, best="")
         return
     # COLMAP writes a continued model to the output folder itself.
     place = output if task.reference else output / str(best)
     model = models[best]
     if len(models) > 1 and not task.reference:
         model = join_models(models, database, Path(job.image_root), place, options) or model
-    _event(step="refine", total=1)
+    _write_event(step="refine", total=1)
     refine(model, set(task.held_images), set(task.constant_cameras))
     model.write(place)
-    _event(models=sizes, best=str(place))
+    _write_event(models=sizes, best=str(place))
 
 
 def _guess_focals(database: Path, job: ColmapJob, share: float) -> None:
@@ -327,7 +327,7 @@ def _run_mapper(database: Path, job: ColmapJob, task: MapTask, options: Any) -> 
     """Run the mapper; return each `pycolmap.Reconstruction` by its number."""
     from walltopo.geometry.colmap import pycolmap
 
-    _event(step="register", total=task.expected)
+    _write_event(step="register", total=task.expected)
     return dict(
         pycolmap.incremental_mapping(
             database, job.image_root, task.output, options, input_path=task.reference

@@ -158,7 +158,7 @@ def into_frame_of_poses(model: Any, given: GivenPoses, views: Mapping[str, View]
     found = {str(image.name): image for image in model.images.values() if image.has_pose}
     names = sorted(found.keys() & views.keys())
     if len(names) < max(2, _MIN_PLACED * len(views)):
-        raise contradiction(given)
+        raise contradiction_error(given)
     target = np.array([views[name].cam_from_world for name in names])
     source = np.array([found[name].cam_from_world().matrix() for name in names])
     fit = fit_poses(source, target)
@@ -209,7 +209,7 @@ def _with_notes(fit: PosesFit, worst: str) -> PosesFit:
     return replace(fit, notes=tuple(notes))
 
 
-def contradiction(given: GivenPoses) -> InputError:
+def contradiction_error(given: GivenPoses) -> InputError:
     """Return the error for poses that do not belong to the photos."""
     return InputError(
         f"{given.path}: its poses do not fit the photos: what several photos show does not meet "

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core.files import shipped_file
-from walltopo.core.parallel import cores
+from walltopo.core.parallel import available_cores
 from walltopo.images.files import read_grey, read_rgb
 from walltopo.images.networks import Network, open_network
 from walltopo.reconstruct.sparse.database import add_matches, append_keypoints
@@ -46,7 +46,7 @@ def add_learned(
     from walltopo.geometry.colmap import pycolmap
 
     network = XFeat()
-    with ThreadPoolExecutor(job.threads if job.threads > 0 else cores()) as pool:
+    with ThreadPoolExecutor(job.threads if job.threads > 0 else available_cores()) as pool:
 
         def with_progress(step: str, work: Callable[[S], T], items: Sequence[S]) -> Iterator[T]:
             report(step=step, total=len(items))

@@ -34,7 +34,7 @@ from walltopo.reconstruct.sparse.focal_guesses import (
     has_doubtful_lens,
 )
 from walltopo.reconstruct.sparse.given_poses import (
-    contradiction,
+    contradiction_error,
     into_frame_of_poses,
     posed_cameras,
     posed_views,
@@ -95,11 +95,11 @@ def map_photos(
     if given is not None and poses_contradict(
         folder, photos, views, settings, context.scratch, context.progress
     ):
-        raise contradiction(given)
+        raise contradiction_error(given)
     attempt = _reconstruct(folder, photos, given, views, settings, context)
     result = attempt.result
     if not result.models:
-        raise _not_registered(len(photos)) if given is None else contradiction(given)
+        raise _not_registered(len(photos)) if given is None else contradiction_error(given)
     best = Path(result.best)
     _note_groups(result, context)
     missing = {photo.name: photo.name for photo in photos if photo.name not in attempt.registered}
@@ -223,7 +223,7 @@ class _Mapper:
         task = MapTask(str(output), self.photos, posed=self.posed, focal=focal)
         result = run_worker(mapping_job(job, task), self.progress)
         if result.contradicts and self.given is not None:
-            raise contradiction(self.given)
+            raise contradiction_error(self.given)
         if not result.best:
             return Mapped(result, {})
         model = open_model(Path(result.best))

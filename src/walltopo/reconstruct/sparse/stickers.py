@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core.parallel import cores
+from walltopo.core.parallel import available_cores
 from walltopo.images.files import read_grey
 from walltopo.images.markers import detect_stickers
 from walltopo.reconstruct.sparse.database import add_matches, append_keypoints
@@ -44,15 +44,15 @@ def add_stickers(database: Path, job: ColmapJob) -> list[Pair]:
     def find(name: str) -> dict[int, Floats]:
         return sticker_points(read_grey(Path(job.image_root) / name), name)
 
-    with ThreadPoolExecutor(job.threads if job.threads > 0 else cores()) as pool:
+    with ThreadPoolExecutor(job.threads if job.threads > 0 else available_cores()) as pool:
         found = dict(enumerate(pool.map(find, (entry.name for entry in job.images)), start=1))
     with pycolmap.Database.open(database) as db:
-        first = {number: _put(db, number, own) for number, own in found.items() if own}
+        first = {number: _write_points(db, number, own) for number, own in found.items() if own}
         return [
             (a, b)
             for a, b in combinations(sorted(first), 2)
             if not _has_points(db, (a, b), first[a])
-            and add_matches(db, (a, b), _common(found[a], found[b]) + [first[a], first[b]])
+            and add_matches(db, (a, b), _common_matches(found[a], found[b]) + [first[a], first[b]])
         ]
 
 
@@ -83,7 +83,7 @@ def _grid(corners: NDArray[np.float64]) -> Floats:
     return cv2.perspectiveTransform(steps, homography)[0].astype(np.float32)
 
 
-def _put(db: Any, number: int, stickers: Mapping[int, Floats]) -> int:
+def _write_points(db: Any, number: int, stickers: Mapping[int, Floats]) -> int:
     """Write a photo's sticker points unless they are there; return the index of the first one."""
     first = 0
     if db.exists_descriptors(number):
@@ -101,7 +101,7 @@ def _has_points(db: Any, pair: Pair, first: int) -> bool:
     return bool((np.asarray(db.read_matches(*pair))[:, 0] >= first).any())
 
 
-def _common(a: Mapping[int, Floats], b: Mapping[int, Floats]) -> NDArray[np.uint32]:
+def _common_matches(a: Mapping[int, Floats], b: Mapping[int, Floats]) -> NDArray[np.uint32]:
     """Return the matches (m, 2) of the points of the stickers in both photos, from 0."""
     places_a, places_b = (
         {marker: POINTS * place for place, marker in enumerate(own)} for own in (a, b)

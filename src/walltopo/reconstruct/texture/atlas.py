@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, StageError, View
-from walltopo.core.parallel import ahead
+from walltopo.core.parallel import map_ahead
 from walltopo.geometry.topology import face_neighbours, patches, shared_corners
 from walltopo.images.fill import fill_gaps
 from walltopo.images.packing import fit_scale
@@ -108,7 +108,7 @@ def make_texture(
         return which, load(views[k].name) if len(which) else None
 
     correction = shift.astype(np.float32)
-    for gain, (which, photo) in zip(gains, ahead(loaded, range(len(views))), strict=True):
+    for gain, (which, photo) in zip(gains, map_ahead(loaded, range(len(views))), strict=True):
         if photo is not None:
             own = gain.astype(np.float32)
             paint_photo(photo, own, which, pixels, texels, node, correction, atlas, painted)
@@ -255,7 +255,7 @@ def _node_colours(
         points = pixels[which].reshape(-1, 2)[first]
         return nodes, sample_points(load(views[k].name), points) * gains[k]
 
-    for nodes, found in ahead(sampled, range(len(views))):
+    for nodes, found in map_ahead(sampled, range(len(views))):
         colour[nodes] = found
         progress.advance()
     return colour

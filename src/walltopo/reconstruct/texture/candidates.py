@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, View
-from walltopo.core.parallel import ahead
+from walltopo.core.parallel import map_ahead
 from walltopo.geometry.kernels import in_ranges, kernel
 from walltopo.geometry.topology import patches
 from walltopo.geometry.zbuffer import faces_in_view, render_ids, submesh
@@ -133,7 +133,7 @@ def find_candidates(
     def drawn(item: View) -> _VisibleFaces | None:
         return _draw(mesh, normals, item, load, hidden)
 
-    for index, faces_seen in enumerate(ahead(drawn, views)):
+    for index, faces_seen in enumerate(map_ahead(drawn, views)):
         if faces_seen is not None:
             in_ranges(
                 _keep_best,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core.parallel import cores
+from walltopo.core.parallel import available_cores
 from walltopo.geometry.graphs import symmetric_matrix
 from walltopo.geometry.kernels import kernel
 from walltopo.geometry.topology import edges_of
@@ -100,5 +100,5 @@ def level_seams(corner_node: Ints, node_vertex: NDArray[np.int64], node_colour: 
         start = right[:, channel]
         return np.asarray(cg(system, start, M=inverse, rtol=1e-3, maxiter=150)[0])
 
-    with ThreadPoolExecutor(cores()) as pool:
+    with ThreadPoolExecutor(available_cores()) as pool:
         return np.stack(list(pool.map(solved, range(3))), axis=1)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh
 from walltopo.geometry.graphs import symmetric_matrix
-from walltopo.geometry.topology import touching
+from walltopo.geometry.topology import faces_touching
 from walltopo.reconstruct.texture.paint import paint_photo
 
 Floats = NDArray[np.float64]
@@ -103,7 +103,7 @@ def _members(chart: NDArray[np.int32]) -> list[Ints]:
 def _near(mesh: Mesh, chosen: NDArray[np.bool_]) -> Ints:
     """Return the chosen faces and those within the vertex rings of `_ring` around them."""
     for _ in range(_RINGS):
-        chosen = touching(mesh, chosen)
+        chosen = faces_touching(mesh, chosen)
     return np.flatnonzero(chosen)
 
 

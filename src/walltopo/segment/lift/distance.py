@@ -118,7 +118,7 @@ def _first_hits(
                     nearest[chunk, r] = t
 
 
-def ease(distance: Floats, visibility_distance: float, power: float) -> Floats:
+def distance_weight(distance: Floats, visibility_distance: float, power: float) -> Floats:
     """Return the weight of evidence at a distance, from 1 at the camera to 0 at the limit.
 
     Parameters

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, Progress, View
-from walltopo.core.parallel import cores
+from walltopo.core.parallel import available_cores
 from walltopo.geometry.screen import lens_of, valid_slope
 from walltopo.segment.lift.blocks import Blocks
-from walltopo.segment.lift.distance import ease
+from walltopo.segment.lift.distance import distance_weight
 from walltopo.segment.lift.label_image import STEPS, Canvas, ViewEvidence, by_face, mask_windows
 from walltopo.segment.lift.visibility import (
     cull_blocks,
@@ -41,7 +41,7 @@ class Sampling:
     Parameters
     ----------
     visibility_distance : metres; a triangle farther away is unseen.
-    easing_power : see `ease`.
+    easing_power : see `distance_weight`.
     mask_resolution : see `label_size`.
     band : pixels around mask borders in which the distance to the border counts; 0 = hard borders.
     sample_px : a triangle whose longest edge is longer than this in pixels gets several samples.
@@ -115,7 +115,7 @@ def gather_evidence(
     not. All other triangles can never get a label. The second tests the visibility of the
     candidates alone. Views are spread over threads, and their tables are joined in view order.
     """
-    workers = cores()
+    workers = available_cores()
     samplers = [_ViewSampler(blocks, view, drawing(view), sampling) for view in views]
     mark = np.zeros(len(blocks.faces), dtype=np.bool_)
     with ThreadPoolExecutor(workers) as pool:
@@ -298,7 +298,7 @@ class _ViewSampler:
         )
         centre = tuple(self.view.centre.tolist())
         range_ = distances(blocks.centroids, targets.candidates, face, centre)
-        eased = ease(range_, sampling.visibility_distance, sampling.easing_power)
+        eased = distance_weight(range_, sampling.visibility_distance, sampling.easing_power)
         focal = self.view.camera.fx * labels.shape[1] / self.view.camera.width
         return ViewEvidence(
             face,

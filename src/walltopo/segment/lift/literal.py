@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Instance, Instances, Mesh, View
 from walltopo.geometry.graphs import Partition
-from walltopo.segment.lift.distance import ease
+from walltopo.segment.lift.distance import distance_weight
 from walltopo.segment.lift.fast import TIE, confidence_of
 from walltopo.segment.lift.label_image import draw_labels, drawing_order
 from walltopo.segment.lift.settings import Confidence, LiftParams
@@ -69,8 +69,10 @@ def project_view(
     inside = near & (pixels >= 0).all(axis=1) & (mesh.areas > 0)
     inside &= (pixels[:, 0] < camera.width) & (pixels[:, 1] < camera.height)
     remaining = np.flatnonzero(inside & _before_fold(view, mesh.centroids))
-    seen = remaining[_seen(tracer, view.centre, rays[remaining], distance[remaining], remaining)]
-    weight = ease(distance[seen], params.visibility_distance, params.easing_power)
+    seen = remaining[
+        _visible_triangles(tracer, view.centre, rays[remaining], distance[remaining], remaining)
+    ]
+    weight = distance_weight(distance[seen], params.visibility_distance, params.easing_power)
     height, width = labels.shape
     found: dict[int, Projection] = {}
     negative: dict[int, float] = {}
@@ -100,7 +102,7 @@ def _before_fold(view: View, points: Floats) -> NDArray[np.bool_]:
     return (local[:, 2] > 0) & (slope < valid_slope(view.camera))
 
 
-def _seen(
+def _visible_triangles(
     tracer: object, centre: Floats, rays: Floats, distance: Floats, targets: NDArray[np.int64]
 ) -> NDArray[np.bool_]:
     """Return whether the ray to each triangle's centroid hits that triangle first."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core.parallel import cores
+from walltopo.core.parallel import available_cores
 from walltopo.geometry.kernels import in_ranges, kernel
 from walltopo.segment.lift.evidence import Evidence
 
@@ -116,7 +116,11 @@ def _compare(
                 if q >= 0 and view[k] != own:
                     if total[q] == 0.0:
                         if end == len(met):
-                            met, shared, p_seen = longer(met), longer(shared), longer(p_seen)
+                            met, shared, p_seen = (
+                                doubled_array(met),
+                                doubled_array(shared),
+                                doubled_array(p_seen),
+                            )
                         met[end] = q
                         view_of[q] = view[k]
                         end += 1
@@ -200,13 +204,13 @@ def in_chunks(
     count = len(starts) - 1
     goals = np.linspace(0, starts[-1], parts + 1)[1:-1]
     inner = np.minimum(np.searchsorted(starts, goals), count)
-    with ThreadPoolExecutor(cores()) as pool:
+    with ThreadPoolExecutor(available_cores()) as pool:
         found = list(pool.map(work, [0, *inner.tolist()], [*inner.tolist(), count]))
     return [np.concatenate(part) for part in zip(*found, strict=True)]
 
 
 @kernel
-def longer(values: Any) -> Any:
+def doubled_array(values: Any) -> Any:
     """Return a copy of the array with twice the length."""
     grown = np.zeros(2 * len(values), dtype=values.dtype)
     grown[: len(values)] = values
@@ -255,7 +259,7 @@ def _pairs(
                 if q > p:
                     if total[q] == 0.0:
                         if end == len(second):
-                            second, shared = longer(second), longer(shared)
+                            second, shared = doubled_array(second), doubled_array(shared)
                         second[end] = q
                         end += 1
                     total[q] += whole

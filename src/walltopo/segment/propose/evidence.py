@@ -136,7 +136,7 @@ def cues_of(relief: Relief, masks: Masks, tint: Tint) -> Floats:
     )
 
 
-def explained(relief: Relief, masks: Masks, tint: Tint) -> bool:
+def is_explained(relief: Relief, masks: Masks, tint: Tint) -> bool:
     """Return whether photos explain a piece: by a mask, or by a colour unlike the wall's.
 
     A speck of few triangles is never explained.

@@ -17,7 +17,7 @@ from walltopo.scans.scale import TYPICAL_HOLD, unit_of_sizes
 from walltopo.segment.propose.evidence import (
     Masks,
     PhotoView,
-    explained,
+    is_explained,
     photo_views,
     shipped_model,
 )
@@ -106,7 +106,7 @@ def _evidence(pieces: Pieces) -> dict[int, float]:
     probabilities = shipped_model().probability(pieces.cues())
     return {
         number: float(probability)
-        if explained(pieces.relief[number], pieces.masks[number], pieces.tint[number])
+        if is_explained(pieces.relief[number], pieces.masks[number], pieces.tint[number])
         else min(float(probability), UNEXPLAINED)
         for number, probability in zip(pieces.ids, probabilities, strict=True)
     }
