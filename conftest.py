@@ -148,7 +148,7 @@ def once(tmp_path_factory: pytest.TempPathFactory) -> Once:
 
 @pytest.fixture(scope="session")
 def tiny_photos() -> Path:
-    """Eight photos of a small rendered gym (`walltopo_lab.synth.tiny`); nobody changes them."""
+    """Return eight photos of `walltopo_lab.synth.write_tiny_gym`; nobody changes them."""
     return Path(__file__).parent / "tests" / "data" / "tiny-gym"
 
 

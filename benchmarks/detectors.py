@@ -29,7 +29,7 @@ from walltopo.segment.settings import DetectSettings
 from walltopo_lab.datasets.model import Dataset, Photo
 from walltopo_lab.datasets.read import read_dataset
 from walltopo_lab.evaluate.detector import DetectorFigures, evaluate_detections
-from walltopo_lab.evaluate.looks import LOW_SCORE, Outcome, as_dataset, look, plain_boxes
+from walltopo_lab.evaluate.looks import LOW_SCORE, Outcome, as_dataset, detect_photos, plain_boxes
 
 SETS = {
     "valid": "hold-boxes/valid",
@@ -110,7 +110,7 @@ def report(name: str, path: Path, settings: DetectSettings, every: int = 1) -> N
     # A YOLO folder without a data.yaml names no classes; all sets here use the same numbers.
     truth = Dataset(labelled[::every], {1: "hold", 2: "volume"})
     detector = open_detector(replace(settings, score=LOW_SCORE))
-    outcome = look(detector, [p.path for p in truth.photos if p.path is not None])
+    outcome = detect_photos(detector, [p.path for p in truth.photos if p.path is not None])
     print(f"{name}: {len(truth.photos)} photos, {detector.description}\n")
     print(
         "| | AP50 | AP | AP75 | AR | recall over 40 px | objects |\n|---|---|---|---|---|---|---|"
@@ -152,7 +152,7 @@ def main() -> None:
     )
     if args.time:
         photos = sorted((args.data / "gym-a" / "photos").iterdir())[:12]
-        print_time(look(open_detector(settings), photos))
+        print_time(detect_photos(open_detector(settings), photos))
         return
     for name in args.sets.split(","):
         report(name, args.data / SETS[name], settings, args.every)

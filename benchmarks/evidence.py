@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from walltopo.describe.settings import ClassifySettings
 from walltopo.segment.propose.evidence import CUES, EvidenceModel
-from walltopo_lab.train.evidence import Samples, fit, prepare, samples_of
+from walltopo_lab.train.evidence import Samples, fit_model, prepare_scan, samples_of
 
 
 def _row(title: str, model: EvidenceModel, samples: Samples) -> None:
@@ -51,16 +51,16 @@ def main() -> None:
     parser.add_argument("folders", type=Path, nargs="+", metavar="SCAN GYM")
     parser.add_argument("-o", "--output", type=Path)
     args = parser.parse_args()
-    gyms = {pair[1].name: samples_of(prepare(*pair)) for pair in _pairs(args.folders)}
+    gyms = {pair[1].name: samples_of(prepare_scan(*pair)) for pair in _pairs(args.folders)}
     print(
         "| gym | pieces | holds | masks alone: precision / recall | together | holds without any mask: shown | false ones without |"
     )
     print("|---|---|---|---|---|---|---|")
     for name, samples in gyms.items():
         others = [own for other, own in gyms.items() if other != name]
-        _row(name, fit(Samples.together(others)), samples)
+        _row(name, fit_model(Samples.together(others)), samples)
     made_by = f"python -m benchmarks.evidence, gyms {', '.join(gyms)}"
-    model = fit(Samples.together(list(gyms.values())), made_by)
+    model = fit_model(Samples.together(list(gyms.values())), made_by)
     if args.output:
         model.save(args.output)
     print("\n| cue | weight with masks | without |")

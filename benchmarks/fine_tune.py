@@ -26,7 +26,7 @@ from walltopo.core.files import read_json, write_json
 from walltopo.segment.detect.detector import shipped_model
 from walltopo_lab.datasets.model import Dataset, Photo
 from walltopo_lab.datasets.read import read_dataset
-from walltopo_lab.train.own_network import CLASSES, compared, fine_tune
+from walltopo_lab.train.own_network import CLASSES, compare_network, fine_tune
 
 MAX_TEST = 12
 
@@ -74,8 +74,10 @@ def row_of(gym: str, dataset: Dataset, count: int, folder: Path, minutes: float)
             "photos": count,
             "objects": sum(len(p.annotations) for p in train.photos),
             "rest": len(test.photos),
-            "before": to_builtins(compared(shipped_model(), test)),
-            "after": to_builtins(compared(fine_tune(train, out / "run", minutes, Silent()), test)),
+            "before": to_builtins(compare_network(shipped_model(), test)),
+            "after": to_builtins(
+                compare_network(fine_tune(train, out / "run", minutes, Silent()), test)
+            ),
         }
         write_json(kept, row)
     return read_json(kept)

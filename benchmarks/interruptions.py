@@ -27,7 +27,7 @@ from pathlib import Path
 
 from walltopo.core.files import files_below
 from walltopo.scans.manifest import Manifest
-from walltopo_lab.synth import tiny
+from walltopo_lab.synth import write_tiny_gym
 
 # Use small pictures, because large ones would take most of the time.
 SIZES = ("texture.size", "export.first_texture", "export.detail_texture", "export.archive_texture")
@@ -73,7 +73,7 @@ def main() -> int:
         work = Path(name)
         photos = args.photos
         if photos is None:
-            tiny(work / "gym")
+            write_tiny_gym(work / "gym")
             photos = work / "gym" / "photos"
         # Use equal names, because the page contains the folder's name.
         calm, shaken = work / "calm" / "scan", work / "shaken" / "scan"

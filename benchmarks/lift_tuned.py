@@ -39,7 +39,7 @@ from walltopo_lab.evaluate.semantics import class_of_faces, confusion, semantic_
 from walltopo_lab.synth.params import gym_preset
 from walltopo_lab.synth.recipe import Recipe, generate
 from walltopo_lab.tune.lift_problem import LiftProblem, LiftWall, load_lift_wall
-from walltopo_lab.tune.study import open_study, results, search
+from walltopo_lab.tune.study import open_study, run_trials, study_results
 from walltopo_lab.tune.walls import Wall
 
 PRESETS = ("modern", "oldschool-dark")
@@ -114,8 +114,8 @@ def _tuned(
     problem, judge = LiftProblem(train, method), LiftProblem(val, method)
     name = f"{preset}-{method}-{plan.photos}-{detector_hash()}"
     study = open_study(problem, f"sqlite:///{plan.work / 'tuning.db'}", name, 0)
-    search(study, problem, plan.trials)
-    found = results(study, problem)
+    run_trials(study, problem, plan.trials)
+    found = study_results(study, problem)
     best = sorted((t for t in found.trials if t.walls), key=lambda t: (-t.figure, t.number))
     candidates = [found.default, *best[:SHORT_LIST]]
     on_val = [float(np.mean(list(judge.evaluate(t.values).values()))) for t in candidates]

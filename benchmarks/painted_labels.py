@@ -11,7 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from walltopo.core import Camera, View
-from walltopo_lab.datasets.compare import compare
+from walltopo_lab.datasets.compare import compare_sets
 from walltopo_lab.datasets.model import Annotation, Dataset
 from walltopo_lab.datasets.project import project_labels
 from walltopo_lab.datasets.refine import grabcut, refine_dataset
@@ -62,7 +62,7 @@ def main() -> None:
         begin = time.process_time()
         dataset = make()
         seconds = time.process_time() - begin + (projecting if name.startswith("painted") else 0.0)
-        found = compare(dataset, true).as_dict()
+        found = compare_sets(dataset, true).as_dict()
         cells = " | ".join(f"{found[key]:.3f}" for key in ("miou", "miou_objects", "instance_iou"))
         print(f"| {name} | {cells} | {seconds:.1f} |")
 

@@ -16,7 +16,7 @@ import numpy as np
 from walltopo.core import Silent
 from walltopo.describe.classify.observations import load_photo
 from walltopo.scans.segmentation import decode_segmentation, parse_segmentation
-from walltopo_lab.train.paint.holds import WAYS, PhotoHolds, ari, of_generated, read_holds
+from walltopo_lab.train.paint.holds import WAYS, PhotoHolds, of_generated, photo_ari, read_holds
 from walltopo_lab.train.paint.photos import make_photos, read_photos
 
 
@@ -40,7 +40,7 @@ def report_generated(folder: Path, first: int, count: int) -> None:
     rows = []
     for photo in read_photos(folder):
         holds = of_generated(photo)
-        rows.append({way: ari(holds, way) for way in WAYS})
+        rows.append({way: photo_ari(holds, way) for way in WAYS})
         print(f"{photo.name} ({len(holds.points)} holds): {_routes_line(rows[-1])}")
     means = {way: float(np.mean([row[way] for row in rows])) for way in WAYS}
     print(f"{len(rows)} photos, mean ARI: {_routes_line(means)}")
@@ -57,7 +57,7 @@ def report_masks(folder: Path) -> None:
         if not known:
             continue
         holds = _holds(folder, image, entries)
-        results = {way: ari(holds, way) for way in WAYS}
+        results = {way: photo_ari(holds, way) for way in WAYS}
         print(
             f"{image['file_name']} ({len(known)} of {len(entries)} masks in "
             f"{len(set(known))} routes): {_routes_line(results)}"

@@ -17,7 +17,7 @@ from benchmarks.lift_tuned import FIRST_SEED, PRESETS, USES
 from walltopo.describe.routes.proxy import PROXY_FACES, build_proxy
 from walltopo_lab.synth.set_gyms import set_gym
 from walltopo_lab.tune.routes_problem import RoutesProblem, RoutesWall, load_routes_wall
-from walltopo_lab.tune.study import open_study, results, search
+from walltopo_lab.tune.study import open_study, run_trials, study_results
 from walltopo_lab.tune.walls import Wall
 
 
@@ -42,8 +42,8 @@ def main() -> None:
     args.work.mkdir(parents=True, exist_ok=True)
     train = RoutesProblem([_set_wall(p, k) for p in PRESETS for k in range(len(USES))])
     study = open_study(train, f"sqlite:///{args.work / 'tuning.db'}", "routes", 0)
-    search(study, train, args.trials)
-    found = results(study, train)
+    run_trials(study, train, args.trials)
+    found = study_results(study, train)
     given = ("gym-a", "gym-a-reset")
     walls = [load_routes_wall(Wall(name, "test", args.data / name)) for name in given]
     walls += [_set_wall(p, len(USES) + k) for p in PRESETS for k in range(args.gyms)]

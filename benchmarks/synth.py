@@ -34,7 +34,7 @@ def pictures(out: Path, presets: Sequence[str]) -> None:
     from PIL import Image
 
     from walltopo_lab.synth.develop import develop, draw_exposure
-    from walltopo_lab.synth.path import phone_camera, walk
+    from walltopo_lab.synth.path import phone_camera, walk_poses
     from walltopo_lab.synth.render import Renderer
 
     out.mkdir(parents=True, exist_ok=True)
@@ -43,7 +43,7 @@ def pictures(out: Path, presets: Sequence[str]) -> None:
         gym_settings, photo_settings = gym_preset(name)
         photo_settings = replace(photo_settings, photos=12, width=960, height=720)
         gym = make_gym(gym_settings, seed)
-        poses = walk(
+        poses = walk_poses(
             gym.wall, gym.plates, gym_settings, photo_settings, np.random.default_rng([seed, 9])
         )
         renderer, tiles = Renderer(gym), []
@@ -63,7 +63,7 @@ def speed(presets: Sequence[str]) -> None:
     A photo of 1632x1224 is rendered, developed and gets its masks.
     """
     from walltopo_lab.synth.develop import develop, draw_exposure
-    from walltopo_lab.synth.path import phone_camera, walk
+    from walltopo_lab.synth.path import phone_camera, walk_poses
     from walltopo_lab.synth.render import Renderer
     from walltopo_lab.synth.truth import masks_of
 
@@ -73,7 +73,7 @@ def speed(presets: Sequence[str]) -> None:
         cpu = time.process_time()
         gym = make_gym(settings, 1)
         built = time.process_time() - cpu
-        poses = walk(gym.wall, gym.plates, settings, photos, np.random.default_rng(1))
+        poses = walk_poses(gym.wall, gym.plates, settings, photos, np.random.default_rng(1))
         renderer = Renderer(gym)
         renderer.render(phone_camera(photos), poses[0], 1)  # compile
         cpu, wall = time.process_time(), time.perf_counter()

@@ -29,7 +29,7 @@ from walltopo.scans.photos import PhotoSet
 from walltopo_lab.classifier.cutout_classifier import (
     CutoutClassifier,
     Verdict,
-    judge,
+    judge_cutouts,
     open_classifier,
 )
 from walltopo_lab.classifier.samples import read_cutouts
@@ -74,7 +74,7 @@ def by_cutouts(gym: Path, classifier: CutoutClassifier) -> dict[int, Verdict]:
     for hold in np.unique(cutouts.hold).tolist():
         rows = np.flatnonzero(cutouts.hold == hold)
         number = int(cutouts.keys[hold].rsplit("/", 1)[1])
-        found[number] = judge(chance[rows], area[rows], classifier.names)
+        found[number] = judge_cutouts(chance[rows], area[rows], classifier.names)
     return found
 
 

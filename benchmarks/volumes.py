@@ -30,7 +30,7 @@ from walltopo_lab.evaluate.carry import Carried, carry_truth
 from walltopo_lab.evaluate.mesh import REACH_M
 from walltopo_lab.evaluate.scan import scan_views
 from walltopo_lab.evaluate.truth import CLASS_IDS, read_truth
-from walltopo_lab.train.evidence import WITHIN, lifted
+from walltopo_lab.train.evidence import WITHIN, lift_detections
 
 MIN_IOU = 0.5
 MIN_CONFIDENCE = 0.3  # of a volume that is counted
@@ -90,7 +90,7 @@ def measure(folder: Path, gym: Path) -> list[Found]:
     }
     found = []
     for given in (detections, replace(detections, masks=holds)):
-        table, records = lifted(mesh, views, given)
+        table, records = lift_detections(mesh, views, given)
         found.append(compare(table, records, carried, mesh))
         every = np.ones(len(mesh.faces), dtype=np.bool_)
         table, records = add_volumes(ground, table, records, every, ProposeSettings().sure)

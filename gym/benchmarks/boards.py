@@ -25,7 +25,7 @@ from sqlalchemy import insert, text
 
 from walltopo_gym.accounts.actor import sign_in
 from walltopo_gym.accounts.models import Person, Profile
-from walltopo_gym.climbing.counting import recount
+from walltopo_gym.climbing.counting import recount_gym
 from walltopo_gym.climbing.models import Ascent, Follow
 from walltopo_gym.clock import now
 from walltopo_gym.gyms.models import GradeSystem, Gym, Membership
@@ -129,7 +129,7 @@ def fill(server: Server) -> tuple[str, list[str], list[UUID], float]:
     begun = time.perf_counter()
     with server.database.writing() as session:
         session.execute(text("ANALYZE"))
-    recount(server.database, world.gym.id)
+    recount_gym(server.database, world.gym.id)
     return world.path, cookies, routes[-300:], time.perf_counter() - begun
 
 

@@ -20,7 +20,7 @@ from gym.tests.worlds import Server, make_world
 from sqlalchemy import insert
 
 from walltopo_gym.clock import now
-from walltopo_gym.competitions.history import board_of, struck
+from walltopo_gym.competitions.history import board_of, struck_events
 from walltopo_gym.competitions.models import (
     Category,
     Competition,
@@ -96,7 +96,7 @@ def measure(server: Server, events: int) -> tuple[float, float]:
     with server.database.reading() as session:
         row = session.get_one(Competition, competition)
         board = seconds(lambda: board_of(session, row).view())
-        counted = seconds(lambda: struck(session, competition, ids[:100]))
+        counted = seconds(lambda: struck_events(session, competition, ids[:100]))
     return board, counted
 
 

@@ -22,7 +22,7 @@ from sqlalchemy import select, update
 
 from walltopo_climb.grades.font import FONT
 from walltopo_gym.accounts.actor import sign_in
-from walltopo_gym.climbing.counting import recount
+from walltopo_gym.climbing.counting import recount_gym
 from walltopo_gym.gyms.models import GradeSystem, Gym, Membership
 from walltopo_gym.publishing.models import Placement, Route
 
@@ -54,7 +54,7 @@ def style(server: Server) -> str:
         ).first()
         assert setter is not None
         cookie = sign_in(session, setter, "laptop", 1)
-    recount(server.database, gym.id)
+    recount_gym(server.database, gym.id)
     return cookie
 
 

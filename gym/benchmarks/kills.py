@@ -29,7 +29,7 @@ from gym.tests.running import QUICK, Process, announce, browser, send, wait_for
 from gym.tests.worlds import Server, World, make_world, new_database
 
 from walltopo.pipeline.stages import stage_names
-from walltopo_lab.synth import tiny
+from walltopo_lab.synth import write_tiny_gym
 
 _AWAY_S = 2  # how long the database is away
 _PACE_S = 0.3  # between two things that the setter does meanwhile
@@ -243,7 +243,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     whom.add_argument("--database", action="store_true", help="PostgreSQL is killed")
     args = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory() as name:
-        photos = args.photos or tiny(Path(name) / "gym") / "photos"
+        photos = args.photos or write_tiny_gym(Path(name) / "gym") / "photos"
         calm = scanned(photos, False, args.elsewhere, args.database)
         rough = scanned(photos, True, args.elsewhere, args.database)
     print(f"undisturbed: {calm['state']}, {calm['stages']} stages {calm['error']}")

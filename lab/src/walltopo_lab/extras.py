@@ -20,12 +20,12 @@ SHAPES = {"skimage": "walltopo-lab"}
 LEARN = {"sklearn": "walltopo-lab"}
 
 
-def of(*extras: str) -> dict[str, str]:
+def modules_of(*extras: str) -> dict[str, str]:
     """Return the modules of these extras, each with its requirement, for `walltopo.cli.options`."""
     return {module: f"walltopo-lab[{extra}]" for extra in extras for module in EXTRAS[extra]}
 
 
-def need(module: str, extra: str, what: str, instead: str = "") -> Any:
+def import_extra(module: str, extra: str, what: str, instead: str = "") -> Any:
     """Import a module of an extra.
 
     Parameters
@@ -49,12 +49,12 @@ def need(module: str, extra: str, what: str, instead: str = "") -> Any:
 
 def need_optuna() -> Any:
     """Import Optuna, with PyTorch for its Gaussian process, and silence its log."""
-    need("torch", "tune", "tuning")
-    optuna = need("optuna", "tune", "tuning")
+    import_extra("torch", "tune", "tuning")
+    optuna = import_extra("optuna", "tune", "tuning")
     optuna.logging.set_verbosity(optuna.logging.ERROR)
     return optuna
 
 
 def need_ultralytics(what: str, instead: str) -> Any:
     """Import Ultralytics (AGPL-3.0)."""
-    return need("ultralytics", "ultralytics", what, instead)
+    return import_extra("ultralytics", "ultralytics", what, instead)

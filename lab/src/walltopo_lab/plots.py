@@ -12,7 +12,7 @@ from walltopo.core.files import atomic_path
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 
 
-def panels(count: int, columns: int = 2) -> tuple[Any, list[Any]]:
+def make_panels(count: int, columns: int = 2) -> tuple[Any, list[Any]]:
     """Return a `matplotlib.figure.Figure` with `count` axes; needs no window or global state."""
     from matplotlib.figure import Figure
 
@@ -27,7 +27,7 @@ def panels(count: int, columns: int = 2) -> tuple[Any, list[Any]]:
     return figure, axes
 
 
-def save(figure: Any, path: Path) -> None:
+def save_figure(figure: Any, path: Path) -> None:
     """Write a figure in the format of the path's suffix; atomic."""
     with atomic_path(path) as temporary:
         figure.savefig(temporary, format=path.suffix[1:])

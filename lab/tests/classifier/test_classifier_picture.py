@@ -13,11 +13,11 @@ from walltopo.core import InputError
 from walltopo_lab.classifier.cutout_classifier import (
     GREY,
     Meaning,
-    judge,
+    judge_cutouts,
     meanings_from_json,
     meanings_of,
     read_classes,
-    square,
+    square_cutout,
     to_json,
 )
 
@@ -27,7 +27,7 @@ def test_any_mask_fills_its_square(height: int, width: int, side: int) -> None:
     crop = np.full((height + 6, width + 4, 3), 9, np.uint8)
     mask = np.zeros(crop.shape[:2], np.bool_)
     mask[3 : 3 + height, 2 : 2 + width] = True
-    picture = square(crop, mask, side)
+    picture = square_cutout(crop, mask, side)
     assert picture.shape == (side, side, 3)
     rows, columns = np.nonzero((picture != GREY).all(axis=2))
     assert max(np.ptp(rows), np.ptp(columns)) + 1 == pytest.approx(0.9 * side, abs=2)
@@ -40,15 +40,15 @@ def test_what_is_outside_the_mask_does_not_show() -> None:
     crop[:, :10] = 250
     mask = np.zeros((20, 20), np.bool_)
     mask[:, 10:] = True
-    assert square(crop, mask, 64).max() == GREY
+    assert square_cutout(crop, mask, 64).max() == GREY
 
 
 def test_cutouts_that_cannot_be_shown_are_errors() -> None:
     crop = np.zeros((8, 8, 3), np.uint8)
     with pytest.raises(InputError, match="empty"):
-        square(crop, np.zeros((8, 8), np.bool_), 64)
+        square_cutout(crop, np.zeros((8, 8), np.bool_), 64)
     with pytest.raises(InputError, match="mask"):
-        square(crop, np.ones((4, 4), np.bool_), 64)
+        square_cutout(crop, np.ones((4, 4), np.bool_), 64)
 
 
 def test_classes_say_type_colour_and_role(tmp_path: Path) -> None:
@@ -92,13 +92,13 @@ def test_broken_class_files_are_named(tmp_path: Path, text: str, output: str) ->
 def test_confidences_are_summed_by_weight() -> None:
     """Two small cutouts say jug, a large one says crimp: the large one wins, with doubt."""
     shown = np.array([[0.9, 0.1], [0.8, 0.2], [0.2, 0.8]])
-    verdict = judge(shown, np.array([100.0, 100.0, 800.0]), ["jug", "crimp"])
+    verdict = judge_cutouts(shown, np.array([100.0, 100.0, 800.0]), ["jug", "crimp"])
     assert verdict.name == "crimp"
     sums = np.array([100, 100, 800]) @ shown / 1000
     assert verdict.confidence == pytest.approx((sums[1] - sums[0]) * 0.8)
-    assert judge(shown, np.ones(3), ["jug", "crimp"]).name == "jug"
-    assert judge(shown, np.zeros(3), ["jug", "crimp"]).name == "jug"
+    assert judge_cutouts(shown, np.ones(3), ["jug", "crimp"]).name == "jug"
+    assert judge_cutouts(shown, np.zeros(3), ["jug", "crimp"]).name == "jug"
 
 
 def test_one_class_has_no_rival() -> None:
-    assert judge(np.array([[1.0]]), np.ones(1), ["jug"]).confidence == pytest.approx(1.0)
+    assert judge_cutouts(np.array([[1.0]]), np.ones(1), ["jug"]).confidence == pytest.approx(1.0)

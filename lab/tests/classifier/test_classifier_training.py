@@ -17,7 +17,7 @@ from walltopo.scans.folder import ScanFolder
 from walltopo.scans.holds import Hold, Holds, Role
 from walltopo.scans.pictures import INDEX, Cutout, CutoutIndex
 from walltopo_lab.classifier import yolo
-from walltopo_lab.classifier.cutout_classifier import Meaning, open_classifier, square
+from walltopo_lab.classifier.cutout_classifier import Meaning, open_classifier, square_cutout
 from walltopo_lab.classifier.params import ClassifierSettings
 from walltopo_lab.classifier.samples import Cutouts, read_cutouts
 from walltopo_lab.classifier.split import hold_split
@@ -148,7 +148,7 @@ def test_the_command_trains_a_network_that_names_shapes(folders: Path, tmp_path:
     assert classifier.meaning("ring").colour == "sea"
     rng = np.random.default_rng(5)
     fresh = [(kind, draw(kind, rng)) for kind in KINDS for _ in range(12)]
-    pictures = [square(p[..., :3], p[..., 3] > 0, 32) for _, p in fresh]
+    pictures = [square_cutout(p[..., :3], p[..., 3] > 0, 32) for _, p in fresh]
     chance = classifier.confidences(np.stack(pictures))
     assert chance.sum(axis=1) == pytest.approx(np.ones(len(fresh)), abs=1e-5)
     right = [KINDS[k] == kind for k, (kind, _) in zip(chance.argmax(axis=1), fresh, strict=True)]

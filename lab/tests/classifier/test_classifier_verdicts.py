@@ -17,9 +17,9 @@ from walltopo.describe.settings import ClassifySettings
 from walltopo.scans.holds import Hold
 from walltopo_lab.classifier.cutout_classifier import Meaning, Verdict
 from walltopo_lab.classifier.verdicts import (
+    apply_verdict,
+    apply_verdicts,
     cutout_weights,
-    follow,
-    followed,
     verdicts,
     with_class_colours,
 )
@@ -85,18 +85,18 @@ def test_the_heaviest_cutouts_decide() -> None:
 
 def test_a_hold_follows_its_class() -> None:
     sure = Verdict("x", 0.8)
-    jug = follow(HOLD, sure, Meaning("jug"), 0.5)
+    jug = apply_verdict(HOLD, sure, Meaning("jug"), 0.5)
     assert (jug.type, jug.type_confidence, jug.colour) == ("jug", 0.8, "red")
     assert (jug.role, jug.review) == ("hold", False)
-    blue = follow(HOLD, sure, Meaning("unknown", "blue"), 0.5)
+    blue = apply_verdict(HOLD, sure, Meaning("unknown", "blue"), 0.5)
     assert (blue.type, blue.colour, blue.colour_confidence) == ("crimp", "blue", 0.8)
-    assert follow(HOLD, sure, Meaning("jug", role="downclimb"), 0.5).role == "downclimb"
+    assert apply_verdict(HOLD, sure, Meaning("jug", role="downclimb"), 0.5).role == "downclimb"
     volume = with_(HOLD, kind="volume", role="volume", type="volume")
-    assert follow(volume, sure, Meaning("jug"), 0.5) == volume
+    assert apply_verdict(volume, sure, Meaning("jug"), 0.5) == volume
 
 
 def test_what_is_not_certain_is_unknown() -> None:
-    doubted = follow(HOLD, Verdict("x", 0.4), Meaning("jug", "blue", "downclimb"), 0.5)
+    doubted = apply_verdict(HOLD, Verdict("x", 0.4), Meaning("jug", "blue", "downclimb"), 0.5)
     assert (doubted.type, doubted.type_confidence) == ("unknown", 0.0)
     assert (doubted.colour, doubted.role) == ("red", "hold")
 
@@ -107,7 +107,7 @@ def test_what_the_model_doubts_is_for_review() -> None:
     undecided = [view((200, 0, 0)), view((0, 0, 200))]
     seen = {3: [view((200, 0, 0))], 4: undecided}
     settings = ClassifySettings(model="my.onnx", review_below=0.3, cutout_weight="area")
-    found = followed(holds, seen, ByColour(), settings)  # type: ignore[arg-type]
+    found = apply_verdicts(holds, seen, ByColour(), settings)  # type: ignore[arg-type]
     assert [hold.id for hold in found if hold.review] == [4]
 
 

@@ -16,7 +16,7 @@ from PIL import Image
 from walltopo.core import InputError, Mask
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo
 from walltopo_lab.datasets.read import FORMATS, read_dataset, write_dataset
-from walltopo_lab.datasets.shapes import ellipse, joined, mask_of, polygons_of_mask
+from walltopo_lab.datasets.shapes import ellipse, join_outlines, mask_of, polygons_of_mask
 from walltopo_lab.datasets.yolo import read_names
 
 
@@ -87,7 +87,7 @@ def test_outline_of_a_bitmap_draws_it_again(
     again = mask_of(Annotation(1, (0, 0, 1, 1), polygons), photo)
     # Pixels that touch at a corner only may join or part.
     assert (again.full() != mask.full()).sum() <= 2
-    one = mask_of(Annotation(1, (0, 0, 1, 1), (joined(polygons),)), photo)
+    one = mask_of(Annotation(1, (0, 0, 1, 1), (join_outlines(polygons),)), photo)
     assert (one.full() != mask.full()).sum() <= 4
 
 

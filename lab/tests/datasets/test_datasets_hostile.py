@@ -13,7 +13,7 @@ from PIL import Image
 from walltopo.cli import main
 from walltopo.core import InputError
 from walltopo_lab.datasets.read import read_dataset
-from walltopo_lab.datasets.shapes import joined
+from walltopo_lab.datasets.shapes import join_outlines
 
 SQUARE = [2, 2, 9, 2, 9, 9, 2, 9]
 
@@ -84,7 +84,7 @@ def test_an_outline_without_end_is_refused(tmp_path: Path) -> None:
 
 def test_twenty_thousand_parts_become_one_outline() -> None:
     parts = [np.array(SQUARE, dtype=np.float64).reshape(-1, 2) + k for k in range(20_000)]
-    outline = joined(parts)
+    outline = join_outlines(parts)
     x, y = outline.T
     area = abs(float(x @ np.roll(y, 1) - y @ np.roll(x, 1))) / 2
     assert area == pytest.approx(20_000 * 49)  # bridges have no area

@@ -13,7 +13,7 @@ from PIL import Image, ImageDraw
 
 from walltopo.core import InputError, Mask
 from walltopo_lab.datasets.check import TURNS, check_dataset, turn_scores
-from walltopo_lab.datasets.compare import compare
+from walltopo_lab.datasets.compare import compare_sets
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo
 from walltopo_lab.datasets.refine import grabcut, mask_iou, refine_dataset
 from walltopo_lab.datasets.shapes import ellipse, rectangle
@@ -163,13 +163,13 @@ def test_compare_by_hand() -> None:
     whole = (rectangle(0, 0, 10, 10),)
     truth = Dataset((Photo("a.jpg", 20, 10, (Annotation(1, (0, 0, 10, 10), whole),)),), CLASSES)
     mine = Dataset((Photo("a.png", 20, 10, (Annotation(1, (0, 0, 5, 10), half),)),), CLASSES)
-    result = compare(mine, truth)
+    result = compare_sets(mine, truth)
     assert result.per_class == pytest.approx({"none": 100 / 150, "hold": 0.5})
     assert result.miou == pytest.approx((2 / 3 + 0.5) / 2)
     assert result.instance_iou == pytest.approx(0.5)
-    assert compare(truth, truth).miou == 1.0
+    assert compare_sets(truth, truth).miou == 1.0
     with pytest.raises(InputError, match="common"):
-        compare(Dataset((Photo("z.jpg", 20, 10),), CLASSES), truth)
+        compare_sets(Dataset((Photo("z.jpg", 20, 10),), CLASSES), truth)
 
 
 def bitmap(x: int, y: int, size: int) -> NDArray[np.bool_]:
@@ -189,7 +189,9 @@ def test_grabcut_finds_ovals_in_boxes(tmp_path: Path) -> None:
     boxes = Dataset((boxes_only(truth.photos[0]),), CLASSES)
     refined, taken = refine_dataset(boxes, grabcut)
     assert taken >= 11
-    assert compare(refined, truth).instance_iou > 0.85 > compare(boxes, truth).instance_iou
+    assert (
+        compare_sets(refined, truth).instance_iou > 0.85 > compare_sets(boxes, truth).instance_iou
+    )
 
 
 def test_refinement_that_disagrees_is_not_taken(tmp_path: Path) -> None:
@@ -197,12 +199,12 @@ def test_refinement_that_disagrees_is_not_taken(tmp_path: Path) -> None:
     corner = Mask.from_full(np.pad(np.ones((5, 5), np.bool_), ((0, 295), (0, 395))), 1)
     same, taken = refine_dataset(truth, lambda image, masks, boxes: [corner] * len(masks))
     assert taken == 0
-    assert compare(same, truth).miou == 1.0
+    assert compare_sets(same, truth).miou == 1.0
     oval, _ = refine_dataset(
         Dataset((boxes_only(truth.photos[0]),), CLASSES),
         lambda image, masks, boxes: [None] * len(masks),
     )
-    assert compare(oval, truth).instance_iou > 0.95  # ovals are what they are here
+    assert compare_sets(oval, truth).instance_iou > 0.95  # ovals are what they are here
 
 
 def test_sheet(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from walltopo.core import Camera, SettingsError, View
 from walltopo_lab.synth import GymSettings, PhotoSettings, make_gym
 from walltopo_lab.synth.gym import Gym, Reset, SetUp, set_up
-from walltopo_lab.synth.hall import moved_pose, ring
+from walltopo_lab.synth.hall import moved_pose, ring_of_walls
 from walltopo_lab.synth.path import phone_camera, walk_hall
 from walltopo_lab.synth.truth import count_views, scene_record
 
@@ -49,7 +49,7 @@ def hall() -> Gym:
 @given(walls=st.integers(4, 80), width=st.floats(1.5, 20))
 @settings(max_examples=40, deadline=None)
 def test_walls_stand_beside_each_other_and_look_inwards(walls: int, width: float) -> None:
-    stands = ring(walls, width)
+    stands = ring_of_walls(walls, width)
     for k, stand in enumerate(stands):
         move, following = stand.hall_from_wall, stands[(k + 1) % walls]
         begin, end = move.apply(np.array([[0.0, 0.0, 0.0], [width, 0.0, 0.0]]))
@@ -148,7 +148,7 @@ def test_faces_that_no_block_of_a_photo_holds_are_not_looked_at_and_none_is_miss
 def test_a_moved_pose_sees_the_moved_point_where_it_saw_the_point(
     turn: float, x: float, y: float
 ) -> None:
-    stand = ring(7, 3.0)[3]
+    stand = ring_of_walls(7, 3.0)[3]
     c, s = np.cos(turn), np.sin(turn)
     pose = np.array([[c, s, 0, x], [-s, c, 0, y], [0, 0, 1, 1.0]])
     point = np.array([x, turn, y])

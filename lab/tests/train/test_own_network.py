@@ -27,8 +27,8 @@ from walltopo_lab.train.own_network import (
     Figures,
     corrected_labels,
     is_better,
-    parted,
     read_parts,
+    split_photos,
 )
 from walltopo_lab.train.sets import IGNORED_CATEGORY, open_sets
 
@@ -40,7 +40,7 @@ def photo(number: int, holds: range) -> Photo:
 
 def test_one_end_of_the_wall_is_held_out_and_its_holds_are_ignored() -> None:
     photos = tuple(photo(k, range(5 * k, 5 * k + 15)) for k in range(12))
-    train, held_out = parted(Dataset(photos, CLASSES))
+    train, held_out = split_photos(Dataset(photos, CLASSES))
     assert [p.name for p in held_out] == ["09.jpg", "10.jpg", "11.jpg"]
     known = {a.extra["instance"] for p in held_out for a in p.annotations}
     assert [p.name for p in train] == [f"{k:02}.jpg" for k in range(9)]
@@ -51,7 +51,7 @@ def test_one_end_of_the_wall_is_held_out_and_its_holds_are_ignored() -> None:
 
 def test_a_photo_whose_holds_are_all_held_out_is_not_trained_on() -> None:
     photos = (*(photo(k, range(10)) for k in range(3)), photo(3, range(20)), photo(4, range(20)))
-    train, held_out = parted(Dataset(photos, CLASSES))
+    train, held_out = split_photos(Dataset(photos, CLASSES))
     assert (train, len(held_out)) == ([], 2)
 
 
@@ -121,7 +121,7 @@ def test_the_command_trains_compares_and_says_which_to_use(
     )
     monkeypatch.setattr(own_network, "shipped_model", lambda: start)
     # Two photos of the tiny gym show all of its holds: every other one is hidden here.
-    hide = own_network._without
+    hide = own_network._hide_objects
     monkeypatch.setattr(
         own_network, "_without", lambda p, known: hide(p, {k for k in known if k % 2})
     )

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from walltopo.core import InputError, Mask
 from walltopo.scans.detections import Detections
 from walltopo.segment.detect.votes import decode_votes
-from walltopo_lab.train.audit import TURNS, judge, turn_boxes
+from walltopo_lab.train.audit import TURNS, box_agreement, turn_boxes
 from walltopo_lab.train.augment import Crop, crop_sample, shift_colours
 from walltopo_lab.train.batches import source_of, split_sources
 from walltopo_lab.train.cache import cache_coco, cache_yolo, open_cache, read_yolo_boxes
@@ -190,10 +190,10 @@ def test_turned_labels_are_found_out(turn: str) -> None:
     corner = rng.uniform(0.05, 0.85, (40, 2))
     found = np.concatenate([corner, corner + rng.uniform(0.03, 0.08, (40, 2))], axis=1)
     back = {"turned 90": "turned 270", "turned 270": "turned 90"}.get(turn, turn)
-    verdict = judge("a.jpg", turn_boxes(found, back), found)
+    verdict = box_agreement("a.jpg", turn_boxes(found, back), found)
     assert verdict.wrong
     assert verdict.turn == turn
     assert verdict.turned > 0.9
-    assert not judge("a.jpg", found, found).wrong
+    assert not box_agreement("a.jpg", found, found).wrong
     shifted = found + 0.002
-    assert not judge("a.jpg", shifted, found).wrong
+    assert not box_agreement("a.jpg", shifted, found).wrong

@@ -8,14 +8,14 @@ import pytest
 from walltopo.describe.routes import start_and_top as ends
 from walltopo.describe.routes import start_and_top as hands
 from walltopo_lab.train.ends.fit import Regression, fit_ends, fit_hands, rows_of
-from walltopo_lab.train.ends.seen import SeenGym, see, true_gym
+from walltopo_lab.train.ends.seen import SeenGym, simulate_scan, true_gym
 
 EASY = 3004  # a small gym of five routes
 
 
 @pytest.fixture(scope="module")
 def seen() -> SeenGym:
-    return see(EASY)
+    return simulate_scan(EASY)
 
 
 def test_a_simulated_scan_is_of_its_gym(seen: SeenGym) -> None:

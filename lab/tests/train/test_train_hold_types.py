@@ -23,7 +23,7 @@ LARGEST = {"foothold": 0.13, "crimp": 0.45}  # metres; others up to a large slop
 def test_forms_are_whole_and_of_their_size(kind: str) -> None:
     rng = np.random.default_rng(4)
     for _ in range(12):
-        heights, pixel = scanned.formed(kind, rng)
+        heights, pixel = scanned.grammar_heights(kind, rng)
         there = heights > 0
         assert heights.shape == (scanned.GRID, scanned.GRID)
         assert np.isfinite(heights).all()
@@ -38,7 +38,7 @@ def test_a_foothold_is_smaller_than_a_sloper() -> None:
     median = {
         kind: np.median([(heights > 0).sum() * pixel**2 for heights, pixel in some])
         for kind in ("foothold", "sloper")
-        for some in [[scanned.formed(kind, rng) for _ in range(12)]]
+        for some in [[scanned.grammar_heights(kind, rng) for _ in range(12)]]
     }
     assert 8 * median["foothold"] < median["sloper"]
 
@@ -47,16 +47,16 @@ def test_a_body_is_drawn_as_high_and_as_large_as_it_is() -> None:
     body = make_hold("jug", "smooth", np.random.default_rng(1), 1.0, 0.8)
     ratios = []
     for seed in range(12):  # proportions vary around those of the body
-        heights, pixel = scanned.drawn(body, np.random.default_rng(seed), 10.0)
+        heights, pixel = scanned.frontal_heights(body, np.random.default_rng(seed), 10.0)
         across = np.ptp(np.nonzero(heights.any(axis=0))) * pixel
         ratios.append((heights.max() / body.vertices[:, 2].max(), across / (2 * body.radius)))
     np.testing.assert_allclose(np.median(ratios, axis=0), 1.0, atol=0.25)
 
 
 def test_the_same_seed_scans_alike_and_another_does_not() -> None:
-    heights, pixel = scanned.formed("jug", np.random.default_rng(2))
+    heights, pixel = scanned.grammar_heights("jug", np.random.default_rng(2))
     first, same, other = (
-        scanned.scanned(heights, pixel, np.random.default_rng(k)) for k in (3, 3, 4)
+        scanned.scanned_relief(heights, pixel, np.random.default_rng(k)) for k in (3, 3, 4)
     )
     assert first is not None
     assert same is not None
@@ -81,8 +81,8 @@ def test_a_short_training_gives_a_network_that_knows_what_it_knows(tmp_path: Pat
     model = open_model(path)
     assert model.certain == certain
     assert model.names == (*TYPES, NONE_OF_THESE)
-    relief = scanned.scanned(
-        *scanned.formed("jug", np.random.default_rng(0)), np.random.default_rng(1)
+    relief = scanned.scanned_relief(
+        *scanned.grammar_heights("jug", np.random.default_rng(0)), np.random.default_rng(1)
     )
     assert relief is not None
     ((name, sure),) = model.names_of([relief])
@@ -93,6 +93,8 @@ def test_a_short_training_gives_a_network_that_knows_what_it_knows(tmp_path: Pat
 
 def test_nothing_gives_no_relief() -> None:
     assert (
-        scanned.scanned(np.zeros((scanned.GRID, scanned.GRID)), 0.003, np.random.default_rng(0))
+        scanned.scanned_relief(
+            np.zeros((scanned.GRID, scanned.GRID)), 0.003, np.random.default_rng(0)
+        )
         is None
     )

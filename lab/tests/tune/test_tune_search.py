@@ -16,7 +16,7 @@ from walltopo.pipeline.settings import load_settings
 from walltopo_lab.cli import tune as commands
 from walltopo_lab.tune.problem import Range
 from walltopo_lab.tune.report import merge_settings, write_report, write_slices
-from walltopo_lab.tune.study import open_study, results, search
+from walltopo_lab.tune.study import open_study, run_trials, study_results
 from walltopo_lab.tune.walls import read_walls
 
 
@@ -35,12 +35,12 @@ class Hill:
 
 def test_search_finds_resumes_and_explains(tmp_path: Path) -> None:
     storage, hill = f"sqlite:///{tmp_path / 's.db'}", Hill()
-    search(open_study(hill, storage, "hill", 0), hill, 12)
+    run_trials(open_study(hill, storage, "hill", 0), hill, 12)
     again = open_study(hill, storage, "hill", 1)
     assert len(again.trials) == 12
-    search(again, hill, 18)
-    search(again, hill, 18)  # all done: nothing happens
-    found = results(again, hill)
+    run_trials(again, hill, 18)
+    run_trials(again, hill, 18)  # all done: nothing happens
+    found = study_results(again, hill)
     assert len(found.trials) == 18
     assert found.trials[0].values == pytest.approx({"a": 0.1, "b": 0.5})
     assert found.default.figure == pytest.approx((1 - 0.36 + 1 - 0.6) / 2)

@@ -108,7 +108,7 @@ GREY = 114  # background around the hold
 FILLED = 0.9  # share of the side covered by the hold's longest extent
 
 
-def square(crop: NDArray[np.uint8], mask: NDArray[np.bool_], side: int) -> NDArray[np.uint8]:
+def square_cutout(crop: NDArray[np.uint8], mask: NDArray[np.bool_], side: int) -> NDArray[np.uint8]:
     """Return (side, side, 3) uint8: the masked pixels, scaled to fit and centred on grey.
 
     Parameters
@@ -254,7 +254,7 @@ def open_classifier(path: Path, classes: Mapping[str, Meaning] | None = None) ->
     return CutoutClassifier(network, names, meanings, _side(network), certain)
 
 
-def judge(confidences: Floats, weights: Floats, names: Sequence[str]) -> Verdict:
+def judge_cutouts(confidences: Floats, weights: Floats, names: Sequence[str]) -> Verdict:
     """Return one verdict over the cutouts of a hold.
 
     The class is the one with the largest weighted sum of confidences over the cutouts.

@@ -19,7 +19,7 @@ from walltopo.images.files import open_picture, read_rgb
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.holds import Holds
 from walltopo.scans.pictures import Cutouts as StoredCutouts
-from walltopo_lab.classifier.cutout_classifier import Meaning, read_classes, square
+from walltopo_lab.classifier.cutout_classifier import Meaning, read_classes, square_cutout
 
 # Hold attributes that define a class, for sources with known attributes.
 LABELS = ("type", "colour", "colour+type")
@@ -33,7 +33,7 @@ class Cutouts:
 
     Parameters
     ----------
-    pictures : (n, side, side, 3) uint8 RGB (`cutout_classifier.square`).
+    pictures : (n, side, side, 3) uint8 RGB (`cutout_classifier.square_cutout`).
     label : (n,) int64 into `names`.
     hold : (n,) int64, equal for cutouts of one hold, which are never split.
     names : classes; meanings : attributes of those classes that imply more than their name.
@@ -165,7 +165,7 @@ def _picture(file: Path, side: int) -> NDArray[np.uint8] | None:
     mask = pixels[..., 3] >= 128
     if np.count_nonzero(mask) < MIN_PIXELS:
         return None
-    return square(pixels[..., :3], mask, side)
+    return square_cutout(pixels[..., :3], mask, side)
 
 
 def _of_scan(scan: ScanFolder, label: str, side: int) -> Iterator[_Cutout]:
@@ -209,4 +209,6 @@ def _of_truth(source: Path, label: str, side: int) -> Iterator[_Cutout]:
             x, y = mask.x, mask.y
             height, width = mask.bitmap.shape
             crop = picture[y : y + height, x : x + width]
-            yield _Cutout(square(crop, mask.bitmap, side), named[0], f"{source}/{number}", named[1])
+            yield _Cutout(
+                square_cutout(crop, mask.bitmap, side), named[0], f"{source}/{number}", named[1]
+            )

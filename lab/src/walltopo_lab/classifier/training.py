@@ -17,7 +17,7 @@ from torch.nn import functional
 from walltopo.core import Progress, StageError
 from walltopo.core.files import atomic_path
 from walltopo.images.networks import open_network
-from walltopo_lab.classifier.cutout_classifier import judge, to_json
+from walltopo_lab.classifier.cutout_classifier import judge_cutouts, to_json
 from walltopo_lab.classifier.net import CutoutNet
 from walltopo_lab.classifier.params import ClassifierSettings
 from walltopo_lab.classifier.samples import Cutouts
@@ -99,21 +99,21 @@ def _answers(net: CutoutNet, pictures: NDArray[np.uint8]) -> NDArray[np.float64]
     return np.asarray(torch.softmax(torch.cat(blocks), dim=1).numpy(), dtype=np.float64)
 
 
-def _check(net: CutoutNet, cutouts: Cutouts, held: Bools) -> tuple[float, float, float]:
+def _measure_accuracy(net: CutoutNet, cutouts: Cutouts, held: Bools) -> tuple[float, float, float]:
     """Return the accuracy per hold and per cutout, and `Trained.certain`."""
     chance = _answers(net, cutouts.pictures[held])
     label, hold = cutouts.label[held], cutouts.hold[held]
     confidences, right = [], []
     for number in np.unique(hold):
         rows = np.flatnonzero(hold == number)
-        verdict = judge(chance[rows], np.ones(len(rows)), cutouts.names)
+        verdict = judge_cutouts(chance[rows], np.ones(len(rows)), cutouts.names)
         confidences.append(verdict.confidence)
         right.append(verdict.name == cutouts.names[label[rows[0]]])
     single = float((chance.argmax(axis=1) == label).mean())
-    return float(np.mean(right)), single, _certain(np.array(confidences), np.array(right))
+    return float(np.mean(right)), single, _certain_level(np.array(confidences), np.array(right))
 
 
-def _certain(confidences: NDArray[np.float64], right: Bools) -> float:
+def _certain_level(confidences: NDArray[np.float64], right: Bools) -> float:
     """Return the lowest of 20 levels from which `RIGHT` of the verdicts are correct, else 1."""
     for level in np.arange(0.0, 1.0, 0.05):
         named = confidences >= level
@@ -152,7 +152,7 @@ def train(cutouts: Cutouts, settings: ClassifierSettings, progress: Progress) ->
             loss.backward()
             optimizer.step()
             schedule.step()
-        accuracy, single, certain = _check(net, cutouts, held)
+        accuracy, single, certain = _measure_accuracy(net, cutouts, held)
         if accuracy >= best[0]:
             state = {name: value.clone() for name, value in net.state_dict().items()}
             best = (accuracy, single, certain, epoch, state)

@@ -17,10 +17,10 @@ from walltopo_lab.classifier.cutout_classifier import (
     CutoutClassifier,
     Meaning,
     Verdict,
-    judge,
+    judge_cutouts,
     open_classifier,
     read_classes,
-    square,
+    square_cutout,
 )
 
 MAX_CUTOUTS = 12  # cutouts of one hold that are classified
@@ -43,7 +43,7 @@ class OnCutouts:
         self, holds: Sequence[Hold], seen: Mapping[int, Sequence[HoldView]]
     ) -> Sequence[Hold]:
         """Return the holds with the classifier's types and colours."""
-        return followed(holds, seen, self._classifier, self._settings)
+        return apply_verdicts(holds, seen, self._classifier, self._settings)
 
     def palette(self, entries: Sequence[Entry], holds: Sequence[Hold]) -> Sequence[Entry]:
         """Return the palette with the additional colours that classes name."""
@@ -99,13 +99,13 @@ def verdicts(
             continue
         weights = cutout_weights(shown, weighting)
         best = np.argsort(-weights, kind="stable")[: None if weighting == "box" else most]
-        pictures = [square(shown[k].crop, shown[k].mask, classifier.side) for k in best]
+        pictures = [square_cutout(shown[k].crop, shown[k].mask, classifier.side) for k in best]
         confidences = classifier.confidences(np.stack(pictures))
-        found[hold] = judge(confidences, weights[best], classifier.names)
+        found[hold] = judge_cutouts(confidences, weights[best], classifier.names)
     return found
 
 
-def follow(hold: Hold, verdict: Verdict, meaning: Meaning, certain: float) -> Hold:
+def apply_verdict(hold: Hold, verdict: Verdict, meaning: Meaning, certain: float) -> Hold:
     """Return the hold with a verdict's attributes; attributes that the class lacks are kept.
 
     Below `certain` the type is "unknown" and all other attributes are kept.
@@ -124,7 +124,7 @@ def follow(hold: Hold, verdict: Verdict, meaning: Meaning, certain: float) -> Ho
     return replace(hold, **changes)
 
 
-def followed(
+def apply_verdicts(
     holds: Sequence[Hold],
     seen: Mapping[int, Sequence[HoldView]],
     classifier: CutoutClassifier,
@@ -141,7 +141,7 @@ def followed(
         if verdict is not None:
             meaning = classifier.meaning(verdict.name)
             doubtful = verdict.confidence < settings.review_below
-            hold = follow(hold, verdict, meaning, classifier.certain)
+            hold = apply_verdict(hold, verdict, meaning, classifier.certain)
             if hold.kind != "volume":
                 # The class names the colour, so the palette's low confidence no longer matters.
                 names_colour = bool(meaning.colour) and not doubtful

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from walltopo.cli.options import MAX_SEED, Number, add_needs, add_overwrite, output_target
-from walltopo_lab.extras import PLOTS, of
+from walltopo_lab.extras import PLOTS, modules_of
 
 FORMATS = ("coco", "coco-rle", "yolo", "yolo-seg", "labelme", "labelme-embedded", "via")
 _SET = "a set: COCO or VIA JSON, LabelMe folder, YOLO folder"
@@ -94,7 +94,7 @@ def _add_sam(parser: argparse.ArgumentParser) -> None:
         default="mobile-sam",
         help="which Segment Anything --refine sam asks (mobile-sam)",
     )
-    add_needs(parser, lambda args: of("ultralytics") if args.refine == "sam" else {})
+    add_needs(parser, lambda args: modules_of("ultralytics") if args.refine == "sam" else {})
 
 
 def _register_meshes(kinds: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -307,9 +307,9 @@ def _compare(args: argparse.Namespace) -> int:
     from rich.table import Table
 
     from walltopo.cli.console import console
-    from walltopo_lab.datasets.compare import compare
+    from walltopo_lab.datasets.compare import compare_sets
 
-    result = compare(_read(args.source, args.photos), _read(args.reference))
+    result = compare_sets(_read(args.source, args.photos), _read(args.reference))
     table = Table("photo", "mIoU")
     for name, value in result.per_photo.items():
         table.add_row(name, f"{value:.3f}")

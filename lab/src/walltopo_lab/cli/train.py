@@ -16,7 +16,7 @@ from walltopo_lab.cli.train_classifier import classifier_parser
 from walltopo_lab.cli.train_gym import gym_parser
 from walltopo_lab.cli.train_pack import pack_parser
 from walltopo_lab.cli.train_shipped import hold_types_parser, paint_parser
-from walltopo_lab.extras import PLOTS, of
+from walltopo_lab.extras import PLOTS, modules_of
 from walltopo_lab.train.params import (
     AugmentSettings,
     TrainSettings,
@@ -143,10 +143,10 @@ def _add_training(parser: argparse.ArgumentParser) -> None:
 
 def _needs(args: argparse.Namespace) -> dict[str, str]:
     extras = ["train", "ultralytics"] if is_yolo(args.model) else ["train"]
-    needs = {**of(*extras), **PLOTS}
+    needs = {**modules_of(*extras), **PLOTS}
     defaults = (args.network, args.start, args.pretrained, args.hyp) == (None,) * 4
     if args.model == "votes" and defaults and not (args.out / "checkpoint.pt").is_file():
-        needs |= of("imagenet")
+        needs |= modules_of("imagenet")
     return needs
 
 

@@ -14,7 +14,7 @@ from walltopo.cli.options import (
     output_target,
 )
 from walltopo_lab.classifier.params import ClassifierSettings
-from walltopo_lab.extras import of
+from walltopo_lab.extras import modules_of
 
 EXAMPLES = """\
 examples:
@@ -69,7 +69,7 @@ def classifier_parser(prog: str) -> argparse.ArgumentParser:
 
 
 def _needs(args: argparse.Namespace) -> dict[str, str]:
-    return of("train", "ultralytics") if args.family == "yolo" else of("train")
+    return modules_of("train", "ultralytics") if args.family == "yolo" else modules_of("train")
 
 
 def run(args: argparse.Namespace) -> int:

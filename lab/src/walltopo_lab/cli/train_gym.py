@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from walltopo.cli.options import Number, Parser, add_needs, add_overwrite, output_target
-from walltopo_lab.extras import PLOTS, of
+from walltopo_lab.extras import PLOTS, modules_of
 
 EXAMPLES = """\
 example:
@@ -42,7 +42,7 @@ def gym_parser(prog: str) -> argparse.ArgumentParser:
         help=f"time to train, all resumed parts together (default {_MINUTES:g})",
     )
     parser.set_defaults(run=run)
-    add_needs(parser, lambda _: {**of("train"), **PLOTS})
+    add_needs(parser, lambda _: {**modules_of("train"), **PLOTS})
     return parser
 
 

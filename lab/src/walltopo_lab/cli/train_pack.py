@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from walltopo.cli.options import Number, Parser, add_needs, add_overwrite, output_target
-from walltopo_lab.extras import of
+from walltopo_lab.extras import modules_of
 
 EXAMPLES = """\
 example:
@@ -51,7 +51,7 @@ def pack_parser(prog: str) -> argparse.ArgumentParser:
         "boxes; default: colours do",
     )
     parser.set_defaults(run=run)
-    add_needs(parser, lambda _: of("train"))
+    add_needs(parser, lambda _: modules_of("train"))
     return parser
 
 

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from walltopo.cli.options import MAX_SEED, Number, Parser, add_needs, add_overwrite, output_target
-from walltopo_lab.extras import LEARN, SHAPES, of
+from walltopo_lab.extras import LEARN, SHAPES, modules_of
 
 HOLD_TYPES = """\
 examples:
@@ -46,7 +46,7 @@ def hold_types_parser(prog: str) -> argparse.ArgumentParser:
         "be is chosen on these rather than on made-up holds",
     )
     parser.set_defaults(run=run_hold_types)
-    add_needs(parser, {**of("train"), **SHAPES})
+    add_needs(parser, {**modules_of("train"), **SHAPES})
     return parser
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from walltopo.cli.options import MAX_SEED, Number, add_needs, add_overwrite, output_target
 from walltopo_lab.cli.tune_detector import add_detector
-from walltopo_lab.extras import LEARN, PLOTS, of
+from walltopo_lab.extras import LEARN, PLOTS, modules_of
 
 _EPILOG = """\
 walls.toml lists labelled walls (paths relative to it):
@@ -84,17 +84,17 @@ def _problem(what: str, walls: list[Any], method: str, figure: str) -> Any:
 
 def _work(args: argparse.Namespace, storage: str, name: str, seed: int) -> None:
     """Run an additional worker process on the same study."""
-    from walltopo_lab.tune.study import open_study, search
-    from walltopo_lab.tune.walls import contents, read_walls
+    from walltopo_lab.tune.study import open_study, run_trials
+    from walltopo_lab.tune.walls import read_walls, wall_hashes
 
     train = [wall for wall in read_walls(args.walls) if wall.use == "train"]
     method, figure = getattr(args, "method", ""), getattr(args, "figure", "")
     problem = _problem(args.what, train, method, figure)
-    search(open_study(problem, storage, name, seed, contents(train)), problem, args.trials)
+    run_trials(open_study(problem, storage, name, seed, wall_hashes(train)), problem, args.trials)
 
 
 def _needs(args: argparse.Namespace) -> dict[str, str]:
-    return {**of("tune"), **PLOTS, **(LEARN if args.what == "routes" else {})}
+    return {**modules_of("tune"), **PLOTS, **(LEARN if args.what == "routes" else {})}
 
 
 def _run(args: argparse.Namespace) -> int:
@@ -104,8 +104,8 @@ def _run(args: argparse.Namespace) -> int:
     from walltopo.cli.listener import TerminalListener
     from walltopo.core.outputs import claimed_folder
     from walltopo_lab.tune.report import merge_settings, write_report, write_slices
-    from walltopo_lab.tune.study import open_study, results, search
-    from walltopo_lab.tune.walls import contents, read_walls
+    from walltopo_lab.tune.study import open_study, run_trials, study_results
+    from walltopo_lab.tune.walls import read_walls, wall_hashes
 
     walls = read_walls(args.walls)
     train = [wall for wall in walls if wall.use == "train"]
@@ -116,7 +116,7 @@ def _run(args: argparse.Namespace) -> int:
     method, figure = getattr(args, "method", ""), getattr(args, "figure", "")
     name = args.study or "-".join(part for part in (args.what, method, figure) if part)
     problem = _problem(args.what, train, method, figure)
-    study = open_study(problem, storage, name, args.seed, contents(train))
+    study = open_study(problem, storage, name, args.seed, wall_hashes(train))
     context = multiprocessing.get_context("spawn")
     others = [
         context.Process(target=_work, args=(args, storage, name, args.seed + k))
@@ -125,10 +125,10 @@ def _run(args: argparse.Namespace) -> int:
     for process in others:
         process.start()
     with TerminalListener(console) as listener:
-        search(study, problem, args.trials, listener)
+        run_trials(study, problem, args.trials, listener)
     for process in others:
         process.join()
-    found = results(study, problem)
+    found = study_results(study, problem)
     test = None
     if held_out:
         judge = _problem(args.what, held_out, method, figure)

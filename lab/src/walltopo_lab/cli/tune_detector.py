@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from walltopo.cli.options import MAX_SEED, Number, add_needs, add_overwrite, output_target
-from walltopo_lab.extras import PLOTS, of
+from walltopo_lab.extras import PLOTS, modules_of
 
 _EPILOG = """\
 examples:
@@ -79,7 +79,7 @@ def add_detector(kinds: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
 
 def _needs(args: argparse.Namespace) -> dict[str, str]:
     extras = ["tune", "train"] if args.family == "votes" else ["tune", "train", "ultralytics"]
-    return {**of(*extras), **PLOTS}
+    return {**modules_of(*extras), **PLOTS}
 
 
 def _run(args: argparse.Namespace) -> int:

@@ -68,7 +68,7 @@ def _check_boxes(photo: Photo) -> list[Finding]:
             found.append(Finding(photo.name, "outside", "the box lies outside the photo", k))
         elif min(x0, y0) < -slack or max(x1, y1) > 1 + slack:
             found.append(Finding(photo.name, "outside", "the box leaves the photo", k))
-        if any(_leaves(polygon, photo) for polygon in annotation.polygons):
+        if any(_leaves_photo(polygon, photo) for polygon in annotation.polygons):
             found.append(Finding(photo.name, "outside", "the outline leaves the photo", k))
         if annotation.box[2] <= 0 or annotation.box[3] <= 0:
             found.append(Finding(photo.name, "empty", f"the box has no area ({size})", k))
@@ -83,7 +83,7 @@ def _check_boxes(photo: Photo) -> list[Finding]:
     return found
 
 
-def _leaves(polygon: Floats, photo: Photo) -> bool:
+def _leaves_photo(polygon: Floats, photo: Photo) -> bool:
     """Return whether an outline leaves its photo by more than is rounded in label files."""
     return bool((polygon < -1.5).any() or (polygon > np.array(photo.size) + 1.5).any())
 
@@ -116,7 +116,7 @@ def turned_boxes(photo: Photo, turn: str) -> Floats:
     return np.clip(TURNS[turn](_boxes(photo)), 0, 1)
 
 
-def _small(photo: Photo) -> NDArray[np.int64]:
+def _small_boxes(photo: Photo) -> NDArray[np.int64]:
     """Return the indices of the boxes that are small relative to the photo."""
     boxes = _boxes(photo)
     return np.flatnonzero(np.abs(np.prod(boxes[:, 2:] - boxes[:, :2], axis=1)) < _LARGE_BOX)
@@ -138,7 +138,7 @@ def turn_scores(photo: Photo) -> dict[str, float]:
     height, width = interest.shape
     sums = np.asarray(cv2.integral(interest), dtype=np.float64)
     size = np.array([width, height, width, height])
-    small = _small(photo)
+    small = _small_boxes(photo)
     scores: dict[str, float] = {}
     for turn in TURNS:
         boxes = turned_boxes(photo, turn)[small] * size
@@ -165,7 +165,7 @@ def _check_picture(photo: Photo) -> list[Finding]:
     """Return the faults of a photo's picture: missing, unreadable, or unlike its labels."""
     try:
         photo.check_size()
-        return _check_turn(photo) if len(_small(photo)) >= _MIN_BOXES else []
+        return _check_turn(photo) if len(_small_boxes(photo)) >= _MIN_BOXES else []
     except InputError as error:
         return [Finding(photo.name, "unreadable", error.message)]
 

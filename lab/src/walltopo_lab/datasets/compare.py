@@ -65,7 +65,7 @@ def _best_overlaps(photo: Photo, other: Photo) -> list[float]:
     return [float(v) for v in overlaps.max(axis=0)]
 
 
-def compare(dataset: Dataset, reference: Dataset) -> Comparison:
+def compare_sets(dataset: Dataset, reference: Dataset) -> Comparison:
     """Return the agreement of `dataset` with `reference` on the photos that both contain.
 
     Classes are matched by name, photos by the stem of their name.

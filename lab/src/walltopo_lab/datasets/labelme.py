@@ -87,7 +87,7 @@ def read_labelme(folder: Path) -> Dataset:
 
 def _photo(path: Path, file: _File, labels: Mapping[str, int], not_read: Counter[str]) -> Photo:
     """Return a photo and its objects; count the shapes that are left out."""
-    linked = _linked(path, file.picture)
+    linked = _photo_path(path, file.picture)
     inside = None if linked.is_file() else embedded_photo(file.data, path)
     if file.width and file.height:
         size = (file.width, file.height)
@@ -141,7 +141,7 @@ def _masked(shape: _Shape, label: int, width: int, height: int) -> Annotation:
     return Annotation(label, (x + left, y + top, wide, high), mask=Mask.from_full(full, label))
 
 
-def _linked(path: Path, picture: str) -> Path:
+def _photo_path(path: Path, picture: str) -> Path:
     """Return the path of a file's photo, or the path at which the photo is expected.
 
     LabelMe stores the path from the JSON to the photo, which contains `..` where the

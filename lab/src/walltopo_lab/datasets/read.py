@@ -43,7 +43,7 @@ def read_dataset(path: Path, photos: Path | None = None) -> Dataset:
         return read_yolo(path)
     parts = [sub for sub in sorted(path.iterdir()) if (sub / "labels").is_dir()]
     if parts:
-        return _together([read_yolo(part) for part in parts])
+        return _join_sets([read_yolo(part) for part in parts])
     for file in sorted(path.glob("*.xml")):
         _refuse_other_programs(file)
     files = sorted(path.glob("*.json"))
@@ -90,7 +90,7 @@ def _read_json_file(path: Path, photos: Path | None) -> Dataset:
     raise InputError(f"{path}: neither COCO nor LabelMe nor VIA")
 
 
-def _together(parts: list[Dataset]) -> Dataset:
+def _join_sets(parts: list[Dataset]) -> Dataset:
     classes: dict[int, str] = {}
     not_read: Counter[str] = Counter()
     for part in parts:

@@ -83,7 +83,7 @@ def _without_straight(points: Polygon) -> Polygon:
     return points[turns != 0]
 
 
-def joined(polygons: Sequence[Polygon]) -> Polygon:
+def join_outlines(polygons: Sequence[Polygon]) -> Polygon:
     """Return one outline of all parts, connected by bridges of zero width.
 
     Bridges are the shortest ones; with very many points each part connects to the one before it.

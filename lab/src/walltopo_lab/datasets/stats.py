@@ -10,7 +10,7 @@ import numpy as np
 
 from walltopo_lab.datasets.model import Dataset
 from walltopo_lab.datasets.split import group_of_photo
-from walltopo_lab.plots import panels, save
+from walltopo_lab.plots import make_panels, save_figure
 
 
 def dataset_stats(dataset: Dataset) -> dict[str, Any]:
@@ -51,10 +51,10 @@ def write_stats_plot(path: Path, dataset: Dataset) -> None:
     sizes = [
         float(np.sqrt(abs(a.box[2] * a.box[3]))) for p in dataset.photos for a in p.annotations
     ]
-    figure, (per_photo, sizes_panel) = panels(2)
+    figure, (per_photo, sizes_panel) = make_panels(2)
     _histogram(per_photo, "objects per photo", "objects", counts)
     _histogram(sizes_panel, "size of objects (root of box area)", "px", sizes)
-    save(figure, path)
+    save_figure(figure, path)
 
 
 def _histogram(panel: Any, title: str, unit: str, values: Sequence[float]) -> None:

@@ -15,7 +15,7 @@ from walltopo.core.files import atomic_path, join_inside
 from walltopo.core.text_files import read_text
 from walltopo.images.files import open_picture
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo
-from walltopo_lab.datasets.shapes import box_of_polygons, joined, polygons_of
+from walltopo_lab.datasets.shapes import box_of_polygons, join_outlines, polygons_of
 
 PHOTO_SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".bmp")
 _PHOTO_FOLDERS = ("images", "photos")
@@ -151,7 +151,7 @@ def write_yolo(root: Path, dataset: Dataset, *, segments: bool) -> None:
 def _line(annotation: Annotation, photo: Photo, index: Mapping[int, int], segments: bool) -> str:
     size = np.array([photo.width, photo.height], dtype=np.float64)
     if segments:
-        outline = joined(polygons_of(annotation, photo))
+        outline = join_outlines(polygons_of(annotation, photo))
         values = (np.clip(outline, 0, size) / size).ravel()
     else:
         x, y, w, h = annotation.box

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from walltopo_lab.evaluate.detector import RECALLS, DetectorMetrics
-from walltopo_lab.plots import panels, save
+from walltopo_lab.plots import make_panels, save_figure
 
 
 def write_curves(metrics: DetectorMetrics, folder: Path) -> list[Path]:
@@ -16,7 +16,7 @@ def write_curves(metrics: DetectorMetrics, folder: Path) -> list[Path]:
     for run, rows in (("boxes", metrics.boxes), ("masks", metrics.masks)):
         if not rows:
             continue
-        figure, axes = panels(2)
+        figure, axes = make_panels(2)
         for panel, at in zip(axes, ("50", "75"), strict=True):
             panel.set(title=f"{run}, IoU .{at}", xlabel="recall", ylabel="precision")
             panel.set(xlim=(0, 1), ylim=(0, 1.02))
@@ -26,5 +26,5 @@ def write_curves(metrics: DetectorMetrics, folder: Path) -> list[Path]:
                     panel.plot(RECALLS, curve, label=f"{name} (AP {curve.mean():.2f})")
             panel.legend()
         written.append(folder / f"curves-{run}.png")
-        save(figure, written[-1])
+        save_figure(figure, written[-1])
     return written

@@ -24,7 +24,7 @@ class Outcome:
     cpu: list[float]
 
 
-def look(detector: Detector, photos: Sequence[Path]) -> Outcome:
+def detect_photos(detector: Detector, photos: Sequence[Path]) -> Outcome:
     """Run the detector on each photo; reading the files is not timed."""
     outcome = Outcome([], [], [])
     for path in photos:

@@ -52,7 +52,7 @@ class OperatingPoint:
         return {**self.__dict__, **{k: None if v != v else v for k, v in shares.items()}}
 
 
-def only(labelled: Labelled, ids: Collection[int]) -> Labelled:
+def keep_instances(labelled: Labelled, ids: Collection[int]) -> Labelled:
     """Return the prediction with only the given instances; other faces belong to none."""
     present = np.unique(labelled.face_instance)
     kept = np.isin(present, list(ids)) & (present > 0)
@@ -64,7 +64,7 @@ def only(labelled: Labelled, ids: Collection[int]) -> Labelled:
 def at_score(labelled: Labelled, least: float) -> Labelled:
     """Return the prediction with only the instances that score at least `least`."""
     scores = labelled.scores or {}
-    return only(labelled, {i for i in labelled.labels if scores.get(i, 1.0) >= least})
+    return keep_instances(labelled, {i for i in labelled.labels if scores.get(i, 1.0) >= least})
 
 
 def operating_point(scenes: Sequence[Overlap], threshold: float = 0.5) -> OperatingPoint:

@@ -29,7 +29,7 @@ from walltopo_lab.evaluate.carry import (
 from walltopo_lab.evaluate.errors_mesh import coloured_mesh, outcome_of_faces
 from walltopo_lab.evaluate.instances import summarise_instances
 from walltopo_lab.evaluate.mesh import REACH_M, mesh_metrics
-from walltopo_lab.evaluate.operating import only, operating_point
+from walltopo_lab.evaluate.operating import keep_instances, operating_point
 from walltopo_lab.evaluate.overlap import Labelled, overlap_of_faces
 from walltopo_lab.evaluate.routes import attribute_metrics, match_pairs, route_metrics
 from walltopo_lab.evaluate.semantics import class_of_faces, confusion, semantic_metrics
@@ -153,7 +153,7 @@ def evaluate_scan(
         return ScanEvaluation(figures, None)
     listener.step("instances")
     predicted = measured_labels(scan, whole)
-    shown = _shown(scan, predicted)
+    shown = _shown_instances(scan, predicted)
     _rank_figures(figures, mesh, predicted, carried, truth, within)
     pairs = _shown_figures(figures, mesh, shown, carried, truth, within)
     _route_figures(figures, scan, pairs, truth)
@@ -163,11 +163,11 @@ def evaluate_scan(
     return ScanEvaluation(figures, coloured_mesh(mesh, outcomes))
 
 
-def _shown(scan: ScanFolder, predicted: Labelled) -> Labelled:
+def _shown_instances(scan: ScanFolder, predicted: Labelled) -> Labelled:
     """Return the instances that the scan shows as holds; all of them before `classify` has run."""
     if not scan.holds.is_file():
         return predicted
-    return only(predicted, {hold.id for hold in Holds.load(scan.holds).holds})
+    return keep_instances(predicted, {hold.id for hold in Holds.load(scan.holds).holds})
 
 
 def _rank_figures(

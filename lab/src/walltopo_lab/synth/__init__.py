@@ -1,8 +1,8 @@
 """Procedural gyms with exact ground truth.
 
 `make_gym(settings, seed)` builds a gym. `render_gym(gym, out, photos, seed)` photographs it into a
-folder with its truth. `generate(out, recipe)` does both and resumes. `tiny(out)` makes the smallest
-gym for tests. Names are imported on first use, so this module is light.
+folder with its truth. `generate(out, recipe)` does both and resumes. `write_tiny_gym(out)` makes
+the smallest gym for tests. Names are imported on first use, so this module is light.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from walltopo_lab.synth.params import PRESETS, GymSettings, PhotoSettings, gym_p
 if TYPE_CHECKING:
     from walltopo_lab.synth.gym import Gym, Reset, make_gym
     from walltopo_lab.synth.recipe import Recipe, generate, render_gym
-    from walltopo_lab.synth.small import tiny, tiny_recipe
+    from walltopo_lab.synth.small import tiny_recipe, write_tiny_gym
 
 __all__ = [
     "PRESETS",
@@ -27,7 +27,7 @@ __all__ = [
     "gym_preset",
     "make_gym",
     "render_gym",
-    "tiny",
+    "write_tiny_gym",
     "tiny_recipe",
 ]
 
@@ -38,7 +38,7 @@ _HOMES = {
     "Recipe": "recipe",
     "generate": "recipe",
     "render_gym": "recipe",
-    "tiny": "small",
+    "write_tiny_gym": "small",
     "tiny_recipe": "small",
 }
 

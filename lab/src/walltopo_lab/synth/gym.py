@@ -10,8 +10,15 @@ import numpy as np
 from walltopo.core import Progress, SettingsError, Silent
 from walltopo_lab.synth.atlas import Atlas, build_atlas
 from walltopo_lab.synth.bodies import Body, Facet, GymInstance
-from walltopo_lab.synth.hall import Section, Stand, bay, moved_facet, moved_instance, ring
-from walltopo_lab.synth.light import Baked, Lamps, bake, hang_lamps
+from walltopo_lab.synth.hall import (
+    Section,
+    Stand,
+    hall_bay,
+    moved_facet,
+    moved_instance,
+    ring_of_walls,
+)
+from walltopo_lab.synth.light import Baked, Lamps, bake_light, hang_lamps
 from walltopo_lab.synth.marks import Tag
 from walltopo_lab.synth.measure import place_plates
 from walltopo_lab.synth.mesh import Surface, merge_surface
@@ -213,11 +220,11 @@ def _around_a_floor(settings: GymSettings, seed: int, make: MakeHold) -> SetUp:
     shell: list[Facet] = []
     ids = 0
     for number, (one, stand) in enumerate(
-        zip(built, ring(settings.walls, settings.width), strict=True)
+        zip(built, ring_of_walls(settings.walls, settings.width), strict=True)
     ):
         _put_up(hall, one, stand, ids, number * settings.routes)
         ids = max((item.id for item in hall.instances), default=0)
-        floor_and_rear = bay(stand, settings, back, number)
+        floor_and_rear = hall_bay(stand, settings, back, number)
         shell += [moved_facet(facet, stand.hall_from_wall) for facet in floor_and_rear]
     return replace(hall, facets=[*hall.facets, *shell])
 
@@ -273,7 +280,9 @@ def make_gym(
     progress.step("lighting the gym")
     tracer = Tracer(surface.vertices, surface.faces)
     lamps = _lamps(built.sections, settings, seed)
-    baked = bake(surface, tracer, lamps, settings, _LAMP_REACH if settings.walls > 1 else np.inf)
+    baked = bake_light(
+        surface, tracer, lamps, settings, _LAMP_REACH if settings.walls > 1 else np.inf
+    )
     return Gym(
         settings,
         seed,

@@ -63,15 +63,15 @@ class Section:
 
     @property
     def hall_from_wall(self) -> Similarity:
-        return alone() if self.stand is None else self.stand.hall_from_wall
+        return identity_frame() if self.stand is None else self.stand.hall_from_wall
 
 
-def alone() -> Similarity:
+def identity_frame() -> Similarity:
     """Return the identity: the hall's frame of a single-wall gym is that wall's own."""
     return Similarity(1.0, np.eye(3), np.zeros(3))
 
 
-def ring(walls: int, width: float) -> list[Stand]:
+def ring_of_walls(walls: int, width: float) -> list[Stand]:
     """Return the stands of `walls` (4 or more) walls of `width` metres around the hall's origin."""
     half_turn = np.pi / walls
     room = max((width + _GAP) / 2 / np.tan(half_turn), _MIN_ROOM)
@@ -84,7 +84,7 @@ def ring(walls: int, width: float) -> list[Stand]:
     return stands
 
 
-def bay(stand: Stand, settings: GymSettings, back: float, style: int) -> list[Facet]:
+def hall_bay(stand: Stand, settings: GymSettings, back: float, style: int) -> list[Facet]:
     """Return mats before a wall, concrete behind it and the ceiling, up to the neighbouring bays.
 
     Parameters

@@ -87,7 +87,7 @@ def _tangents(n: Floats) -> tuple[Floats, Floats]:
     return u, np.cross(n, u)
 
 
-def bake(
+def bake_light(
     surface: Surface,
     tracer: Tracer,
     lamps: Lamps,

@@ -61,7 +61,7 @@ def walk_hall(
         count = last - first
         linking = 0 if section.stand is None else min(_LINKING, count // 4)
         own = replace(photos, photos=count - linking) if count - linking else None
-        taken = [] if own is None else walk(section.wall, section.plates, gym, own, rng)
+        taken = [] if own is None else walk_poses(section.wall, section.plates, gym, own, rng)
         if section.stand is not None:
             taken += [_joint_photo(section.stand, gym, photos, rng) for _ in range(linking)]
         poses += [moved_pose(pose, section.hall_from_wall) for pose in taken]
@@ -83,7 +83,7 @@ def _joint_photo(
     return look_at(eye, aim, np.radians(rng.normal(0, photos.roll_deg)))
 
 
-def walk(
+def walk_poses(
     wall: list[Facet],
     plates: list[Facet],
     gym: GymSettings,

@@ -48,7 +48,7 @@ class SetGym:
     body: dict[int, Body]
 
 
-def _make(kind: str, style: str, rng: np.random.Generator, scale: float) -> Body:
+def _make_body(kind: str, style: str, rng: np.random.Generator, scale: float) -> Body:
     return make_hold(kind, style, rng, scale, 0.3)
 
 
@@ -81,8 +81,8 @@ def set_gym(preset: str, seed: int) -> SetGym:
     lanes = [
         (low + k * width - slack, low + (k + 1) * width + slack) for k in range(settings.routes)
     ]
-    set_downclimbs(board, settings, _make, np.random.default_rng([seed, 4]))
-    set_routes(board, lanes, 0, settings, _make, np.random.default_rng([seed, 3]))
+    set_downclimbs(board, settings, _make_body, np.random.default_rng([seed, 4]))
+    set_routes(board, lanes, 0, settings, _make_body, np.random.default_rng([seed, 3]))
     mesh = _one_surface([facet.corners for facet in wall])
     holds, route, part, body = [], {}, {}, {}
     for item in board.holds:

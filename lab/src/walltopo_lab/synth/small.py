@@ -45,7 +45,9 @@ def tiny_recipe(photos: int = 8, size: tuple[int, int] = (480, 360), seed: int =
     return Recipe(gym, camera, seed, preset="tiny")
 
 
-def tiny(out: Path, photos: int = 8, size: tuple[int, int] = (480, 360), seed: int = 0) -> Path:
+def write_tiny_gym(
+    out: Path, photos: int = 8, size: tuple[int, int] = (480, 360), seed: int = 0
+) -> Path:
     """Write the tiny gym with its exact truth (`out`/photos, `out`/truth); return `out`.
 
     `truth/masks.json` contains perfect masks of every photo. The call takes a few seconds.

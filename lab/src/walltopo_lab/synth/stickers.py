@@ -45,7 +45,7 @@ def place_stickers(
         for _ in range(_TRIES):
             facet = wall[int(rng.choice(len(wall), p=areas / areas.sum()))]
             sticker = _sticker(facet, code, rng)
-            if _is_bare(sticker, facet, [*_round(holds), *_round_stickers(stickers)]):
+            if _is_bare(sticker, facet, [*_keep_out_circles(holds), *_round_stickers(stickers)]):
                 stickers.append(sticker)
                 break
     return stickers
@@ -69,7 +69,7 @@ def _sticker(facet: Facet, code: int, rng: np.random.Generator) -> Facet:
     return Facet(corners, "sticker", texel=_TEXEL, style=code)
 
 
-def _round(holds: Sequence[GymInstance]) -> list[tuple[NDArray[np.float64], float]]:
+def _keep_out_circles(holds: Sequence[GymInstance]) -> list[tuple[NDArray[np.float64], float]]:
     return [(hold.position, hold.body.radius + _AWAY) for hold in holds if hold.body is not None]
 
 

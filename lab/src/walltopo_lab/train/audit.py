@@ -68,7 +68,7 @@ def _agreement(boxes: Boxes, found: Boxes) -> float:
     return float(met / (len(boxes) + len(found)))
 
 
-def judge(name: str, boxes: Boxes, found: Boxes) -> Verdict:
+def box_agreement(name: str, boxes: Boxes, found: Boxes) -> Verdict:
     """Return the agreement of labelled and detected boxes, (n, 4) relative to the photo's size."""
     scores = {turn: _agreement(turn_boxes(boxes, turn), found) for turn in TURNS}
     best = max(scores, key=lambda turn: scores[turn])
@@ -92,6 +92,6 @@ def audit(
         found = detect_with(net, sample, _SURE, size)
         height, width = sample.image.shape[:2]
         extent = np.array([width, height, width, height], dtype=np.float64)
-        verdicts.append(judge(name, sample.boxes / extent, found.boxes / extent))
+        verdicts.append(box_agreement(name, sample.boxes / extent, found.boxes / extent))
         progress.advance()
     return verdicts

@@ -35,7 +35,7 @@ def truth_of(sample: Sample) -> Truth:
     return Truth(sample.boxes.astype(np.float64), sample.labels)
 
 
-def match(
+def match_detections(
     overlap: NDArray[np.float64], scores: NDArray[np.float64], iou: float
 ) -> NDArray[np.bool_]:
     """Return (n,) whether each detection matches a labelled object that no better one matched.
@@ -58,12 +58,12 @@ def match(
 def match_photo(
     found: PhotoDetections, truth: Truth, iou: float, by_class: int | None
 ) -> NDArray[np.bool_]:
-    """Return (n,) whether each detection matches a labelled box; see `match`."""
+    """Return (n,) whether each detection matches a labelled box; see `match_detections`."""
     keep = slice(None) if by_class is None else np.flatnonzero(truth.labels == by_class)
     boxes = truth.boxes[keep]
     if len(boxes) == 0 or len(found) == 0:
         return np.zeros(len(found), np.bool_)
-    return match(box_iou(found.boxes, boxes), found.scores, iou)
+    return match_detections(box_iou(found.boxes, boxes), found.scores, iou)
 
 
 def ap_of(
@@ -134,7 +134,7 @@ def _mask_ap(found: Sequence[PhotoDetections], samples: Sequence[Sample], label:
         overlap = mask_iou(mine, sample)[:, sample.labels == label]
         wanted += overlap.shape[1]
         scores.append(mine.scores)
-        hits.append(match(overlap, mine.scores, 0.5))
+        hits.append(match_detections(overlap, mine.scores, 0.5))
     if wanted == 0:
         return float("nan")
     return average_precision(np.concatenate(scores), np.concatenate(hits), wanted)

@@ -12,7 +12,7 @@ import numpy as np
 
 from walltopo.core import Progress
 from walltopo.core.files import read_json, write_json
-from walltopo_lab.plots import panels, save
+from walltopo_lab.plots import make_panels, save_figure
 from walltopo_lab.train.audit import audit
 from walltopo_lab.train.batches import CropSource
 from walltopo_lab.train.calibrate import calibrate
@@ -119,7 +119,7 @@ def _open(
 
 def plot_history(history: Sequence[Mapping[str, float]], path: Path) -> None:
     """Plot the losses and held-out metrics over the minutes of a run; `history` as in `Run`."""
-    figure, axes = panels(2, columns=1)
+    figure, axes = make_panels(2, columns=1)
     titles = {"training loss": ("heat", "box", "mask"), "held-out AP50": ("ap50",)}
     for panel, (title, starts) in zip(axes, titles.items(), strict=True):
         for key in dict.fromkeys(key for row in history for key in row if key.startswith(starts)):
@@ -130,7 +130,7 @@ def plot_history(history: Sequence[Mapping[str, float]], path: Path) -> None:
     for panel in axes:
         if panel.lines:
             panel.legend()
-    save(figure, path)
+    save_figure(figure, path)
 
 
 def export_run(

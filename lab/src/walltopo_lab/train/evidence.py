@@ -75,7 +75,7 @@ class Samples:
 
     Parameters
     ----------
-    cues : (n, len(CUES)); hold : (n,) bool; explained : (n,) bool, see `evidence.explained`.
+    cues : (n, len(CUES)); hold : (n,) bool; explained : (n,) bool, see `evidence.is_explained`.
     """
 
     cues: Floats
@@ -92,7 +92,7 @@ class Samples:
         )
 
 
-def spoil(
+def spoil_detections(
     found: Detections,
     records: Sequence[InstanceRecord],
     places: Floats,
@@ -144,20 +144,20 @@ class Prepared:
     rounds: list[tuple[NDArray[np.int32], dict[int, Masks]]]
 
 
-def prepare(folder: Path, gym: Path, ways: Sequence[Spoilt] = ROUNDS) -> Prepared:
+def prepare_scan(folder: Path, gym: Path, ways: Sequence[Spoilt] = ROUNDS) -> Prepared:
     """Read a scan with mesh and detections, and lift it with and without spoilt masks."""
     scan, truth = ScanFolder(folder), read_truth(gym)
     mesh = read_mesh(scan.mesh).without_guesses()
     views = read_views(scan.sparse)
     turned = align_views(scan_views(scan, truth), truth.views, False).mesh(mesh)
     found = Detections.load(scan.detections)
-    table, records = lifted(mesh, views, found)
+    table, records = lift_detections(mesh, views, found)
     whole, first = table.face_instance, records.instances
     places = np.array([mesh.centroids[whole == record.id].mean(axis=0) for record in first])
     rounds = []
     for number, way in enumerate(ways):
-        kept = spoil(found, first, places, way, number)
-        table, records = lifted(mesh, views, kept)
+        kept = spoil_detections(found, first, places, way, number)
+        table, records = lift_detections(mesh, views, kept)
         rounds.append((table.face_instance, masks_of(records.instances, kept)))
     return Prepared(
         Ground.of(mesh, 1.0, True, ProposeSettings().seed),
@@ -174,11 +174,11 @@ def samples_of(prepared: Prepared) -> Samples:
         pieces = gather_pieces(
             prepared.ground, label, known_masks, ProposeSettings().sure, prepared.seen
         )
-        parts.append(_answered(pieces, prepared.carried, prepared.ground.mesh))
+        parts.append(_labelled_pieces(pieces, prepared.carried, prepared.ground.mesh))
     return Samples.together(parts)
 
 
-def lifted(
+def lift_detections(
     mesh: Mesh, views: Sequence[View], found: Detections
 ) -> tuple[InstanceTable, InstanceRecords]:
     """Return the instances of a scan's detections, by the settings of a scan."""
@@ -187,7 +187,7 @@ def lifted(
     return table_of(instances), records_of(instances, masked, found.classes)
 
 
-def _answered(pieces: Pieces, carried: Carried, mesh: Mesh) -> Samples:
+def _labelled_pieces(pieces: Pieces, carried: Carried, mesh: Mesh) -> Samples:
     """Return the pieces with the label whether they are holds; ambiguous ones are left out."""
     true = carried.labelled.face_instance
     area = np.where(carried.ignored, 0.0, mesh.areas)
@@ -207,7 +207,7 @@ def _answered(pieces: Pieces, carried: Carried, mesh: Mesh) -> Samples:
     return Samples(pieces.cues()[used], best[used] >= MET, covered[used])
 
 
-def fit(samples: Samples, made_by: str = "") -> EvidenceModel:
+def fit_model(samples: Samples, made_by: str = "") -> EvidenceModel:
     """Fit the model to samples."""
     masked = samples.cues[:, CUES.index("masks")] > 0
     return EvidenceModel(

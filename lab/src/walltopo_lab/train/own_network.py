@@ -27,7 +27,7 @@ from walltopo_lab.datasets.model import Dataset, Photo
 from walltopo_lab.datasets.project import project_labels
 from walltopo_lab.datasets.read import write_dataset
 from walltopo_lab.evaluate.detector import evaluate_detections
-from walltopo_lab.evaluate.looks import LOW_SCORE, as_dataset, look
+from walltopo_lab.evaluate.looks import LOW_SCORE, as_dataset, detect_photos
 from walltopo_lab.train.detector import Job, train_detector
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
 from walltopo_lab.train.sets import IGNORED_CATEGORY
@@ -109,7 +109,7 @@ def corrected_labels(scan: ScanFolder, progress: Progress) -> Dataset:
     return Dataset(tuple(replace(p, gym=scan.root.name) for p in usable), CLASSES)
 
 
-def parted(dataset: Dataset) -> tuple[list[Photo], list[Photo]]:
+def split_photos(dataset: Dataset) -> tuple[list[Photo], list[Photo]]:
     """Return the photos of one scan to train on, and those held out: one end of the wall.
 
     Holds that the latter show are ignored in the former.
@@ -118,11 +118,11 @@ def parted(dataset: Dataset) -> tuple[list[Photo], list[Photo]]:
     count = max(MIN_PHOTOS, round(HELD_OUT * len(photos)))
     held_out = list(photos[len(photos) - count :])
     known = {a.extra["instance"] for photo in held_out for a in photo.annotations}
-    hidden = [_without(photo, known) for photo in photos[: len(photos) - count]]
-    return [photo for photo in hidden if _trained(photo)], held_out
+    hidden = [_hide_objects(photo, known) for photo in photos[: len(photos) - count]]
+    return [photo for photo in hidden if _count_trained(photo)], held_out
 
 
-def _without(photo: Photo, known: set[int]) -> Photo:
+def _hide_objects(photo: Photo, known: set[int]) -> Photo:
     return photo.with_annotations(
         tuple(
             replace(a, label=_HIDDEN) if a.extra["instance"] in known else a
@@ -131,7 +131,7 @@ def _without(photo: Photo, known: set[int]) -> Photo:
     )
 
 
-def _trained(photo: Photo) -> int:
+def _count_trained(photo: Photo) -> int:
     """Return the number of objects that are trained on."""
     return sum(a.label in CLASSES for a in photo.annotations)
 
@@ -146,7 +146,7 @@ def read_parts(scans: Sequence[ScanFolder], progress: Progress) -> Parts:
     train: list[Photo] = []
     held_out: list[Photo] = []
     for k, scan in enumerate(scans):
-        own, aside = parted(corrected_labels(scan, progress))
+        own, aside = split_photos(corrected_labels(scan, progress))
         train += [replace(p, name=f"{k}/{p.name}") for p in own]
         held_out += [replace(p, name=f"{k}/{p.name}") for p in aside]
     if len(train) < MIN_PHOTOS or len(held_out) < MIN_PHOTOS:
@@ -156,11 +156,12 @@ def read_parts(scans: Sequence[ScanFolder], progress: Progress) -> Parts:
             "A photo whose holds are all held out counts for neither: more of the wall helps.",
         )
     return Parts(
-        Dataset(_evenly(train, MAX_TRAIN), _LABELS), Dataset(_evenly(held_out, MAX_TEST), CLASSES)
+        Dataset(_spread_photos(train, MAX_TRAIN), _LABELS),
+        Dataset(_spread_photos(held_out, MAX_TEST), CLASSES),
     )
 
 
-def _evenly(photos: Sequence[Photo], count: int) -> tuple[Photo, ...]:
+def _spread_photos(photos: Sequence[Photo], count: int) -> tuple[Photo, ...]:
     kept = np.linspace(0, len(photos) - 1, min(count, len(photos))).round().astype(int)
     return tuple(photos[k] for k in kept)
 
@@ -190,10 +191,10 @@ def fine_tune(train: Dataset, out: Path, minutes: float, progress: Progress) -> 
     return model
 
 
-def compared(model: Path, test: Dataset) -> Figures:
+def compare_network(model: Path, test: Dataset) -> Figures:
     """Return the figures of a network on labelled photos, at all scores from `LOW_SCORE`."""
     detector = open_detector(DetectSettings(model=str(model), score=LOW_SCORE))
-    seen = look(detector, [p.path for p in test.photos if p.path]).found
+    seen = detect_photos(detector, [p.path for p in test.photos if p.path]).found
     rows = evaluate_detections(as_dataset(test, seen, CLASSES, masks=True), test).masks
     return Figures(rows["all"].ap50, rows["mean"].ap50)
 
@@ -205,10 +206,10 @@ def train_own(
     parts = read_parts(scans, progress)
     model = fine_tune(parts.train, out, minutes, progress)
     progress.step("compare on the photos held out")
-    before, after = (compared(file, parts.held_out) for file in (shipped_model(), model))
+    before, after = (compare_network(file, parts.held_out) for file in (shipped_model(), model))
     result = OwnNetwork(
         photos=len(parts.train.photos),
-        objects=sum(_trained(photo) for photo in parts.train.photos),
+        objects=sum(_count_trained(photo) for photo in parts.train.photos),
         held_out=len(parts.held_out.photos),
         before=before,
         after=after,

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from walltopo.core.files import atomic_path
-from walltopo_lab.plots import panels
+from walltopo_lab.plots import make_panels
 
 Entry = Mapping[str, float]
 
@@ -29,7 +29,7 @@ _NAMES = {
 
 
 def _plot(history: Sequence[Entry]) -> str:
-    figure, axes = panels(len(_PANELS), columns=3)
+    figure, axes = make_panels(len(_PANELS), columns=3)
     for axis, (title, keys) in zip(axes, _PANELS.items(), strict=True):
         for key in keys:
             rows = [row for row in history if key in row]

@@ -116,7 +116,7 @@ def open_search(search: DetectorSearch, storage: str, name: str, seed: int) -> A
     return study
 
 
-def suggest(trial: Any, space: Mapping[str, Any]) -> dict[str, Any]:
+def sample_point(trial: Any, space: Mapping[str, Any]) -> dict[str, Any]:
     """Sample one point of the search space."""
     return {
         "rate": trial.suggest_float("rate", *space["rate"], log=True),
@@ -189,7 +189,7 @@ def run_search(study: Any, search: DetectorSearch, trials: int, progress: Progre
             if trial.should_prune():
                 raise optuna.TrialPruned
 
-        values = suggest(trial, search.space())
+        values = sample_point(trial, search.space())
         progress.detail(f"trial {trial.number}: {values}")
         _train(search, values, search.out / f"trial-{trial.number}", seen, progress)
         return best

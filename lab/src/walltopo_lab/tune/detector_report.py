@@ -7,7 +7,7 @@ from pathlib import Path
 
 from walltopo.core import InputError
 from walltopo.core.files import atomic_path
-from walltopo_lab.plots import COLOURS, panels, save
+from walltopo_lab.plots import COLOURS, make_panels, save_figure
 from walltopo_lab.tune.detector import DetectorSearch, SearchTrial, model_name
 
 
@@ -78,7 +78,7 @@ def _draw(
     path: Path, search: DetectorSearch, trials: Sequence[SearchTrial], best: SearchTrial
 ) -> None:
     """Plot AP50 over the steps of every trial, and over each hyperparameter."""
-    figure, (course, *axes) = panels(6)
+    figure, (course, *axes) = make_panels(6)
     for t in trials:
         course.plot(list(t.steps), list(t.steps.values()), color=COLOURS[t.stopped], marker=".")
     course.plot(
@@ -105,4 +105,4 @@ def _draw(
             panel.set_xticks(range(len(allowed)), [str(value) for value in allowed])
         panel.set(title=name, ylabel="AP50")
         panel.legend()
-    save(figure, path)
+    save_figure(figure, path)

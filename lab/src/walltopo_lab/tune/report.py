@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from walltopo.core.files import atomic_path, read_toml
-from walltopo_lab.plots import panels, save
+from walltopo_lab.plots import make_panels, save_figure
 from walltopo_lab.tune.problem import Problem
 from walltopo_lab.tune.study import Found
 
@@ -46,7 +46,7 @@ def merge_settings(path: Path, section: str, values: Mapping[str, Any]) -> None:
 def write_slices(path: Path, problem: Problem, found: Found) -> None:
     """Plot the metric of every trial over each setting, one panel per setting."""
     real = [t for t in found.trials if t.walls]
-    figure, axes = panels(len(problem.ranges))
+    figure, axes = make_panels(len(problem.ranges))
     for panel, r in zip(axes, problem.ranges, strict=True):
         share = found.importance.get(r.name)
         title = r.name if share is None else f"{r.name} (importance {share:.2f})"
@@ -59,7 +59,7 @@ def write_slices(path: Path, problem: Problem, found: Found) -> None:
             values = [t.values[r.name] for t in trials]
             panel.plot(values, [t.figure for t in trials], "o", label=name)
         panel.legend()
-    save(figure, path)
+    save_figure(figure, path)
 
 
 def write_report(

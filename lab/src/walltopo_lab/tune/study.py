@@ -59,7 +59,7 @@ def open_study(
     ----------
     storage : a database URL (`sqlite:///file.db`, `postgresql+pg8000://...`): workers on one or
         many machines share it, and a later run resumes it.
-    walls : the tuning walls, name to content hash (see `walls.contents`). A study resumed with
+    walls : the tuning walls, name to content hash (see `walls.wall_hashes`). A study resumed with
         other walls could report on walls that its first trials were tuned on.
 
     Raises
@@ -139,7 +139,7 @@ def _objective(problem: Problem) -> Callable[[Any], float]:
     return evaluate
 
 
-def search(study: Any, problem: Problem, trials: int, progress: Progress | None = None) -> None:
+def run_trials(study: Any, problem: Problem, trials: int, progress: Progress | None = None) -> None:
     """Run trials until the study has this many complete ones, including those of other workers."""
     optuna = need_optuna()
     listener = progress or Silent()
@@ -158,7 +158,7 @@ def search(study: Any, problem: Problem, trials: int, progress: Progress | None 
     study.optimize(_objective(problem), callbacks=[stop, tell])
 
 
-def results(study: Any, problem: Problem, seed: int = 0) -> Found:
+def study_results(study: Any, problem: Problem, seed: int = 0) -> Found:
     """Return the best trial, the default's, and the importance of each setting.
 
     Raises

@@ -69,7 +69,7 @@ def read_walls(path: Path) -> list[Wall]:
     return walls
 
 
-def contents(walls: Sequence[Wall]) -> dict[str, str]:
+def wall_hashes(walls: Sequence[Wall]) -> dict[str, str]:
     """Return the name of each wall to the hash of its truths, independent of the path."""
     found: dict[str, str] = {}
     for wall in walls:

@@ -13,7 +13,7 @@ from walltopo.describe.routes import start_and_top as ends
 from walltopo.describe.routes import start_and_top as hands
 from walltopo.scans.holds import Hold
 from walltopo.scans.routes import Route
-from walltopo_lab.train.ends.seen import SCANS, SeenGym, see
+from walltopo_lab.train.ends.seen import SCANS, SeenGym, simulate_scan
 
 Floats = NDArray[np.float64]
 RIDGE = 1e-3  # ridge penalty on the weights of cues with unit standard deviation
@@ -126,4 +126,4 @@ def fit_ends(rows: Sequence[Row]) -> EndsFit:
 
 def scans_of(seeds: Iterable[int]) -> list[SeenGym]:
     """Return `SCANS` simulated scans of each gym."""
-    return [see(seed, scan) for seed in seeds for scan in range(SCANS)]
+    return [simulate_scan(seed, scan) for seed in seeds for scan in range(SCANS)]

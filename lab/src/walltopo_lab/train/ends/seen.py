@@ -35,8 +35,8 @@ from walltopo.scans.routes import Route
 from walltopo_lab.synth.bodies import Body
 from walltopo_lab.synth.palette import PALETTES
 from walltopo_lab.synth.set_gyms import CALLED, PRESETS, SetGym, set_gym
-from walltopo_lab.train.hold_types.scanned import GRID, scanned
-from walltopo_lab.train.paint.holds import straight
+from walltopo_lab.train.hold_types.scanned import GRID, scanned_relief
+from walltopo_lab.train.paint.holds import straight_distances
 
 Floats = NDArray[np.float64]
 
@@ -131,7 +131,7 @@ def _with_single_starts(
     return [hold for hold in gym.holds if hold.id not in gone], true
 
 
-def _looks(rgb: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
+def _scanned_paints(rgb: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
     """Return (n, 3) paints as in a scan: each faded, chalked and lit individually."""
     linear = linear_from_srgb8(rgb)
     faded = rng.beta(1.2, 6, (len(rgb), 1))
@@ -155,7 +155,7 @@ def _reliefs(bodies: Sequence[Body], rng: np.random.Generator) -> list[Relief | 
     for body in bodies:
         pixel = 2.9 * float(np.abs(body.vertices[:, :2]).max()) / GRID
         heights, there = render_heights(body.vertices * [1, -1, -1], body.faces, pixel * GRID, GRID)
-        found.append(scanned(np.where(there, np.maximum(heights, 0), 0.0), pixel, rng))
+        found.append(scanned_relief(np.where(there, np.maximum(heights, 0), 0.0), pixel, rng))
     return found
 
 
@@ -168,7 +168,7 @@ def _as_scanned(
     """
     reliefs = _reliefs([bodies[hold.id] for hold in holds], rng)
     drawn = [(hold, relief) for hold, relief in zip(holds, reliefs, strict=True) if relief]
-    looks = _looks(np.array([hold.colour_rgb for hold, _ in drawn], dtype=np.uint8), rng)
+    looks = _scanned_paints(np.array([hold.colour_rgb for hold, _ in drawn], dtype=np.uint8), rng)
     types = shipped_model().names_of([relief for _, relief in drawn])
     names = _named(looks)
     seen = []
@@ -208,7 +208,7 @@ def _confused(
     return found
 
 
-def _found(holds: list[Hold], rng: np.random.Generator) -> NDArray[np.bool_]:
+def _found_mask(holds: list[Hold], rng: np.random.Generator) -> NDArray[np.bool_]:
     """Return (n,) whether a scan finds each hold."""
     usual = rng.beta(1.2, 1.2 / MISSED - 1.2)
     share, low, high = HARD
@@ -222,7 +222,7 @@ def _found(holds: list[Hold], rng: np.random.Generator) -> NDArray[np.bool_]:
     )
 
 
-def _false(holds: list[Hold], count: int, rng: np.random.Generator) -> list[Hold]:
+def _false_holds(holds: list[Hold], count: int, rng: np.random.Generator) -> list[Hold]:
     """Return false holds, near true holds and with the appearance of random true holds."""
     made = []
     for k in range(count):
@@ -235,18 +235,18 @@ def _false(holds: list[Hold], count: int, rng: np.random.Generator) -> list[Hold
     return made
 
 
-def see(seed: int, scan: int = 0) -> SeenGym:
+def simulate_scan(seed: int, scan: int = 0) -> SeenGym:
     """Return one simulated scan of the gym of a seed, with holds grouped by the product."""
     rng = np.random.default_rng([29, seed, scan])
     gym = true_gym(seed)
     there, true = _with_single_starts(gym, rng)
     there = [hold for hold in there if hold.role == "hold" or rng.random() < TAKEN]
-    found = _found(there, rng)
+    found = _found_mask(there, rng)
     met = {hold.id for hold, here in zip(there, found, strict=True) if here}
     known = _as_scanned(there, gym.body, rng)
     shown = [hold for hold in known if hold.id in met]
     missed = [hold for hold in known if hold.id not in met]
-    wrong = _false(known, int(rng.binomial(len(known), 2 * FALSE)), rng)
+    wrong = _false_holds(known, int(rng.binomial(len(known), 2 * FALSE)), rng)
     shown += wrong[::2]
     spare = [hold for hold in missed if rng.random() < REMAINS] + wrong[1::2]
     types = {hold.id: hold.type for hold in gym.holds}
@@ -258,7 +258,7 @@ def see(seed: int, scan: int = 0) -> SeenGym:
     grouping = group_by_paint(
         points,
         linking.balanced_paint(linear_from_srgb8(rgb), np.ones((len(shown), 3))),
-        lambda pairs: straight(points, pairs, linking.FLATTEN),
+        lambda pairs: straight_distances(points, pairs, linking.FLATTEN),
         unit=1.0,
         resolution=linking.RESOLUTION,
     )

@@ -24,7 +24,12 @@ from walltopo_lab.evaluate.types import named_on_scans
 from walltopo_lab.onnx_file import set_metadata
 from walltopo_lab.synth.holds import STYLES, make_hold
 from walltopo_lab.train.hold_types.net import Samples, train, write_onnx
-from walltopo_lab.train.hold_types.scanned import drawn, formed, nothing_known, scanned
+from walltopo_lab.train.hold_types.scanned import (
+    frontal_heights,
+    grammar_heights,
+    nothing_known,
+    scanned_relief,
+)
 
 TYPES = ("jug", "crimp", "sloper", "pinch", "pocket", "foothold")
 # Standard deviation of the setter's rotation, degrees, as in `walltopo_lab.synth.setter`.
@@ -42,11 +47,15 @@ def _bodies(kind: str, count: int, rng: np.random.Generator) -> list[Relief | No
     for _ in range(count):
         scale, style = float(rng.choice(SCALES)), str(rng.choice(STYLES))
         body = make_hold("foot" if kind == "foothold" else kind, style, rng, scale, DETAIL)
-        found += [scanned(*drawn(body, rng, TURN_DEG[kind]), rng) for _ in range(VIEWS)]
+        found += [
+            scanned_relief(*frontal_heights(body, rng, TURN_DEG[kind]), rng) for _ in range(VIEWS)
+        ]
     return found
 
 
-def make(bodies: int, forms: int, others: int, seed: int) -> tuple[list[Relief], NDArray[np.int64]]:
+def make_reliefs(
+    bodies: int, forms: int, others: int, seed: int
+) -> tuple[list[Relief], NDArray[np.int64]]:
     """Return reliefs of synthetic holds and their labels, `len(TYPES)` for no known type.
 
     Parameters
@@ -60,8 +69,8 @@ def make(bodies: int, forms: int, others: int, seed: int) -> tuple[list[Relief],
     rows: list[tuple[Relief | None, int]] = []
     for label, kind in enumerate(TYPES):
         rows += [(relief, label) for relief in _bodies(kind, bodies, rng)]
-        rows += [(scanned(*formed(kind, rng), rng), label) for _ in range(forms)]
-    rows += [(scanned(*nothing_known(rng), rng), len(TYPES)) for _ in range(others)]
+        rows += [(scanned_relief(*grammar_heights(kind, rng), rng), label) for _ in range(forms)]
+    rows += [(scanned_relief(*nothing_known(rng), rng), len(TYPES)) for _ in range(others)]
     kept = [(relief, label) for relief, label in rows if relief is not None]
     return [relief for relief, _ in kept], np.array([label for _, label in kept])
 
@@ -85,7 +94,7 @@ def _sure_of_made_up(
     path: Path, size: float
 ) -> tuple[NDArray[np.floating[Any]], NDArray[np.bool_]]:
     """Return the inputs of `min_certain` on synthetic holds outside the training set."""
-    others, truth = make(round(60 * size), round(180 * size), round(100 * size), 2)
+    others, truth = make_reliefs(round(60 * size), round(180 * size), round(100 * size), 2)
     answers = open_model(path).probabilities(others)
     best = answers.argmax(axis=1)
     return np.where(best < len(TYPES), answers.max(axis=1), 0), best == truth
@@ -117,7 +126,7 @@ def fit_hold_types(
     The threshold.
     """
     progress.step("making holds")
-    found, label = make(round(500 * size), round(1300 * size), round(2200 * size), 1)
+    found, label = make_reliefs(round(500 * size), round(1300 * size), round(2200 * size), 1)
     samples = Samples(
         np.stack([relief.picture for relief in found]),
         np.stack([relief.scalars for relief in found]),

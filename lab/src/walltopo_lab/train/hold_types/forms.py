@@ -176,7 +176,7 @@ FORMS: dict[str, Callable[[Grid, np.random.Generator], Floats]] = {
 }
 
 
-def form(kind: str, grid: Grid, rng: np.random.Generator) -> Floats:
+def hold_heights(kind: str, grid: Grid, rng: np.random.Generator) -> Floats:
     """Return the (n, n) heights of one hold, metres, with a smooth, ribbed or faceted surface."""
     heights = FORMS[kind](grid, rng)
     there = heights > 0.0015

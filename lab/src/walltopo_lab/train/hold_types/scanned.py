@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from walltopo.describe.classify.types import Relief, frame_relief, render_heights
 from walltopo_lab.synth.bodies import Body
-from walltopo_lab.train.hold_types.forms import Grid, form
+from walltopo_lab.train.hold_types.forms import Grid, hold_heights
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -16,7 +16,7 @@ GRID = 96  # pixels per side of the grid on which holds are degraded
 STEPS = 24  # steps along a shadow
 
 
-def drawn(body: Body, rng: np.random.Generator, turn_deg: float) -> tuple[Floats, float]:
+def frontal_heights(body: Body, rng: np.random.Generator, turn_deg: float) -> tuple[Floats, float]:
     """Return the (GRID, GRID) frontal heights of a body, metres, 0 outside, and the pixel size."""
     points = body.vertices * np.exp(rng.normal(0, (0.14, 0.14, 0.18)))
     points = points * np.exp(rng.normal(0, 0.1))
@@ -103,7 +103,7 @@ def _border(there: Mask, pixel: float, rng: np.random.Generator) -> Mask:
     return np.asarray(signed > 0)
 
 
-def scanned(heights: Floats, pixel: float, rng: np.random.Generator) -> Relief | None:
+def scanned_relief(heights: Floats, pixel: float, rng: np.random.Generator) -> Relief | None:
     """Return the relief of a hold with scan artefacts, or None without a visible hold.
 
     Parameters
@@ -141,7 +141,7 @@ def _heap(grid: Grid, rng: np.random.Generator) -> Floats:
     heights = np.zeros_like(grid.x)
     names = ("jug", "crimp", "sloper", "pinch", "pocket", "foothold")
     for side in (-1, 1):
-        one = form(str(rng.choice(names)), grid, rng)
+        one = hold_heights(str(rng.choice(names)), grid, rng)
         extent = np.sqrt((one > 0).sum())
         angle = rng.uniform(0, np.pi)
         shift = side * 0.5 * extent * np.array([np.cos(angle), np.sin(angle)])
@@ -152,7 +152,7 @@ def _heap(grid: Grid, rng: np.random.Generator) -> Floats:
 
 def _part(grid: Grid, rng: np.random.Generator) -> Floats:
     """Return half of a large hold."""
-    heights = form(str(rng.choice(["jug", "sloper", "pinch"])), grid, rng)
+    heights = hold_heights(str(rng.choice(["jug", "sloper", "pinch"])), grid, rng)
     angle = rng.uniform(0, 2 * np.pi)
     along = np.cos(angle) * grid.x + np.sin(angle) * grid.y
     return np.where(along < np.percentile(along[heights > 0], rng.uniform(30, 60)), heights, 0)
@@ -176,11 +176,11 @@ def nothing_known(rng: np.random.Generator) -> tuple[Floats, float]:
     return make(Grid(GRID, pixel), rng), pixel
 
 
-def formed(kind: str, rng: np.random.Generator) -> tuple[Floats, float]:
+def grammar_heights(kind: str, rng: np.random.Generator) -> tuple[Floats, float]:
     """Return heights and pixel size of a grammar's hold; the grid is fitted to its size."""
     seed = int(rng.integers(1 << 62))
     coarse = Grid(GRID, 0.8 / GRID)
-    there = form(kind, coarse, np.random.default_rng(seed)) > 0
+    there = hold_heights(kind, coarse, np.random.default_rng(seed)) > 0
     reach = max(float(np.abs(axis[there]).max(initial=0.03)) for axis in (coarse.x, coarse.y))
     pixel = 2.6 * reach / GRID
-    return form(kind, Grid(GRID, pixel), np.random.default_rng(seed)), pixel
+    return hold_heights(kind, Grid(GRID, pixel), np.random.default_rng(seed)), pixel

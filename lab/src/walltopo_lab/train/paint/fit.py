@@ -12,7 +12,7 @@ from sklearn.linear_model import LogisticRegression
 from walltopo.core import Progress
 from walltopo.describe.routes import grouping as linking
 from walltopo.describe.routes.grouping import best_louvain, candidate_pairs
-from walltopo_lab.train.paint.holds import PhotoHolds, of_generated, score, straight
+from walltopo_lab.train.paint.holds import PhotoHolds, of_generated, route_ari, straight_distances
 from walltopo_lab.train.paint.photos import DimPhoto
 
 SHARPENINGS = (2, 3, 4)
@@ -27,7 +27,7 @@ def _pairs(holds: PhotoHolds) -> tuple[Ints, Floats, Ints]:
     points = holds.points
     pairs = candidate_pairs(points, [""] * len(points), linking.FLATTEN, linking.REACH)
     paint = linking.balanced_paint(holds.linear, holds.tint)
-    lengths = straight(points, pairs, linking.FLATTEN)
+    lengths = straight_distances(points, pairs, linking.FLATTEN)
     cues = linking.cues_of(points, paint, pairs, lengths)
     one, two = [[holds.routes[k] for k in pairs[:, side]] for side in (0, 1)]
     same = [-1 if None in (a, b) else int(a == b) for a, b in zip(one, two, strict=True)]
@@ -54,7 +54,7 @@ def _left_out(
         link = (1 / (1 + np.exp(-(cues @ weights + bias)))) ** sharpen
         links = np.zeros((len(one.points), len(one.points)))
         links[pairs[:, 0], pairs[:, 1]] = np.where(link < linking.MIN_LINK, 0, link)
-        values.append(score(one, best_louvain(links + links.T, resolution, 0)))
+        values.append(route_ari(one, best_louvain(links + links.T, resolution, 0)))
     return values
 
 

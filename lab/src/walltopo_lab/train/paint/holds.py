@@ -113,19 +113,19 @@ def names_of(holds: PhotoHolds, known: bool) -> list[str]:
     return names
 
 
-def straight(points: Floats, pairs: Ints, ratio: float) -> Floats:
+def straight_distances(points: Floats, pairs: Ints, ratio: float) -> Floats:
     """Return the (P,) straight, flattened distances of pairs."""
     flat = points * np.array([1, 1, ratio])
     return np.asarray(np.linalg.norm(flat[pairs[:, 0]] - flat[pairs[:, 1]], axis=1))
 
 
-def score(holds: PhotoHolds, group: Ints) -> float:
+def route_ari(holds: PhotoHolds, group: Ints) -> float:
     """Return the ARI over the holds with a known route."""
     rows = [k for k, route in enumerate(holds.routes) if route is not None]
     return float(adjusted_rand_score([holds.routes[k] for k in rows], group[rows]))
 
 
-def ari(holds: PhotoHolds, way: str) -> float:
+def photo_ari(holds: PhotoHolds, way: str) -> float:
     """Return the ARI of one photo by one of `WAYS`, with the default settings."""
     settings = RoutesSettings()
     points, seed = holds.points, settings.seed
@@ -134,7 +134,7 @@ def ari(holds: PhotoHolds, way: str) -> float:
         found = group_by_paint(
             points,
             paint,
-            lambda pairs: straight(points, pairs, linking.FLATTEN),
+            lambda pairs: straight_distances(points, pairs, linking.FLATTEN),
             unit=1.0,
             resolution=linking.RESOLUTION,
             seed=seed,
@@ -144,11 +144,11 @@ def ari(holds: PhotoHolds, way: str) -> float:
         found = group_holds(
             points,
             names_of(holds, way == "known"),
-            lambda pairs: straight(points, pairs, ratio),
+            lambda pairs: straight_distances(points, pairs, ratio),
             near=settings.min_hold_dist,
             far=settings.max_hold_dist,
             ratio=ratio,
             resolution=settings.resolution,
             seed=seed,
         )
-    return score(holds, found.group)
+    return route_ari(holds, found.group)

@@ -26,7 +26,7 @@ from walltopo_lab.synth.bodies import GymInstance
 from walltopo_lab.synth.develop import develop, draw_exposure
 from walltopo_lab.synth.gym import Gym, make_gym
 from walltopo_lab.synth.params import GymSettings, PhotoSettings, gym_preset
-from walltopo_lab.synth.path import phone_camera, walk
+from walltopo_lab.synth.path import phone_camera, walk_poses
 from walltopo_lab.synth.render import Renderer
 
 Floats = NDArray[np.float64]
@@ -177,7 +177,7 @@ def make_photos(folder: Path, first: int, count: int, progress: Progress) -> Non
 def _make_gym_photos(folder: Path, seed: int) -> None:
     settings, photo = _settings(seed)
     gym = make_gym(settings, seed)
-    poses = walk(gym.wall, [], settings, photo, np.random.default_rng([seed, 9]))
+    poses = walk_poses(gym.wall, [], settings, photo, np.random.default_rng([seed, 9]))
     gym = repaint(gym, seed)
     renderer = Renderer(gym)
     for k, pose in enumerate(poses[1 : 1 + 2 * PER_GYM : 2]):
