@@ -38,14 +38,14 @@ class EaseIn(PreviewIn, frozen=True, forbid_unknown_fields=True):
 
 def propose_on(session: EditSession, log: EditLog, spec: ProblemSpec) -> Proposals:
     """Return problems on the wall after a log; this takes seconds and writes nothing."""
-    wall = _wall(session, log)
+    wall = _build_wall(session, log)
     with _SEARCHING:
         return wall.propose(spec)
 
 
 def adjust_grade_on(session: EditSession, log: EditLog, route: int, direction: Direction) -> Tweaks:
     """Return the holds that make a route one grade easier or harder; this writes nothing."""
-    wall = _wall(session, log)
+    wall = _build_wall(session, log)
     with _SEARCHING:
         return wall.adjust_grade(route, direction)
 
@@ -69,7 +69,7 @@ def editor_routes(session: EditSession) -> Sequence[BaseRoute]:
     )
 
 
-def _wall(session: EditSession, log: EditLog) -> SetWall:
+def _build_wall(session: EditSession, log: EditLog) -> SetWall:
     outcome, snapshot = session.outcome(log)
     floor_known = Scale.load(session.folder.scale).floor_known
     return SetWall.of(outcome.holds.holds, outcome.routes.routes, snapshot.unit, floor_known)

@@ -138,11 +138,11 @@ def _grade(args: argparse.Namespace) -> int:
         text = json.dumps({"version": 1, "routes": rows}, indent=1)
         console.out(text, highlight=False)
     else:
-        console.print(_table(rows))
+        console.print(_grade_table(rows))
     return 0
 
 
-def _table(rows: list[dict[str, Any]]) -> Any:
+def _grade_table(rows: list[dict[str, Any]]) -> Any:
     from rich.table import Table
 
     table = Table()

@@ -102,7 +102,7 @@ def register_ease(commands: Commands[argparse.ArgumentParser]) -> None:
     easier.add_argument("route", type=Number(int, 1), metavar="ROUTE", help="its number")
     easier.add_argument("--harder", action="store_true", help="one grade harder")
     _add_output_options(easier, "apply the change with this number")
-    easier.set_defaults(run=_ease)
+    easier.set_defaults(run=_adjust_grade)
 
 
 def _add_output_options(command: argparse.ArgumentParser, text: str) -> None:
@@ -121,33 +121,35 @@ def _problem(args: argparse.Namespace) -> int:
         for name in ("grade", "moves", "steepness", "reach", "holds", "count", "seed")
     }
     spec = msgspec.convert(given | {"height_m": args.height, "span_m": args.span}, ProblemSpec)
-    wall = _read(args.scan)
+    wall = _read_wall(args.scan)
     found = wall.propose(spec)
     if args.format == "table":
         _print_proposals(found, spec.count)
     else:
         _print_json(found)
     if args.put is not None:
-        _put(args.scan, [problem_entry(_chosen(found.proposals, args.put), wall.pool.by_id)])
+        _append_entries(
+            args.scan, [problem_entry(_chosen_row(found.proposals, args.put), wall.pool.by_id)]
+        )
     return 0
 
 
-def _ease(args: argparse.Namespace) -> int:
+def _adjust_grade(args: argparse.Namespace) -> int:
     from walltopo_climb.problems.edit_entries import tweak_entries
 
-    wall = _read(args.scan)
+    wall = _read_wall(args.scan)
     found = wall.adjust_grade(args.route, "harder" if args.harder else "easier")
     if args.format == "table":
         _print_tweaks(found, args.harder)
     else:
         _print_json(found)
     if args.put is not None:
-        route, tweak = wall.route(args.route), _chosen(found.tweaks, args.put)
-        _put(args.scan, tweak_entries(tweak, route, wall.pool.by_id))
+        route, tweak = wall.route(args.route), _chosen_row(found.tweaks, args.put)
+        _append_entries(args.scan, tweak_entries(tweak, route, wall.pool.by_id))
     return 0
 
 
-def _read(path: Path) -> SetWall:
+def _read_wall(path: Path) -> SetWall:
     from walltopo.scans.folder import ScanFolder
     from walltopo_climb.problems.wall import SetWall
     from walltopo_climb.wall_files import read_wall
@@ -156,7 +158,7 @@ def _read(path: Path) -> SetWall:
     return SetWall.of(holds, routes, unit, ScanFolder.scale.load(ScanFolder(path)).floor_known)
 
 
-def _chosen(rows: Sequence[Any], number: int) -> Any:
+def _chosen_row(rows: Sequence[Any], number: int) -> Any:
     from walltopo.core import SettingsError
 
     if number > len(rows):
@@ -164,7 +166,7 @@ def _chosen(rows: Sequence[Any], number: int) -> Any:
     return rows[number - 1]
 
 
-def _put(path: Path, entries: Sequence[Edit]) -> None:
+def _append_entries(path: Path, entries: Sequence[Edit]) -> None:
     """Append entries to the log of edits, save it and rebuild the files."""
     from walltopo.cli.console import console
     from walltopo.core import InputError
@@ -198,8 +200,8 @@ def _print_proposals(found: Proposals, requested: int) -> None:
     for k, one in enumerate(found.proposals, start=1):
         console.print(
             f"{k}: {one.grade.low} to {one.grade.high}, {one.moves} moves; holds "
-            f"{_numbers(one.hands)}; start {_numbers(one.start)}, top {_numbers(one.top)}, "
-            f"feet {_numbers(one.feet)}",
+            f"{_list_holds(one.hands)}; start {_list_holds(one.start)}, "
+            f"top {_list_holds(one.top)}, feet {_list_holds(one.feet)}",
             soft_wrap=True,
         )
         console.print(f"   {climbers_summary(one.climbers)}", soft_wrap=True)
@@ -231,5 +233,5 @@ def _print_tweaks(found: Tweaks, harder: bool) -> None:
         console.print(f"none of {found.tried} changes has this effect")
 
 
-def _numbers(holds: Sequence[int]) -> str:
+def _list_holds(holds: Sequence[int]) -> str:
     return ", ".join(map(str, holds)) or "none"

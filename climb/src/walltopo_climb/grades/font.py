@@ -21,7 +21,7 @@ def parse_grade(text: str) -> float | None:
     Accepts Font grades in any spelling (6a+, fb 6A+, 5), V grades, and ranges such as "6A-6B".
     """
     parts = [part for part in re.split(r"\s*(?:-|–|/|to)\s*", text.strip()) if part]
-    places = [_one(part) for part in parts]
+    places = [_parse_label(part) for part in parts]
     known = [place for place in places if place is not None]
     if not known or len(known) != len(places) or len(known) > 2:
         return None
@@ -71,7 +71,7 @@ def _font_name(text: str) -> str | None:
     return found and f"{found[1]}{(found[2] or '').upper()}{found[3] or ''}"
 
 
-def _one(text: str) -> float | None:
+def _parse_label(text: str) -> float | None:
     v = _V.fullmatch(text)
     if v:
         ends = grade_ends(f"V{v[1]}")

@@ -88,18 +88,18 @@ class Scale:
         return ScaleGrade(label, (low.place + high.place) / 2, key)
 
 
-def _font(text: str) -> ScaleGrade | None:
+def _read_font(text: str) -> ScaleGrade | None:
     label = font_label(text)
     place = None if label is None else parse_grade(label)
     return None if label is None or place is None else ScaleGrade(label, place, label)
 
 
-def _v(text: str) -> ScaleGrade | None:
+def _read_v(text: str) -> ScaleGrade | None:
     label = v_label(text)
     return None if label is None else ScaleGrade(label, V_SCALE.index(label), label)
 
 
-def _french(text: str) -> ScaleGrade | None:
+def _read_french(text: str) -> ScaleGrade | None:
     found = _FRENCH_GRADE.fullmatch(text)
     if found is None or (not found[2] and int(found[1]) >= _LETTERED_FROM):
         return None
@@ -110,7 +110,7 @@ def _french(text: str) -> ScaleGrade | None:
     return ScaleGrade(label, 6 * int(digit) + steps, label)
 
 
-def _uiaa(text: str) -> ScaleGrade | None:
+def _read_uiaa(text: str) -> ScaleGrade | None:
     found = _UIAA_GRADE.fullmatch(text)
     if found is None:
         return None
@@ -127,10 +127,10 @@ _SLASHED: Final = re.compile(r"\s*(?:/|-|\u2013|\bto\b)\s*")
 _UIAA_SLASHED: Final = re.compile(r"\s*/\s*")
 
 SCALES: Final[Mapping[str, Scale]] = {
-    "font": Scale(FONT, _font, _SLASHED, "{}/{}".format),
-    "v": Scale(V_SCALE, _v, _SLASHED, lambda low, high: f"{low}-{high[1:]}"),
-    "french": Scale(FRENCH, _french, _SLASHED, "{}/{}".format),
-    "uiaa": Scale(UIAA, _uiaa, _UIAA_SLASHED, "{}/{}".format),
+    "font": Scale(FONT, _read_font, _SLASHED, "{}/{}".format),
+    "v": Scale(V_SCALE, _read_v, _SLASHED, lambda low, high: f"{low}-{high[1:]}"),
+    "french": Scale(FRENCH, _read_french, _SLASHED, "{}/{}".format),
+    "uiaa": Scale(UIAA, _read_uiaa, _UIAA_SLASHED, "{}/{}".format),
 }
 
 

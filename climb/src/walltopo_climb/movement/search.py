@@ -67,7 +67,7 @@ def move_cost(
 
 
 @kernel
-def _placed(position: Floats, side: Floats, limbs: Ints, height: float, span: float) -> float:
+def _limb_cost(position: Floats, side: Floats, limbs: Ints, height: float, span: float) -> float:
     """Return the cost of crossed and matched limbs, infinite if the stance is impossible."""
     a, b, c, d = limbs[0], limbs[1], limbs[2], limbs[3]
     cost = 0.0
@@ -159,7 +159,7 @@ def find_stances(
                     limbs[0], limbs[1], limbs[2], limbs[3] = a, b, c - 1, d - 1
                     if (c > 0 and foot[c - 1] <= 0) or (d > 0 and foot[d - 1] <= 0):
                         continue
-                    cost = _placed(position, side, limbs, height, span)
+                    cost = _limb_cost(position, side, limbs, height, span)
                     if cost == math.inf:
                         continue
                     held, lack = move_cost(
@@ -231,7 +231,7 @@ def find_stances(
                     step += _CUT
                 if cost + step >= best[new]:
                     continue
-                step += _placed(position, side, limbs, height, span)
+                step += _limb_cost(position, side, limbs, height, span)
                 if cost + step >= best[new]:
                     continue
                 held, lack = move_cost(

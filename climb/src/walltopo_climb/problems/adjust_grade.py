@@ -48,7 +48,7 @@ def adjust_grade(
             f"route {route.id} ({route_name(route)}): found no sequence to its top",
             "Check its start, its top and the roles of its holds in the editor.",
         )
-    place = _place(before, scale)
+    place = _scale_position(before, scale)
     wanted = -1.0 if direction == "easier" else 1.0
     found: list[tuple[float, Route, Tweak]] = []
     tried = 0
@@ -58,13 +58,15 @@ def adjust_grade(
         after = climb_route(changed, pool.near(changed.holds), pool.unit)
         if after is None or not after.moves.reached:
             continue
-        by = scale.grade(_place(after, scale), after.known) - scale.grade(place, before.known)
+        by = scale.grade(_scale_position(after, scale), after.known) - scale.grade(
+            place, before.known
+        )
         effort = _effort(after) - _effort(before)
         if by * wanted < _MIN_CHANGE or effort * wanted <= 0:
             continue
         on = next((r.id for r in routes if hold in r.holds and r.id != route.id), 0)
         crux, eases = _crux(before, after)
-        row = grade_row(scale.range(_place(after, scale), after.known))
+        row = grade_row(scale.range(_scale_position(after, scale), after.known))
         tweak = Tweak(do, hold, on, round(by, 2), row, crux, eases, ())
         found.append((abs(by - wanted) + _penalty(tweak), changed, tweak))
     found.sort(key=lambda item: (item[0], item[2].hold))
@@ -114,7 +116,7 @@ def _removals(route: Route) -> Iterator[tuple[Do, int, Route]]:
         )
 
 
-def _place(climbed: Climbed, scale: Scale) -> float:
+def _scale_position(climbed: Climbed, scale: Scale) -> float:
     return float(scale.model.places(climbed.features[None])[0])
 
 

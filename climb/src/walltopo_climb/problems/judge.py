@@ -93,7 +93,9 @@ class Judge:
         place = float(self._scale.model.places(climbed.features[None])[0])
         grade = self._scale.grade(place, climbed.known)
         own = climbed.moves if self._body == ADULT else find_sequence(climbed.climb, self._body)
-        used = _used(climbed, climbed.moves) | (_used(climbed, own) if own else frozenset())
+        used = _used_holds(climbed, climbed.moves) | (
+            _used_holds(climbed, own) if own else frozenset()
+        )
         moves = _hand_moves(climbed.moves)
         prices = {
             "grade": self._grade(grade, climbed.moves),
@@ -168,7 +170,7 @@ class Judge:
         return tuple(found)
 
 
-def _used(climbed: Climbed, moves: Sequence) -> frozenset[int]:
+def _used_holds(climbed: Climbed, moves: Sequence) -> frozenset[int]:
     """Return the ids of the holds that some limb uses."""
     limbs = {i for move in moves.moves for i in move.limbs if i != NONE}
     ends = {*climbed.climb.start, *climbed.climb.top}

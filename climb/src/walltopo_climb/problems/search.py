@@ -57,8 +57,8 @@ def propose(
         _anneal(Sampler(pool, spec, body, random), judge, random)
         if advance is not None:
             advance(k + 1, count)
-    chosen = _diverse(judge.seen, spec.count)
-    rows = [_row(pool, spec, scale, one, chosen) for one in chosen]
+    chosen = _diverse_candidates(judge.seen, spec.count)
+    rows = [_make_proposal(pool, spec, scale, one, chosen) for one in chosen]
     return Proposals(unit=pool.unit, tried=len(judge), proposals=tuple(rows))
 
 
@@ -70,15 +70,15 @@ def _anneal(sampler: Sampler, judge: Judge, random: np.random.Generator) -> None
     now = judge.of(first)
     for step in range(_STEPS):
         heat = _HOT * (_COLD / _HOT) ** (step / _STEPS)
-        other = judge.of(_tidy(now) or sampler.varied(now.candidate))
+        other = judge.of(_drop_unused_holds(now) or sampler.varied(now.candidate))
         worse = other.off - now.off
         if worse <= 0 or random.random() < math.exp(-worse / heat):
             now = other
-    while (tidy := _tidy(now)) is not None:
+    while (tidy := _drop_unused_holds(now)) is not None:
         now = judge.of(tidy)
 
 
-def _tidy(judged: Judged) -> Candidate | None:
+def _drop_unused_holds(judged: Judged) -> Candidate | None:
     """Return the candidate without its unused holds, or None if all are used."""
     candidate = judged.candidate
     if not judged.reached or candidate.holds <= judged.used:
@@ -90,31 +90,31 @@ def _tidy(judged: Judged) -> Candidate | None:
     )
 
 
-def _diverse(seen: Sequence[Judged], count: int) -> list[Judged]:
+def _diverse_candidates(seen: Sequence[Judged], count: int) -> list[Judged]:
     """Return the best candidates that share few holds."""
     able = [one for one in seen if one.reached and one.candidate.holds <= one.used]
     chosen: list[Judged] = []
     for one in sorted(able, key=lambda one: one.off):
         if len(chosen) == count:
             break
-        if all(alike(one.candidate, other.candidate) <= _MAX_ALIKE for other in chosen):
+        if all(hold_overlap(one.candidate, other.candidate) <= _MAX_ALIKE for other in chosen):
             chosen.append(one)
     return chosen
 
 
-def alike(one: Candidate, other: Candidate) -> float:
+def hold_overlap(one: Candidate, other: Candidate) -> float:
     """Return the share of common holds (Jaccard index)."""
     return len(one.holds & other.holds) / len(one.holds | other.holds)
 
 
-def _row(
+def _make_proposal(
     pool: Pool, spec: ProblemSpec, scale: Scale, judged: Judged, chosen: Sequence[Judged]
 ) -> Proposal:
     candidate = judged.candidate
     bodies: dict[str, Body] = dict(BODIES)
     if spec.body not in bodies.values():
         bodies["you"] = spec.body
-    others = [alike(candidate, other.candidate) for other in chosen if other is not judged]
+    others = [hold_overlap(candidate, other.candidate) for other in chosen if other is not judged]
     upwards = sorted(
         candidate.hands[candidate.starts : -1], key=lambda number: pool.by_id[number].position[2]
     )
