@@ -68,7 +68,7 @@ def _nothing_slow_under_a_lock(monkeypatch: pytest.MonkeyPatch) -> Iterator[None
         ]
         found.append(f"{work}: {' > '.join(ours)}")
 
-    monkeypatch.setattr(lock, "report", report)
+    monkeypatch.setattr(lock, "log_slow_work", report)
     yield
     assert not found, "slow work while a write transaction is open:\n" + "\n".join(found)
 

@@ -12,7 +12,7 @@ from gym.tests.worlds import Server
 
 from walltopo_gym.jobs.place import Place
 from walltopo_gym.jobs.queue import Task
-from walltopo_gym.jobs.worker import working
+from walltopo_gym.jobs.worker import run_jobs
 
 _WAITING = ["ENQUEUED", "DELAYED", "PENDING"]
 
@@ -25,7 +25,7 @@ def at_work(server: Server, *tasks: Task) -> Iterator[None]:
         for task in tasks
     ]
     place = Place(server.settings, server.database)
-    with place, working(server.database, place, hurried):
+    with place, run_jobs(server.database, place, hurried):
         yield
 
 

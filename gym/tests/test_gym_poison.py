@@ -48,7 +48,7 @@ from walltopo_gym.scans.service import State
 from walltopo_gym.storage.files import FileStore
 from walltopo_gym.walls.zones import PUBLICATIONS, queue_publications
 from walltopo_gym.webhooks.models import Webhook, WebhookEvent
-from walltopo_gym.webhooks.service import DELIVERY, note
+from walltopo_gym.webhooks.service import DELIVERY, queue_webhook_message
 
 
 @pytest.fixture
@@ -260,7 +260,7 @@ def test_a_webhook_that_fails_is_set_aside(
             for name, value in poison.items():
                 setattr(rows[0], name, value)
             for world in worlds:
-                note(session, world.gym.id, "wall.published")
+                queue_webhook_message(session, world.gym.id, "wall.published")
         do_all(server, delivery(server))
     assert len(received) == 1
     (facts,) = server.ask("GET", f"{bad.path}/webhooks", bad.owner).json()

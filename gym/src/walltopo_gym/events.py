@@ -249,16 +249,16 @@ class GradeOutliersOf(Question[GradeOutliers]):
 
 def publish_event(session: Session, event: Event) -> None:
     """Call all listeners of an event, in this transaction."""
-    _call(session, event)
+    _call_listeners(session, event)
 
 
-def ask(session: Session, question: Question[Answer]) -> list[Answer]:
+def collect_answers(session: Session, question: Question[Answer]) -> list[Answer]:
     """Return all answers to a question."""
-    _call(session, question)
+    _call_listeners(session, question)
     return question.found
 
 
-def _call(session: Session, what: object) -> None:
+def _call_listeners(session: Session, what: object) -> None:
     database: Database = session.info["database"]
     for listener in database.listeners.get(type(what), ()):
         listener(session, what)

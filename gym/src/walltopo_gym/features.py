@@ -31,21 +31,21 @@ NAMES: Final = (
 _CORE: Final[Listeners] = {DaysChanged: (queue_recount,), TookPart: (took_part,)}
 
 
-def _feature(name: str) -> Feature:
+def _load_feature(name: str) -> Feature:
     found = import_module(f"walltopo_gym.{name}.feature").FEATURE
     assert isinstance(found, Feature)
     return found
 
 
-FEATURES: Final[tuple[Feature, ...]] = tuple(map(_feature, NAMES))
+FEATURES: Final[tuple[Feature, ...]] = tuple(map(_load_feature, NAMES))
 
 
 def features_on(settings: GymSettings) -> list[Feature]:
     """Return the features that a server has on."""
-    return _on(settings.features)
+    return _enabled_features(settings.features)
 
 
-def _on(switches: Collection[Switch]) -> list[Feature]:
+def _enabled_features(switches: Collection[Switch]) -> list[Feature]:
     return [one for one in FEATURES if one.switch is None or one.switch in switches]
 
 
@@ -53,7 +53,7 @@ def listeners_of(switches: Collection[Switch]) -> Listeners:
     """Return all listeners on a server with these switches."""
     found: dict[type, list[Listener]] = defaultdict(list)
     tables = [_CORE, *(one.data_listeners for one in FEATURES)]
-    tables += [one.listeners for one in _on(switches)]
+    tables += [one.listeners for one in _enabled_features(switches)]
     for table in tables:
         for kind, listeners in table.items():
             found[kind] += listeners

@@ -22,7 +22,7 @@ OWN_LINES: Final = {"has_own_lines": True}
 _ExcInfo = tuple[type[BaseException], BaseException, TracebackType | None] | tuple[None, None, None]
 
 
-def escaped(text: str) -> str:
+def escape_line(text: str) -> str:
     """Return a text on one line, with each character that is not printable as its escape.
 
     Line and paragraph separators, and characters that turn the direction of writing, count as not
@@ -43,7 +43,7 @@ def traceback_of(error: BaseException) -> str:
     lines: list[str] = []
     for piece in TracebackException.from_exception(error).format():
         parts = piece.splitlines() if _FRAME.match(piece) else [piece.strip("\n")]
-        lines += [_INDENT + escaped(part) for part in parts]
+        lines += [_INDENT + escape_line(part) for part in parts]
     return "\n".join(lines)
 
 
@@ -54,8 +54,8 @@ class PlainFormatter(logging.Formatter):
         """Return the record's line, and the further lines that are ours."""
         text = super().formatMessage(record)
         if not getattr(record, "has_own_lines", False):
-            return escaped(text)
-        return f"\n{_INDENT}".join(escaped(line) for line in text.split("\n"))
+            return escape_line(text)
+        return f"\n{_INDENT}".join(escape_line(line) for line in text.split("\n"))
 
     def formatException(self, ei: _ExcInfo) -> str:  # noqa: N802 # logging's name
         """Return the traceback."""
@@ -63,4 +63,4 @@ class PlainFormatter(logging.Formatter):
 
     def formatStack(self, stack_info: str) -> str:  # noqa: N802 # logging's name
         """Return the stack."""
-        return "\n".join(_INDENT + escaped(line) for line in stack_info.splitlines())
+        return "\n".join(_INDENT + escape_line(line) for line in stack_info.splitlines())

@@ -161,14 +161,14 @@ def _cut_after(stream: socket.socket, seconds: float) -> Iterator[None]:
 
 def _refuse_private(address: str) -> None:
     found = ip_address(address.partition("%")[0])
-    for one in (found, *_carried(found)):
+    for one in (found, *_embedded_addresses(found)):
         is_mapped = one is found and getattr(found, "ipv4_mapped", None) is not None
         is_public = one.is_global and not one.is_multicast and one not in _LOCAL_NAT64
         if not is_mapped and not is_public:
             raise RequestError("webhook-not-public", "webhook-operator", address=found)
 
 
-def _carried(address: IPv4Address | IPv6Address) -> list[IPv4Address]:
+def _embedded_addresses(address: IPv4Address | IPv6Address) -> list[IPv4Address]:
     """Return the IPv4 addresses to which a translator would send packets for an IPv6 address."""
     if isinstance(address, IPv4Address):
         return []

@@ -20,7 +20,7 @@ _WORKBOOKS: Final = "PK\x03\x04", "\xd0\xcf\x11\xe0", "\u0110\u010e\x11\u0155"
 _WEB_PAGE: Final = re.compile(r"<(!doctype|html|table|\?xml|meta|head|body)", re.IGNORECASE)
 MAX_SHOWN: Final = 40  # characters of a cell in an error message
 BOM: Final = "\ufeff"
-# A text that `harmless` has marked is marked again, so that the mark can be taken off.
+# A text that `escape_formula` has marked is marked again, so that the mark can be taken off.
 _FORMULA: Final = re.compile(r"'*[=+\-@\t\r＝＋－＠]")
 _SPLITS: Final = re.compile(r"[,;\t\"\r\n]")
 _LINE: Final = re.compile(rf"[^{UNPRINTABLE}]*")
@@ -76,34 +76,34 @@ def csv_table(
     The byte order mark makes Excel read UTF-8. Lists become words separated by spaces.
     """
     lines = [
-        [_quoted(name) for name in columns],
-        *([_cell(row.get(name), dialect.decimal) for name in columns] for row in rows),
+        [_quote_cell(name) for name in columns],
+        *([_format_cell(row.get(name), dialect.decimal) for name in columns] for row in rows),
     ]
     return BOM + "".join(f"{dialect.separator.join(line)}\n" for line in lines)
 
 
-def _cell(value: object, decimal: str) -> str:
+def _format_cell(value: object, decimal: str) -> str:
     if value is None:
         return ""
     if isinstance(value, (float, Decimal)):
         return str(value).replace(".", decimal)
     if isinstance(value, (list, tuple)):
         value = " ".join(str(word) for word in value)
-    return _quoted(harmless(value)) if isinstance(value, str) else str(value)
+    return _quote_cell(escape_formula(value)) if isinstance(value, str) else str(value)
 
 
-def _quoted(cell: str) -> str:
+def _quote_cell(cell: str) -> str:
     """Return a cell with quotes if any reader might split it."""
     return '"' + cell.replace('"', '""') + '"' if _SPLITS.search(cell) else cell
 
 
-def harmless(text: str) -> str:
+def escape_formula(text: str) -> str:
     """Return a text that no spreadsheet takes for a formula (OWASP, CSV Injection)."""
     return "'" + text if _FORMULA.match(text) else text
 
 
 def _as_it_was(cell: str) -> str:
-    """Return the text that `harmless` was given."""
+    """Return the text that `escape_formula` was given."""
     return cell[1:] if cell[:1] == "'" and _FORMULA.match(cell[1:]) else cell
 
 
@@ -146,7 +146,7 @@ def read_table(
     between = declared[1] if declared else _separator(head, columns)
     reader = csv.reader(io.StringIO(text), delimiter=between, strict=True)
     try:
-        named = _names(next(reader))
+        named = _column_names(next(reader))
     except (StopIteration, csv.Error) as error:
         raise RequestError("table-none", "table-head") from error
     while named and not named[-1]:
@@ -189,7 +189,7 @@ def _title_lines(text: str, columns: Sequence[str], needed: str) -> int:
     A title names no column, or it would be a heading with errors.
     """
     for number, line in enumerate(text.split("\n")[:_MAX_TITLE]):
-        names = _names(line.split(_separator(line, columns)))
+        names = _column_names(line.split(_separator(line, columns)))
         if needed in names:
             return number
         if any(name in columns for name in names):
@@ -201,13 +201,13 @@ def _separator(head: str, columns: Sequence[str]) -> str:
     """Return the separator that makes the most known columns of a first line."""
 
     def known(separator: str) -> tuple[int, int]:
-        names = _names(head.split(separator))
+        names = _column_names(head.split(separator))
         return sum(name in columns for name in names), len(names)
 
     return max(",;\t", key=known)
 
 
-def _names(cells: Sequence[str]) -> list[str]:
+def _column_names(cells: Sequence[str]) -> list[str]:
     return [same_key(cell.strip().strip('"')).replace(" ", "_") for cell in cells]
 
 

@@ -9,12 +9,12 @@ from dataclasses import replace
 from functools import partial
 from uuid import UUID
 
-from walltopo_gym.climbing.counting import RECOUNTS, recount
+from walltopo_gym.climbing.counting import RECOUNTS, recount_gym
 from walltopo_gym.database.engine import Database
 from walltopo_gym.features import features_on
 from walltopo_gym.jobs.place import Place
 from walltopo_gym.jobs.queue import Task
-from walltopo_gym.jobs.worker import Chore, tidy, watch, working
+from walltopo_gym.jobs.worker import Chore, delete_old_jobs, run_jobs, watch
 from walltopo_gym.publishing import moves, plans
 from walltopo_gym.publishing.moves import SuggestedMoves
 from walltopo_gym.scans import overlap, own_network, photo_checks
@@ -40,7 +40,7 @@ def work(
         moves.queue_missing(database)
         for feature in features_on(settings):
             feature.start(database)
-        with working(database, place, tasks, chores_of(steps)):
+        with run_jobs(database, place, tasks, chores_of(steps)):
             try:
                 watch(place, stop, steps.keep)
             finally:
@@ -64,7 +64,7 @@ def tasks_of(steps: ScanSteps) -> list[Task]:
         Task(
             PUBLICATIONS, lambda gym: plans.publish_due(database, UUID(gym)), plans.record_failure
         ),
-        Task(RECOUNTS, lambda gym: recount(database, UUID(gym))),
+        Task(RECOUNTS, lambda gym: recount_gym(database, UUID(gym))),
     ]
     if settings.own_networks:
         tasks.append(
@@ -82,7 +82,7 @@ def _own_networks(steps: ScanSteps) -> OwnNetworks:
 def chores_of(steps: ScanSteps) -> list[Chore]:
     """Return the scheduled chores, without those of disabled features."""
     settings, database = steps.settings, steps.database
-    chores = [Chore("tidy", "17 * * * *", partial(tidy, database))]
+    chores = [Chore("tidy", "17 * * * *", partial(delete_old_jobs, database))]
     if settings.own_networks:
         chores.append(Chore("own-networks", "23 * * * *", _own_networks(steps).queue_due))
     for feature in features_on(settings):

@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.limits import count_code, count_mail, count_report, count_sign_in
 from walltopo_gym.errors import ConflictError, TooManyError
-from walltopo_gym.scans.receiving import announce
+from walltopo_gym.scans.receiving import photo_to_receive
 
 pytestmark = pytest.mark.both_databases("PostgreSQL lets writers in at once")
 
@@ -65,7 +65,7 @@ def test_of_photos_at_once_no_more_are_accepted(world: World) -> None:
     scan = world.scan()
 
     def add(session: Session, number: int) -> None:
-        announce(session, scan, f"{number}.jpg", 9, None, 5)
+        photo_to_receive(session, scan, f"{number}.jpg", 9, None, 5)
 
     assert accepted(world.server, add) == 5
 

@@ -12,7 +12,7 @@ from gym.tests.worlds import World
 from hypothesis import given
 from hypothesis import strategies as st
 
-from walltopo_gym.climbing.edits import Edit, Edited, takes
+from walltopo_gym.climbing.edits import Edit, Edited, is_newer_edit
 from walltopo_gym.clock import now
 
 __all__ = ["route"]
@@ -32,7 +32,7 @@ def test_of_one_device_the_last_number_wins(arrivals: list[tuple[int, float]]) -
     """Whatever order, copies and clock."""
     row, expected = Row(), 0
     for number, age_s in arrivals:
-        if takes(row, Edit(PHONE, number, age_s)):
+        if is_newer_edit(row, Edit(PHONE, number, age_s)):
             expected = number
     assert expected == max(number for number, _ in arrivals)
 
@@ -44,30 +44,30 @@ def test_of_two_devices_the_last_made_wins(
     row, expected = Row(), ""
     copies = data.draw(st.lists(st.sampled_from(edits), max_size=6))
     for device, number, age_s in [*edits, *copies]:
-        if takes(row, Edit(device, number, age_s)):
+        if is_newer_edit(row, Edit(device, number, age_s)):
             expected = f"{device} {number}"
     assert expected == f"{PHONE} 2"
 
 
 def test_who_tells_nothing_of_the_edit_has_the_last_word() -> None:
     row = Row()
-    assert takes(row, Edit(PHONE, 5, 0))
-    assert takes(row, None)
-    assert not takes(row, Edit(PHONE, 5, 0))
-    assert takes(row, Edit(PHONE, 6, 0))
+    assert is_newer_edit(row, Edit(PHONE, 5, 0))
+    assert is_newer_edit(row, None)
+    assert not is_newer_edit(row, Edit(PHONE, 5, 0))
+    assert is_newer_edit(row, Edit(PHONE, 6, 0))
 
 
 def test_a_server_whose_clock_was_set_back_hears_others() -> None:
     row = Row()
-    assert takes(row, Edit(PHONE, 1, 0))
+    assert is_newer_edit(row, Edit(PHONE, 1, 0))
     row.edited_at = now() + timedelta(hours=3)
-    assert takes(row, Edit(LAPTOP, 1, 0))
+    assert is_newer_edit(row, Edit(LAPTOP, 1, 0))
 
 
 def test_many_devices_are_no_burden() -> None:
     row = Row()
     for _ in range(50):
-        assert takes(row, Edit(uuid4(), 1, 0))
+        assert is_newer_edit(row, Edit(uuid4(), 1, 0))
     assert len(row.edits) == 8
 
 

@@ -21,7 +21,7 @@ from walltopo_climb.grades.font import FONT
 from walltopo_gym.accounts.models import Profile
 from walltopo_gym.climbing.ascents import Kind, NewAscent, store_ascent, withdraw
 from walltopo_gym.climbing.boards import BoardQuery, board
-from walltopo_gym.climbing.counting import RECOUNTS, recount
+from walltopo_gym.climbing.counting import RECOUNTS, recount_gym
 from walltopo_gym.climbing.models import Ascent, ClimbingSession, Standing
 from walltopo_gym.climbing.sessions import ascents_of
 from walltopo_gym.clock import now
@@ -30,7 +30,7 @@ from walltopo_gym.gyms.models import GradeSystem, Gym
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.jobs.queue import Task
 from walltopo_gym.publishing.models import Placement, Route
-from walltopo_gym.publishing.service import strip
+from walltopo_gym.publishing.service import strip_without_scan
 
 GRADES = [
     {"label": "Green", "colour": "#289141", "low": "5", "high": "6A"},
@@ -110,7 +110,7 @@ def test_whatever_happens_the_count_is_a_plain_recount(
         before = _all(session, people)
         for person in people:
             session.execute(update(Ascent).where(Ascent.person_id == person).values(worth=None))
-    recount(server.database, hall.gym.id)
+    recount_gym(server.database, hall.gym.id)
     with server.database.reading() as session:
         assert _all(session, people) == before
 
@@ -150,7 +150,7 @@ def _carry_out(
     elif change[0] == "strip":
         route = session.get_one(Route, routes[change[1]])
         if route.stripped_at is None:
-            strip(session, route)
+            strip_without_scan(session, route)
     else:
         session.merge(Profile(person_id=people[change[1]], on_boards=change[2], feed=True))
 
@@ -406,7 +406,7 @@ def test_another_time_zone_begins_other_days(world: World, routes: list[str]) ->
     changed = {"time_zone": "Etc/GMT+12"}
     assert world.server.ask("PATCH", world.path, world.owner, changed).is_success
     assert len(read(world, "/sessions")) == 2  # a whole gym is counted after the request
-    do_all(world.server, Task(RECOUNTS, lambda gym: recount(world.server.database, UUID(gym))))
+    do_all(world.server, Task(RECOUNTS, lambda gym: recount_gym(world.server.database, UUID(gym))))
     assert len(read(world, "/sessions")) == 1
 
 
@@ -417,5 +417,5 @@ def test_each_person_of_a_gym_is_counted_in_a_transaction_of_their_own(
     for person in people:
         tick(world, person, routes[0])
     with counted(world.server) as begun:
-        assert recount(world.server.database, world.gym.id) == len(people)
+        assert recount_gym(world.server.database, world.gym.id) == len(people)
     assert len(begun) == 1 + len(people)  # the first one reads who there is

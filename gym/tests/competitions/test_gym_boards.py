@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from walltopo_gym.clock import now
 from walltopo_gym.competitions.board import Leaderboard
 from walltopo_gym.competitions.ledger import Fact, Kind, Ledger
-from walltopo_gym.competitions.ranking import ranked
+from walltopo_gym.competitions.ranking import ranks_by_key
 from walltopo_gym.competitions.scoring.formulas import score_2018, score_2025
 from walltopo_gym.competitions.scoring.rules import Scoring
 from walltopo_gym.competitions.scoring.score import NOTHING, AttemptedProblem, Mark
@@ -178,7 +178,7 @@ def test_why_one_stands_before_another(sheet: Sheet, seed: int) -> None:
 
 def test_equal_ranks_are_shared_and_the_next_is_as_much_later() -> None:
     keys = {name: (Fraction(value),) for name, value in zip("abcd", (5, 9, 5, 1), strict=True)}
-    places = ranked(keys)
+    places = ranks_by_key(keys)
     assert [(name, places[name].rank, places[name].tied) for name in "badc"] == [
         ("b", 1, False),
         ("a", 2, True),

@@ -18,7 +18,7 @@ from walltopo.core import WalltopoError
 from walltopo_gym.clock import now
 from walltopo_gym.competitions import judging
 from walltopo_gym.competitions.bodies import EventBody
-from walltopo_gym.competitions.history import board_of, marks_of, struck
+from walltopo_gym.competitions.history import board_of, marks_of, struck_events
 from walltopo_gym.competitions.judging import MAX_CHAIN, store_event
 from walltopo_gym.competitions.ledger import Kind
 from walltopo_gym.competitions.models import Competition, Round, ScoreEvent
@@ -262,7 +262,7 @@ def test_no_events_of_a_competitor_change_whether_a_judges_event_counts(
     with contest.world.server.database.writing() as session:
         row = session.get_one(Competition, UUID(contest.sheet["id"]))
         by_judge = known[1:]
-        before = struck(session, row.id, by_judge)
+        before = struck_events(session, row.id, by_judge)
         outs = dict(board_of(session, row).results.outs)
         of_struck = ScoreEvent.problem_id == UUID(contest.problem(0))
         marks = marks_of(session, row.id, of_struck)
@@ -287,7 +287,7 @@ def test_no_events_of_a_competitor_change_whether_a_judges_event_counts(
             except WalltopoError:
                 continue
             there.append(event)
-        assert struck(session, row.id, by_judge) == before
+        assert struck_events(session, row.id, by_judge) == before
         assert board_of(session, row).results.outs == outs
         assert marks_of(session, row.id, of_struck) == marks
         session.rollback()

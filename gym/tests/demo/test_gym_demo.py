@@ -15,14 +15,14 @@ from sqlalchemy.orm import Session
 from walltopo.scans.routes import Route as FoundRoute
 from walltopo_climb.grades.font import FONT
 from walltopo_gym.accounts.models import Person
-from walltopo_gym.climbing.counting import recount
+from walltopo_gym.climbing.counting import recount_gym
 from walltopo_gym.climbing.models import Ascent, ClimbingSession, Opinion, Standing
 from walltopo_gym.clock import now
 from walltopo_gym.competitions.demo import COMPETITORS, hold_cups
 from walltopo_gym.competitions.history import board_of
 from walltopo_gym.competitions.models import Competition
 from walltopo_gym.crowd.filled import DemoFilled
-from walltopo_gym.crowd.people import CLIMBERS, DAYS, email_of, fill
+from walltopo_gym.crowd.people import CLIMBERS, DAYS, add_climbers, email_of
 from walltopo_gym.demo.hall import NAME, name_routes
 from walltopo_gym.gyms.models import Gym, Membership
 from walltopo_gym.problems.demo import make_problems
@@ -59,7 +59,7 @@ def filled(world: World, session: Session) -> tuple[list[Route], list[Ascent]]:
     routes = graded(world, session)
     gym = session.get_one(Gym, world.gym.id)
     for _ in range(2):
-        fill(session, gym, routes, UNTIL)
+        add_climbers(session, gym, routes, UNTIL)
     rows = select(Ascent).where(Ascent.gym_id == gym.id).order_by(Ascent.climbed_at, Ascent.id)
     return routes, list(session.scalars(rows))
 
@@ -112,7 +112,7 @@ def test_their_logs_are_plausible(world: World) -> None:
         topped = Counter(by_id[route].grade for (_, route), count in tops.items() if count)
         assert topped["4"] + topped["5"] > 3 * (topped["6C+"] + topped["7A"]) > 0
 
-    recount(world.server.database, world.gym.id)
+    recount_gym(world.server.database, world.gym.id)
     with world.server.database.reading() as session:
         visits = select(ClimbingSession).where(ClimbingSession.gym_id == world.gym.id)
         assert all(visit.tries <= 30 for visit in session.scalars(visits))
@@ -200,7 +200,7 @@ def test_climbers_made_problems_once(world: World) -> None:
     with world.server.database.writing() as session:
         routes = graded(world, session)
         gym, wall = session.get_one(Gym, world.gym.id), session.get_one(Wall, world.wall.id)
-        fill(session, gym, routes, UNTIL)
+        add_climbers(session, gym, routes, UNTIL)
         for _ in range(2):
             make_problems(session, DemoFilled(gym, uuid4(), routes, [wall], versions, UNTIL))
         made = select(Problem).where(Problem.wall_id == wall.id)

@@ -18,7 +18,7 @@ from icalendar import Calendar
 from walltopo.describe.classify.palette import REFERENCE, name_of
 from walltopo.describe.settings import ClassifySettings
 from walltopo_gym.accounts.models import Profile
-from walltopo_gym.climbing.counting import recount
+from walltopo_gym.climbing.counting import recount_gym
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.clock import now
 from walltopo_gym.gyms.members import add_member
@@ -93,7 +93,7 @@ def climb(world: World, *names: str, **profile: bool) -> None:
                         climbed_route=route,
                     )
                 )
-    recount(world.server.database, world.gym.id)
+    recount_gym(world.server.database, world.gym.id)
 
 
 def test_the_screen_shows_what_is_new_and_what_comes(current: World) -> None:

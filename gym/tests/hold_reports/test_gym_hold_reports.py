@@ -14,7 +14,7 @@ from walltopo_gym.gyms.members import add_member
 from walltopo_gym.gyms.models import Ban
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.hold_reports.models import HoldReport
-from walltopo_gym.operating.own_data import forget
+from walltopo_gym.operating.own_data import delete_account
 from walltopo_gym.webhooks.models import WebhookEvent
 
 
@@ -158,7 +158,7 @@ def test_the_report_of_a_deleted_account_stays_anonymous(world: World, scan: UUI
     data = world.server.ask("GET", "/me/data", person).json()
     assert [row["id"] for row in data["hold_reports"]] == [made.json()["id"]]
     with world.server.database.writing() as session:
-        forget(session, person.id)
+        delete_account(session, person.id)
     assert to_check(world)[0]["people"] == 1
     with world.server.database.reading() as session:
         row = session.get_one(HoldReport, UUID(made.json()["id"]))

@@ -19,7 +19,7 @@ from walltopo_gym.accounts.models import Person
 from walltopo_gym.climbing.counting import count_again
 from walltopo_gym.climbing.models import Ascent, Opinion
 from walltopo_gym.climbing.points import crowd_grade
-from walltopo_gym.climbing.shrinking import Sample, shrunk
+from walltopo_gym.climbing.shrinking import Sample, shrunk_means
 from walltopo_gym.clock import now
 from walltopo_gym.gyms.models import GradeSystem, Gym
 from walltopo_gym.insights.models import Washing
@@ -325,7 +325,7 @@ def plain_shrunk(values: dict[Any, list[Any]]) -> dict[Any, float]:
 def test_a_shrunk_mean_is_the_formula_and_lies_between(values: list[list[int]]) -> None:
     items = dict(enumerate(values))
     samples = {k: Sample(len(g), sum(g), sum(v * v for v in g)) for k, g in items.items()}
-    found, plain = shrunk(samples), plain_shrunk(items)
+    found, plain = shrunk_means(samples), plain_shrunk(items)
     assert found.keys() == plain.keys()
     for key, value in found.items():
         assert value == pytest.approx(plain[key], abs=1e-6)

@@ -23,9 +23,9 @@ from sqlalchemy.exc import OperationalError
 
 from walltopo_gym.clock import now
 from walltopo_gym.jobs import running, worker
-from walltopo_gym.jobs.place import Place, living
+from walltopo_gym.jobs.place import Place, count_living_workers
 from walltopo_gym.jobs.queue import Failure, Job, NotYetError, Task, enqueue
-from walltopo_gym.jobs.worker import Chore, tidy, watch, working
+from walltopo_gym.jobs.worker import Chore, delete_old_jobs, run_jobs, watch
 from walltopo_gym.operating.jobs import job_lines
 
 pytestmark = pytest.mark.both_databases("queues and locks")
@@ -132,7 +132,7 @@ def test_a_job_that_fails_is_tried_again_and_set_aside(server: Server) -> None:
 def test_a_failure_is_written_down_when_the_database_is_there_again(
     server: Server, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    write, away = running._write, iter([True, False, True, False, False])
+    write, away = running._write_failure, iter([True, False, True, False, False])
 
     def write_later(*words: Any) -> None:
         if next(away):
@@ -142,7 +142,7 @@ def test_a_failure_is_written_down_when_the_database_is_there_again(
     def run(_: int) -> None:
         raise ValueError("poison")
 
-    monkeypatch.setattr(running, "_write", write_later)
+    monkeypatch.setattr(running, "_write_failure", write_later)
     monkeypatch.setattr(running, "_AWAY_S", 0.01)
     put(server, 1)
     do_all(server, Task(JOB, run))
@@ -161,7 +161,7 @@ def test_a_job_that_waits_for_its_next_try_holds_no_place(server: Server) -> Non
     job = Job("test-job", at_once=1, of_one_gym=1, waits=(3600.0,), poll_s=0.05)
     put(server, 1, 2, job=job)
     place = Place(server.settings, server.database)
-    with place, working(server.database, place, [Task(job, run)]):
+    with place, run_jobs(server.database, place, [Task(job, run)]):
         wait_for(done.is_set)
         wait_for(lambda: waiting(server, job.name) == [(1,)])
 
@@ -200,8 +200,8 @@ def test_the_jobs_of_a_killed_worker_go_on_here(server: Server) -> None:
         assert child.stdout is not None
         assert child.stdout.readline() == "2\n"
         place = Place(server.settings, server.database)
-        with place, working(server.database, place, [Task(JOB, lambda _: done.set())]):
-            assert living(server.settings, server.database) == 2
+        with place, run_jobs(server.database, place, [Task(JOB, lambda _: done.set())]):
+            assert count_living_workers(server.settings, server.database) == 2
             place.recover()
             assert not done.wait(3)  # that one lives
             watcher = threading.Thread(target=watch, args=(place, stop, lambda _: None))
@@ -211,7 +211,7 @@ def test_the_jobs_of_a_killed_worker_go_on_here(server: Server) -> None:
             stop.set()
             watcher.join()
     # PostgreSQL frees a lock a moment after its connection has been closed.
-    wait_for(lambda: living(server.settings, server.database) == 0)
+    wait_for(lambda: count_living_workers(server.settings, server.database) == 0)
 
 
 def test_a_worker_whose_lock_was_lost_keeps_what_is_still_its_own(server: Server) -> None:
@@ -224,10 +224,10 @@ def test_a_worker_whose_lock_was_lost_keeps_what_is_still_its_own(server: Server
         end = text("SELECT pg_terminate_backend(pid) FROM pg_locks WHERE locktype = 'advisory'")
         with server.database.writing() as session:
             session.execute(end)
-        wait_for(lambda: living(server.settings, server.database) == 0)
+        wait_for(lambda: count_living_workers(server.settings, server.database) == 0)
         place.hold(kept.append)
         assert kept == [set()]
-        assert living(server.settings, server.database) == 1
+        assert count_living_workers(server.settings, server.database) == 1
 
 
 @pytest.mark.slow
@@ -235,12 +235,12 @@ def test_a_chore_runs_by_the_clock_until_it_is_none(server: Server) -> None:
     done = threading.Event()
     place = Place(server.settings, server.database)
     chore = Chore("test-chore", "* * * * * *", done.set)
-    with place, working(server.database, place, [], [chore]):
+    with place, run_jobs(server.database, place, [], [chore]):
         wait_for(done.is_set)
         assert [row["schedule_name"] for row in server.database.jobs.list_schedules()] == [
             "test-chore"
         ]
-    with place, working(server.database, place, []):
+    with place, run_jobs(server.database, place, []):
         assert server.database.jobs.list_schedules() == []
 
 
@@ -249,9 +249,9 @@ def test_what_ended_long_ago_is_forgotten(server: Server, monkeypatch: pytest.Mo
     do_all(server, Task(JOB, lambda _: None))
     put(server, 2)
     ended = server.database.jobs.list_workflows
-    tidy(server.database)
+    delete_old_jobs(server.database)
     assert len(ended(status="SUCCESS", name=JOB.name)) == 1  # not long ago
     monkeypatch.setattr(worker, "_KEPT", {"SUCCESS": timedelta(days=-1)})
-    tidy(server.database)
+    delete_old_jobs(server.database)
     assert ended(status="SUCCESS", name=JOB.name) == []
     assert waiting(server, JOB.name) == [(2,)]

@@ -15,7 +15,7 @@ from sqlalchemy import select, text
 from walltopo.core import EnvironmentLacksError, InputError
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.operating.backup import back_up, restore
-from walltopo_gym.operating.upkeep import alone
+from walltopo_gym.operating.upkeep import lock_data_folder
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.service import State
 from walltopo_gym.server.app import PREFIX
@@ -165,6 +165,6 @@ def test_a_database_elsewhere_is_not_replaced_by_its_backup(world: World, tmp_pa
 
 
 def test_one_at_a_time(world: World, tmp_path: Path) -> None:
-    with alone(world.server.settings.data), pytest.raises(ConflictError):
+    with lock_data_folder(world.server.settings.data), pytest.raises(ConflictError):
         backed_up(world, tmp_path / "gym.tar")
     assert not (tmp_path / "gym.tar").exists()

@@ -20,7 +20,7 @@ from sqlalchemy.exc import DatabaseError, OperationalError
 from walltopo.cli import main
 from walltopo_gym.accounts.models import SignIn
 from walltopo_gym.clock import now
-from walltopo_gym.database.errors import explain
+from walltopo_gym.database.errors import explain_error
 from walltopo_gym.operating import backup
 from walltopo_gym.operating.purge import purge
 
@@ -127,7 +127,7 @@ def test_a_purge_makes_room_first_and_then_deletes_rows(lone: World) -> None:
     ],
 )
 def test_each_kind_of_database_error_has_its_own_code(words: str, code: str) -> None:
-    found = explain(DatabaseError("SELECT 1", {}, sqlite3.DatabaseError(words)))
+    found = explain_error(DatabaseError("SELECT 1", {}, sqlite3.DatabaseError(words)))
     assert found is not None
     assert found.key == code
-    assert explain(ValueError(words)) is None
+    assert explain_error(ValueError(words)) is None

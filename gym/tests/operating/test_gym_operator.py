@@ -26,7 +26,7 @@ from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.operating import doctor
 from walltopo_gym.operating.doctor import Finding, examine
-from walltopo_gym.operating.jobs import cancel, job_lines, retry
+from walltopo_gym.operating.jobs import cancel_scan, job_lines, retry_scan
 from walltopo_gym.operating.purge import purge
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.service import State
@@ -115,10 +115,10 @@ def test_an_operator_sees_and_moves_jobs(world: World) -> None:
     scan = world.scan(State.FAILED, usable=3)
     assert any(str(scan) in line for line in job_lines(world.server.database))
     with world.server.database.writing() as session:
-        retry(session, scan)
-        cancel(session, scan)
+        retry_scan(session, scan)
+        cancel_scan(session, scan)
         with pytest.raises(ConflictError):
-            cancel(session, scan)
+            cancel_scan(session, scan)
         assert session.scalar(select(Scan.state).where(Scan.id == scan)) == State.CANCELLED
 
 
@@ -139,7 +139,7 @@ def test_an_operator_does_not_take_a_scan_out_of_review(world: World) -> None:
     scan = world.scan(State.REVIEW, usable=3)
     with world.server.database.writing() as session:
         with pytest.raises(ConflictError):
-            cancel(session, scan)
+            cancel_scan(session, scan)
         assert session.scalar(select(Scan.state).where(Scan.id == scan)) == State.REVIEW
 
 

@@ -21,7 +21,7 @@ from walltopo_gym.errors import UnavailableError
 from walltopo_gym.grading.placing import Placing
 from walltopo_gym.gyms.models import Ban, GradeSystem
 from walltopo_gym.messages import english
-from walltopo_gym.operating.own_data import forget
+from walltopo_gym.operating.own_data import delete_account
 from walltopo_gym.problems import estimate
 from walltopo_gym.problems.models import Problem
 from walltopo_gym.problems.service import Use, UsedHold
@@ -339,7 +339,7 @@ class _Broken:
 
 def test_a_part_of_an_estimate_is_none() -> None:
     broken = _Broken()
-    assert estimate._answer(broken, b"", 600) == (b"", False)  # type: ignore[arg-type]
+    assert estimate._exchange_message(broken, b"", 600) == (b"", False)  # type: ignore[arg-type]
     assert not broken.is_running
 
 
@@ -356,6 +356,6 @@ def test_ones_own_data_and_the_end_of_an_account(world: World, scan: UUID) -> No
     member = world.people["member"].id
     assert member is not None
     with world.server.database.writing() as session:
-        forget(session, member)
+        delete_account(session, member)
     with world.server.database.reading() as session:
         assert session.get(Problem, key) is None

@@ -17,7 +17,7 @@ from walltopo_gym.events import RoutesToForerun
 from walltopo_gym.gyms.members import add_member, change_role
 from walltopo_gym.gyms.models import GradeSystem
 from walltopo_gym.gyms.roles import Role
-from walltopo_gym.operating.own_data import forget
+from walltopo_gym.operating.own_data import delete_account
 from walltopo_gym.reset_plans.models import GradeProposal
 from walltopo_gym.reset_plans.proposals import median_of
 from walltopo_gym.scans.models import Scan
@@ -312,7 +312,7 @@ def test_a_deleted_account_leaves_its_signature_without_a_name(world: World, fon
     assert {row["part"] for row in data["reset_plans"]} == {"setter", "forerunner"}
     assert [row["grade"] for row in data["grade_proposals"] + data["sign_offs"]] == ["6A", "6A"]
     with world.server.database.writing() as session:
-        forget(session, person_id(person))
+        delete_account(session, person_id(person))
     found = ask(world, "GET", f"/reset-plans/{key}")
     assert (found["plan"]["setters"], found["plan"]["forerunners"]) == ([], [])
     [row] = found["routes"]

@@ -14,7 +14,7 @@ from gym.tests.worlds import Server, World, make_world
 from walltopo_gym.operating.purge import _is_named
 from walltopo_gym.scans import own_network
 from walltopo_gym.scans.models import Scan, ScanEdits
-from walltopo_gym.scans.own_network import OwnNetwork, OwnNetworks, network_of, want
+from walltopo_gym.scans.own_network import OwnNetwork, OwnNetworks, network_of, switch_training
 from walltopo_gym.scans.running import WorkerStopsError
 from walltopo_gym.scans.service import State
 from walltopo_gym.scans.stages import ScanSteps
@@ -35,7 +35,7 @@ def corrected(world: World) -> World:
     scan = world.scan(state=State.PUBLISHED)
     with world.server.database.writing() as session:
         session.add(ScanEdits(scan_id=scan, revision=2, shown=2, log={}))
-        want(session, world.gym.id, True)
+        switch_training(session, world.gym.id, True)
     return world
 
 
@@ -84,11 +84,11 @@ def test_a_training_is_queued_at_night_once_and_for_new_corrections(
         assert queued.count(ours) == expected
     with corrected.server.database.writing() as session:
         row = session.get_one(OwnNetwork, corrected.gym.id)
-        row.basis = own_network._basis(session, corrected.gym.id)
+        row.basis = own_network._training_scans(session, corrected.gym.id)
     networks(corrected).queue_due()
     assert queued.count(ours) == 1, "these corrections were trained on"
     with corrected.server.database.writing() as session:
-        want(session, corrected.gym.id, False)
+        switch_training(session, corrected.gym.id, False)
         session.get_one(OwnNetwork, corrected.gym.id).basis = []
     networks(corrected).queue_due()
     assert queued.count(ours) == 1, "the owner does not want one"
@@ -112,7 +112,7 @@ def test_a_better_network_finds_the_holds_of_the_next_scan(
     shown = server.ask("GET", f"{corrected.path}/scans/{scan}", corrected.people["setter"]).json()
     assert shown["network"] == RESULT
     with server.database.writing() as session:
-        want(session, corrected.gym.id, False)
+        switch_training(session, corrected.gym.id, False)
     assert not [word for word in steps._prepare(scan).settings if "detect.model" in word]
     assert not _is_named(server.settings, server.database, row.key), "a purge deletes it"
     with server.database.reading() as session:

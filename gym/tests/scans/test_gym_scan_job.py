@@ -19,7 +19,7 @@ from PIL import Image
 
 from walltopo.pipeline.plan import names_of_plan
 from walltopo.scans.colmap_model import open_model
-from walltopo_gym.jobs.place import living
+from walltopo_gym.jobs.place import count_living_workers
 
 
 def _manifest(data: Path, scan: str) -> dict[str, Any]:
@@ -100,7 +100,7 @@ def test_another_worker_goes_on_when_one_is_killed(server: Server) -> None:
 
 def _live(server: Server, number: int) -> bool:
     """Return whether so many workers live."""
-    return living(server.settings, server.database) == number
+    return count_living_workers(server.settings, server.database) == number
 
 
 def _check_scaling(client: httpx.Client, path: str, data: Path, scan: str) -> None:

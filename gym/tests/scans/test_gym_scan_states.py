@@ -13,7 +13,7 @@ from tests.breakpoints.breakpoint import Breakpoint
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.scans.http import scans
 from walltopo_gym.scans.models import Scan
-from walltopo_gym.scans.service import State, move
+from walltopo_gym.scans.service import State, change_state
 from walltopo_gym.scans.stages import ScanSteps
 
 
@@ -52,7 +52,7 @@ def test_a_run_that_was_replaced_changes_nothing(world: World, tmp_path: Path) -
     assert not worker.claim(scan, 1)
     worker.fail(scan, 1, '{"message": "late", "hint": "", "defect": false}')
     with pytest.raises(ConflictError), world.server.database.writing() as session:
-        move(session, scan, State.REVIEW, run=1)
+        change_state(session, scan, State.REVIEW, run=1)
     assert (row_of(world, scan).state, row_of(world, scan).run) == (State.QUEUED, 2)
     assert worker.claim(scan, 2)
     worker.fail(scan, 2, '{"message": "no overlap", "hint": "Take more.", "defect": false}')

@@ -17,7 +17,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
-from walltopo_gym.events import GymEvent, Question, ask, publish_event
+from walltopo_gym.events import GymEvent, Question, collect_answers, publish_event
 from walltopo_gym.features import FEATURES, NAMES, listeners_of
 from walltopo_gym.gyms.models import Gym
 
@@ -53,8 +53,8 @@ def test_listeners_hear_in_order_and_answer(tmp_path: Path) -> None:
     with database.reading() as session:
         publish_event(session, Painted(gym, "red"))
         assert heard == ["first red", "second red"]
-        assert ask(session, Colours(gym)) == ["red", "red"]
-        assert ask(session, Colours(uuid4())) == ["none", "none"]
+        assert collect_answers(session, Colours(gym)) == ["red", "red"]
+        assert collect_answers(session, Colours(uuid4())) == ["none", "none"]
     database.close()
 
 

@@ -13,7 +13,7 @@ from gym.tests.worlds import Server
 from hypothesis import given
 from hypothesis import strategies as st
 
-from walltopo_gym.log_lines import escaped, traceback_of
+from walltopo_gym.log_lines import escape_line, traceback_of
 from walltopo_gym.mail import ConsoleMailer, Mail
 from walltopo_gym.server.request_log import log_config
 
@@ -103,6 +103,6 @@ def test_json_has_one_line_a_record(log: Any, capsys: pytest.CaptureFixture[str]
 
 @given(st.text())
 def test_any_text_is_one_printable_line(text: str) -> None:
-    assert escaped(text).isprintable()
-    assert escaped(text) == text or not text.isprintable()
+    assert escape_line(text).isprintable()
+    assert escape_line(text) == text or not text.isprintable()
     assert traceback_of(ValueError(text)).replace("\n", "").isprintable()

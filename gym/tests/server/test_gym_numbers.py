@@ -14,7 +14,7 @@ from gym.tests.running import TUS
 from gym.tests.worlds import Server, World
 
 from walltopo_gym.features import FEATURES
-from walltopo_gym.publishing.route_table import _day
+from walltopo_gym.publishing.route_table import _parse_day
 from walltopo_gym.server.app import _CORE
 
 NO_DIGITS = ("+5", "1_0", " 5", "5 ", "5.0", "-0", "0x5", "٥", "５", "", "5e0")
@@ -85,5 +85,5 @@ def test_days_and_periods_are_written_in_digits(world: World) -> None:
         assert world.server.ask("GET", path, member).status_code == status
     for cell in ("٢٠٢٦-03-01", "1. ٣. 2026", "１/03/2026"):
         wrong: list[Any] = []
-        assert _day(cell, "set_on", "dmy", wrong) is None
+        assert _parse_day(cell, "set_on", "dmy", wrong) is None
         assert [one.problem.key for one in wrong] == ["cell-no-day"]

@@ -136,7 +136,7 @@ def test_slow_work_in_a_write_transaction_is_reported(
 ) -> None:
     """The fixture of all tests fails where an endpoint does this."""
     found: list[str] = []
-    monkeypatch.setattr(lock, "report", found.append)
+    monkeypatch.setattr(lock, "log_slow_work", found.append)
     database, store = world.server.database, world.server.services.store
     store.has("content/none")
     with database.reading():
@@ -154,7 +154,7 @@ def test_slow_work_in_the_transaction_of_an_endpoint_is_reported(
 ) -> None:
     """Its transaction is begun and ended in other threads than the one that works."""
     found: list[str] = []
-    monkeypatch.setattr(lock, "report", found.append)
+    monkeypatch.setattr(lock, "log_slow_work", found.append)
     app = FastAPI()
     app.state.services, app.state.places = server.services, CapacityLimiter(1)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from walltopo_gym.operating.upkeep import alone
+from walltopo_gym.operating.upkeep import lock_data_folder
 from walltopo_gym.server.app import open_services
 from walltopo_gym.settings import load_settings
 
@@ -24,5 +24,5 @@ def test_only_its_user_can_enter_the_data_folder(tmp_path: Path, *, there: bool)
     open_services(load_settings({"data": data}, {})).close()
     assert mode(data) == 0o700
     data.chmod(0o755)
-    with alone(data):
+    with lock_data_folder(data):
         assert mode(data) == 0o700

@@ -24,7 +24,7 @@ from walltopo_gym.notifications.models import Message, PushAddress
 from walltopo_gym.notifications.sending import MessageSender
 from walltopo_gym.outgoing import post
 from walltopo_gym.webhooks.models import Webhook, WebhookEvent
-from walltopo_gym.webhooks.service import note
+from walltopo_gym.webhooks.service import queue_webhook_message
 
 
 @pytest.fixture
@@ -124,7 +124,7 @@ def test_ten_webhooks_to_a_slow_host_hold_up_no_other_gym(
             session.add(Webhook(gym_id=good.gym.id, url=url, secret="whsec_AAAA"))
             session.flush()
             for world in worlds:
-                note(session, world.gym.id, "wall.published")
+                queue_webhook_message(session, world.gym.id, "wall.published")
         with at_work(server, delivery(server)):
             wait_for(lambda: received and len(slow.requests) == 2)
             assert len(received) == 1

@@ -24,7 +24,7 @@ from walltopo_gym.jobs.queue import Task
 from walltopo_gym.outgoing import check_url
 from walltopo_gym.webhooks.delivery import Delivery, record_failure
 from walltopo_gym.webhooks.models import Webhook, WebhookEvent
-from walltopo_gym.webhooks.service import DELIVERY, note, send
+from walltopo_gym.webhooks.service import DELIVERY, queue_webhook_message, send
 
 
 @contextmanager
@@ -142,7 +142,7 @@ def test_a_change_that_is_rolled_back_queues_nothing(world: World) -> None:
     forget_jobs(world.server)
     hooked(world, "https://example.com/")
     with world.server.database.writing() as session:
-        note(session, world.gym.id, "wall.published")
+        queue_webhook_message(session, world.gym.id, "wall.published")
         session.rollback()
     assert events(world) == []
     assert waiting(world.server, DELIVERY.name) == []

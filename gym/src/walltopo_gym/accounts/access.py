@@ -108,10 +108,10 @@ def _check_confirmed(actor: Actor) -> None:
         raise ForbiddenError("confirm-first", "confirm-how")
 
 
-def _calls(dependant: Dependant) -> Iterator[Callable[..., Any]]:
+def _dependency_calls(dependant: Dependant) -> Iterator[Callable[..., Any]]:
     """Yield the dependencies of an endpoint in the order in which they are called."""
     for inner in dependant.dependencies:
-        yield from _calls(inner)
+        yield from _dependency_calls(inner)
     if dependant.call is not None:
         yield dependant.call
 
@@ -126,7 +126,7 @@ def declare_rules(router: APIRouter) -> None:
     for route in router.routes:
         if not isinstance(route, APIRoute):
             raise RuntimeError(f"{route} is no endpoint that could have a rule")
-        calls = list(_calls(route.dependant))
+        calls = list(_dependency_calls(route.dependant))
         rules = [rule for call in calls if isinstance(rule := getattr(call, "rule", None), Rule)]
         if len(rules) != 1:
             raise RuntimeError(f"{route.methods} {route.path} has {len(rules)} rules, expected one")

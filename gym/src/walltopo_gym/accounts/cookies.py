@@ -34,14 +34,14 @@ def sign_in_here(
     days = services.settings.session_days
     browser = request.headers.get("user-agent", "")
     secret = sign_in(session, person, browser, days, confirmed=confirmed)
-    _set(response, COOKIE, secret, days)
+    _set_cookie(response, COOKIE, secret, days)
     remember_browser(session, request, response, person)
 
 
 def remember_browser(session: Session, request: Request, response: Response, person: UUID) -> None:
     """Mark this browser as known to the person who has just proved their identity."""
     if known_browser(session, request, person) is None:
-        _set(response, BROWSER, remember(session, person), KNOWN_DAYS)
+        _set_cookie(response, BROWSER, remember(session, person), KNOWN_DAYS)
 
 
 def known_browser(session: Session, request: Request, person: UUID | None) -> str | None:
@@ -58,7 +58,7 @@ def sign_out_here(response: Response) -> None:
     response.delete_cookie(COOKIE, path="/", secure=True, httponly=True, samesite="lax")
 
 
-def _set(response: Response, name: str, secret: str, days: int) -> None:
+def _set_cookie(response: Response, name: str, secret: str, days: int) -> None:
     response.set_cookie(
         name, secret, max_age=days * _DAY_S, path="/", secure=True, httponly=True, samesite="lax"
     )

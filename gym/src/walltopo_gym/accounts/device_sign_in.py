@@ -29,7 +29,7 @@ from walltopo_gym.errors import NotFoundError, RequestError
 _GOOD_FOR: Final = timedelta(minutes=2)
 
 
-def offer(session: Session, person: UUID, sign_in: UUID) -> tuple[DeviceSignIn, str]:
+def create_offer(session: Session, person: UUID, sign_in: UUID) -> tuple[DeviceSignIn, str]:
     """Return a new offer of a signed-in person and its secret. It replaces their last offer."""
     old = (DeviceSignIn.person_id == person) | (DeviceSignIn.expires_at < now())
     session.execute(delete(DeviceSignIn).where(old))
@@ -42,7 +42,7 @@ def offer(session: Session, person: UUID, sign_in: UUID) -> tuple[DeviceSignIn, 
     return row, secret
 
 
-def claim(session: Session, secret: str, browser: str) -> tuple[str, str]:
+def claim_offer(session: Session, secret: str, browser: str) -> tuple[str, str]:
     """Claim an offer and return the claim's secret and the code to compare.
 
     Raises
@@ -79,7 +79,7 @@ def device_sign_in_of(session: Session, device_sign_in: UUID, sign_in: UUID | No
     return row
 
 
-def allow(session: Session, device_sign_in: UUID, sign_in: UUID | None, code: str) -> None:
+def accept_claim(session: Session, device_sign_in: UUID, sign_in: UUID | None, code: str) -> None:
     """Accept the browser that claimed the offer and shows this code.
 
     Raises
@@ -92,7 +92,7 @@ def allow(session: Session, device_sign_in: UUID, sign_in: UUID | None, code: st
     row.allowed = True
 
 
-def finish(session: Session, secret: str) -> UUID | None:
+def use_claim(session: Session, secret: str) -> UUID | None:
     """Return the person of a claim and use the claim up; None until it is accepted.
 
     Raises

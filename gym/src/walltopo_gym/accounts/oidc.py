@@ -134,7 +134,7 @@ class Attempt:
     verifier: str
 
 
-def begin(provider: Provider) -> Attempt:
+def begin_sign_in(provider: Provider) -> Attempt:
     """Return a new attempt to sign in."""
     state, nonce, verifier = (new_secret()[0] for _ in range(3))
     url, _ = provider.client().create_authorization_url(
@@ -183,10 +183,10 @@ def claims_of(provider: Provider, code: str, nonce: str, verifier: str) -> Claim
     ------
     SignInNeededError : the provider does not confirm it, or the signature is invalid.
     """
-    return _claims(provider, _fetched(provider, code, verifier), nonce)
+    return _verify_id_token(provider, _fetch_id_token(provider, code, verifier), nonce)
 
 
-def _fetched(provider: Provider, code: str, verifier: str) -> str:
+def _fetch_id_token(provider: Provider, code: str, verifier: str) -> str:
     import requests
     from authlib.common.errors import AuthlibBaseError
 
@@ -204,7 +204,7 @@ def _fetched(provider: Provider, code: str, verifier: str) -> str:
         raise SignInNeededError("provider-not-confirmed", "sign-in-again") from error
 
 
-def _claims(provider: Provider, token: str, nonce: str) -> Claims:
+def _verify_id_token(provider: Provider, token: str, nonce: str) -> Claims:
     """Verify an ID token (OpenID Connect Core 1.0, 3.1.3.7)."""
     from joserfc import jwt
     from joserfc.errors import JoseError

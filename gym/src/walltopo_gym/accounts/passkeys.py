@@ -79,7 +79,7 @@ def add_passkey(
     from webauthn import verify_registration_response
     from webauthn.helpers.exceptions import WebAuthnException
 
-    challenge = _used(session, credential, person)
+    challenge = _use_challenge(session, credential, person)
     try:
         found = verify_registration_response(
             credential=credential,
@@ -129,7 +129,7 @@ def person_of(session: Session, site: Site, credential: dict[str, Any]) -> UUID:
     from webauthn.helpers.exceptions import WebAuthnException
 
     try:
-        challenge = _used(session, credential, None)
+        challenge = _use_challenge(session, credential, None)
         key = base64url_to_bytes(str(credential["rawId"]))
         row = session.scalar(select(Passkey).where(Passkey.credential_id == key))
         if row is None:
@@ -168,7 +168,7 @@ def _challenge(session: Session, person: UUID | None) -> bytes:
     return challenge
 
 
-def _used(session: Session, credential: dict[str, Any], person: UUID | None) -> bytes:
+def _use_challenge(session: Session, credential: dict[str, Any], person: UUID | None) -> bytes:
     """Return the signed challenge and use it up.
 
     Raises

@@ -40,7 +40,7 @@ class Passwords:
     def hash(self, password: str) -> str:
         """Return a password's hash."""
         check_unlocked(_WORK)
-        return self._hasher.hash(prepared(password))
+        return self._hasher.hash(prepare_password(password))
 
     def matches(self, kept: str | None, password: str) -> bool:
         """Return whether the password matches. Takes as long without an account (`kept` None).
@@ -48,7 +48,7 @@ class Passwords:
         Hashes from before passwords were prepared may be of the typed form or of its NFD.
         """
         check_unlocked(_WORK)
-        forms = (prepared(password), password, unicodedata.normalize("NFD", password))
+        forms = (prepare_password(password), password, unicodedata.normalize("NFD", password))
         against = self._nobody if kept is None else kept
         found = any(self._verify(against, form) for form in dict.fromkeys(forms))
         return found and kept is not None
@@ -64,7 +64,7 @@ class Passwords:
         return self._hasher.check_needs_rehash(kept)
 
 
-def prepared(password: str) -> str:
+def prepare_password(password: str) -> str:
     """Return a password as RFC 8265 (OpaqueString) compares it: with plain spaces, in NFC."""
     spaced = "".join(" " if unicodedata.category(letter) == "Zs" else letter for letter in password)
     return unicodedata.normalize("NFC", spaced)
@@ -81,7 +81,7 @@ def check_password(password: str, *known: str) -> None:
     RequestError : says why, and what to choose.
     """
     check_unlocked("the strength of a password is estimated")
-    password = prepared(password)
+    password = prepare_password(password)
     if not SHORTEST <= len(password) <= LONGEST:
         raise RequestError("password-length", count=len(password), least=SHORTEST, most=LONGEST)
     if is_leaked(password):

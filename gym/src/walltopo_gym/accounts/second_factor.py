@@ -29,7 +29,7 @@ _DRIFT: Final = 1  # steps of half a minute to each side
 
 def is_on(session: Session, person: UUID) -> bool:
     """Return whether the person signs in with a second factor."""
-    row = _row(session, person)
+    row = _locked_row(session, person)
     return row is not None and row.confirmed_at is not None
 
 
@@ -46,7 +46,7 @@ def begin(session: Session, person: Person) -> tuple[str, str]:
     ------
     ConflictError : a second factor is on already.
     """
-    row = _row(session, person.id)
+    row = _locked_row(session, person.id)
     if row is not None and row.confirmed_at is not None:
         raise ConflictError("second-factor-there", "second-factor-turn-off")
     if row is None:
@@ -65,7 +65,7 @@ def confirm(session: Session, person: UUID, code: str) -> list[str]:
     ------
     ConflictError : none was begun, or it is on; RequestError : the code is wrong.
     """
-    row = _row(session, person)
+    row = _locked_row(session, person)
     if row is None or row.confirmed_at is not None:
         raise ConflictError("second-factor-none")
     if not _is_right(row, code):
@@ -85,7 +85,7 @@ def check(session: Session, person: UUID, code: str | None) -> None:
     ------
     SignInNeededError : a code is needed, or the given one is wrong.
     """
-    row = _row(session, person)
+    row = _locked_row(session, person)
     if row is None or row.confirmed_at is None:
         return
     if code is None:
@@ -108,7 +108,7 @@ def turn_off(session: Session, person: UUID) -> None:
     log_change(session, "second-factor.off", person=person)
 
 
-def _row(session: Session, person: UUID) -> SecondFactor | None:
+def _locked_row(session: Session, person: UUID) -> SecondFactor | None:
     """Return the row, locked until the transaction ends, so that a code cannot be used twice."""
     mine = select(SecondFactor).where(SecondFactor.person_id == person)
     return session.scalar(mine.with_for_update())

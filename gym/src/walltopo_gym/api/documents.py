@@ -13,7 +13,7 @@ from walltopo_gym.api.turns import turn_for
 DocumentTurn = Annotated[None, turn_for("documents", 2)]
 
 
-def document(
+def document_response(
     request: Request,
     content: bytes,
     kind: str,

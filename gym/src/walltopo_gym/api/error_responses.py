@@ -15,7 +15,7 @@ from starlette.exceptions import HTTPException
 from starlette.responses import JSONResponse
 
 from walltopo.core import EnvironmentLacksError, InputError, WalltopoError
-from walltopo_gym.database.errors import explain
+from walltopo_gym.database.errors import explain_error
 from walltopo_gym.errors import (
     RequestError,
     SignInNeededError,
@@ -99,10 +99,10 @@ def error_response(
     ----------
     status : overrides the error's own status.
     """
-    return _answer(status or error.status, error.message, error.hint, headers, error)
+    return _error_response(status or error.status, error.message, error.hint, headers, error)
 
 
-def _answer(
+def _error_response(
     status: int,
     title: str,
     hint: str = "",
@@ -142,19 +142,19 @@ def _handle_request_error(request: Request, error: Exception) -> JSONResponse:
 def _handle_error_of_walltopo(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, WalltopoError)
     status = next((code for kind, code in _STATUS.items() if isinstance(error, kind)), 500)
-    return _answer(status, without_folders(error.message), without_folders(error.hint))
+    return _error_response(status, without_folders(error.message), without_folders(error.hint))
 
 
 def _handle_invalid(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, RequestValidationError)
     first = error.errors()[0]
     where = " ".join(str(part) for part in first["loc"])
-    return _answer(422, f"{where}: {first['msg']}")
+    return _error_response(422, f"{where}: {first['msg']}")
 
 
 def _handle_http(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
-    return _answer(error.status_code, str(error.detail), headers=error.headers)
+    return _error_response(error.status_code, str(error.detail), headers=error.headers)
 
 
 def _handle_race(request: Request, error: Exception) -> JSONResponse:
@@ -169,7 +169,7 @@ def _handle_away(request: Request, error: Exception) -> JSONResponse:
     The database keeps all of a request or nothing.
     """
     _LOG.error("the database or the file store does not answer: %s", error)
-    found = explain(error)
+    found = explain_error(error)
     if isinstance(found, UnavailableError):
         return error_response(found)
     away = found or RequestError("database-away", "try-again-soon")

@@ -27,16 +27,19 @@ _UNPRINTABLE: Final = re.compile(f"[{UNPRINTABLE}]")
 _MAX_DEPTH: Final = 20  # no body is nested deeper; what is, is refused by its fields
 
 
-def composed(value: Any, depth: int = 0) -> Any:
+def normalise_text(value: Any, depth: int = 0) -> Any:
     """Return plain values with all of their text in Unicode's form NFC."""
     if isinstance(value, str):
         return unicodedata.normalize("NFC", value)
     if depth > _MAX_DEPTH:
         return value
     if isinstance(value, dict):
-        return {composed(key, depth): composed(item, depth + 1) for key, item in value.items()}
+        return {
+            normalise_text(key, depth): normalise_text(item, depth + 1)
+            for key, item in value.items()
+        }
     if isinstance(value, list):
-        return [composed(item, depth + 1) for item in value]
+        return [normalise_text(item, depth + 1) for item in value]
     return value
 
 
@@ -125,4 +128,4 @@ class Body(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _composed(cls, given: Any) -> Any:
-        return composed(given)
+        return normalise_text(given)

@@ -68,25 +68,25 @@ def page_by(
     """
     moment, key = order
     if cursor is not None:
-        rows = rows.where(tuple_(moment, key) < tuple_(*_read(cursor)))
+        rows = rows.where(tuple_(moment, key) < tuple_(*_decode_cursor(cursor)))
     found = list(session.execute(rows.order_by(moment.desc(), key.desc()).limit(size + 1)))
     more = len(found) > size
-    return found[:size], _write(*found[size - 1][-2:]) if more else None
+    return found[:size], _encode_cursor(*found[size - 1][-2:]) if more else None
 
 
-def _write(moment: datetime, key: UUID) -> str:
+def _encode_cursor(moment: datetime, key: UUID) -> str:
     text = f"{moment.isoformat()} {key.hex}"
     return base64.urlsafe_b64encode(text.encode()).decode()
 
 
-def _read(cursor: str) -> tuple[Any, Any]:
+def _decode_cursor(cursor: str) -> tuple[Any, Any]:
     try:
         moment, key = base64.urlsafe_b64decode(cursor.encode()).decode().split(" ")
         read = datetime.fromisoformat(moment)
         if read.tzinfo is None:
             raise ValueError("no zone")
         found = read, UUID(key)
-        if _write(*found) != cursor:
+        if _encode_cursor(*found) != cursor:
             raise ValueError("another spelling of it")
         return found
     except (ValueError, binascii.Error) as error:

@@ -68,7 +68,7 @@ def is_reading(request: Request) -> bool:
     return request.method in _READING
 
 
-async def _place(request: Request) -> AsyncIterator[None]:
+async def _wait_for_slot(request: Request) -> AsyncIterator[None]:
     """Wait until few enough requests are in a transaction.
 
     A transaction is kept while its request waits for a thread: first for its rule, then for its
@@ -82,7 +82,7 @@ async def _place(request: Request) -> AsyncIterator[None]:
 def endpoint_session(
     request: Request,
     services: ServicesOf,
-    _: Annotated[None, Depends(_place, scope="function")],
+    _: Annotated[None, Depends(_wait_for_slot, scope="function")],
 ) -> Iterator[Session]:
     """Yield the one transaction of an endpoint and of its rule."""
     database = services.database

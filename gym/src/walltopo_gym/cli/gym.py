@@ -102,14 +102,14 @@ def _worker(args: argparse.Namespace) -> int:
     import threading
 
     from walltopo.cli.console import console
-    from walltopo_gym.cli.place import opened, settings_of
+    from walltopo_gym.cli.place import database_of_options, settings_of
     from walltopo_gym.server.request_log import log_config
     from walltopo_gym.storage.files import open_store
     from walltopo_gym.work import work
 
     settings = settings_of(args)
     logging.config.dictConfig(log_config(settings.log))
-    with opened(args) as database:
+    with database_of_options(args) as database:
         console.print("working on scans; Ctrl-C stops")
         work(settings, database, open_store(settings), threading.Event())
     return 0
@@ -117,9 +117,9 @@ def _worker(args: argparse.Namespace) -> int:
 
 def _migrate(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo_gym.cli.place import opened
+    from walltopo_gym.cli.place import database_of_options
 
-    with opened(args):
+    with database_of_options(args):
         console.print("the database is of this version")
     return 0
 
@@ -129,12 +129,12 @@ def _user(args: argparse.Namespace) -> int:
     from walltopo_gym.accounts import second_factor
     from walltopo_gym.accounts.passwords import Passwords, check_password
     from walltopo_gym.accounts.people import add_person, one_spelling, set_password
-    from walltopo_gym.cli.place import opened, read_password
-    from walltopo_gym.operating.own_data import forget
+    from walltopo_gym.cli.place import database_of_options, read_password
+    from walltopo_gym.operating.own_data import delete_account
 
     email = one_spelling(args.email)
     name, kept = args.name or email.partition("@")[0], ""
-    with opened(args) as database:
+    with database_of_options(args) as database:
         if args.what != "add":
             with database.reading() as session:
                 name = _account(session, email).name
@@ -146,7 +146,7 @@ def _user(args: argparse.Namespace) -> int:
             if args.what == "add":
                 add_person(session, email, name, kept, operator=args.operator)
             elif args.what == "delete":
-                forget(session, _account(session, email).id)
+                delete_account(session, _account(session, email).id)
             elif args.what == "no-second-factor":
                 second_factor.turn_off(session, _account(session, email).id)
             else:

@@ -81,13 +81,13 @@ def _mail(args: argparse.Namespace) -> int:
 
 def _backup(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo_gym.cli.place import check_there, opened, settings_of
+    from walltopo_gym.cli.place import check_there, database_of_options, settings_of
     from walltopo_gym.operating.backup import back_up
     from walltopo_gym.storage.files import open_store
 
     settings = settings_of(args)
     check_there(settings)
-    with opened(args) as database:
+    with database_of_options(args) as database:
         number = back_up(
             settings, database, open_store(settings), args.file, overwrite=args.overwrite
         )
@@ -109,12 +109,12 @@ def _restore(args: argparse.Namespace) -> int:
 
 def _purge(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo_gym.cli.place import opened, settings_of
+    from walltopo_gym.cli.place import database_of_options, settings_of
     from walltopo_gym.operating.purge import purge
     from walltopo_gym.storage.files import open_store
 
     settings = settings_of(args)
-    with opened(args) as database:
+    with database_of_options(args) as database:
         gone = purge(settings, database, open_store(settings), really=not args.dry_run)
     verb = "would go" if args.dry_run else "gone"
     console.print(f"{gone.rows} rows, {len(gone.files)} files, {gone.bytes / 1e6:.1f} MB {verb}")
@@ -127,11 +127,11 @@ def _recount(args: argparse.Namespace) -> int:
     from sqlalchemy import select
 
     from walltopo.cli.console import console
-    from walltopo_gym.cli.place import opened
-    from walltopo_gym.climbing.counting import recount
+    from walltopo_gym.cli.place import database_of_options
+    from walltopo_gym.climbing.counting import recount_gym
     from walltopo_gym.gyms.models import Gym
 
-    with opened(args) as database:
+    with database_of_options(args) as database:
         wanted = select(Gym).order_by(Gym.slug)
         if args.gym:
             wanted = wanted.where(Gym.slug == args.gym)
@@ -140,7 +140,7 @@ def _recount(args: argparse.Namespace) -> int:
         if args.gym and not gyms:
             raise InputError(f"there is no gym {args.gym!r}", "`walltopo gym gym list` lists them.")
         for gym in gyms:
-            line = f"{gym.slug}: {recount(database, gym.id)} climbers counted"
+            line = f"{gym.slug}: {recount_gym(database, gym.id)} climbers counted"
             console.print(line, soft_wrap=True, markup=False, highlight=False)
     return 0
 
@@ -150,11 +150,11 @@ def _gym(args: argparse.Namespace) -> int:
 
     from walltopo.cli.console import console
     from walltopo_gym.accounts.people import find_person, one_spelling
-    from walltopo_gym.cli.place import opened
+    from walltopo_gym.cli.place import database_of_options
     from walltopo_gym.gyms.models import Gym
     from walltopo_gym.gyms.service import open_gym
 
-    with opened(args) as database, database.writing() as session:
+    with database_of_options(args) as database, database.writing() as session:
         if args.what == "add":
             if not args.name or not args.owner:
                 raise InputError("a new gym needs a name and an owner", "NAME --owner EMAIL")
@@ -170,15 +170,15 @@ def _gym(args: argparse.Namespace) -> int:
 
 def _jobs(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo_gym.cli.place import opened
-    from walltopo_gym.operating.jobs import cancel, job_lines, retry
+    from walltopo_gym.cli.place import database_of_options
+    from walltopo_gym.operating.jobs import cancel_scan, job_lines, retry_scan
 
-    with opened(args) as database:
+    with database_of_options(args) as database:
         if args.what != "list":
             if args.scan is None:
                 raise InputError(f"{args.what} which scan?", "`walltopo gym jobs` lists them.")
             with database.writing() as session:
-                (retry if args.what == "retry" else cancel)(session, args.scan)
+                (retry_scan if args.what == "retry" else cancel_scan)(session, args.scan)
         for line in job_lines(database):
             console.print(line, soft_wrap=True, markup=False, highlight=False)
     return 0

@@ -23,9 +23,9 @@ def in_words(run: Callable[[argparse.Namespace], int]) -> Callable[[argparse.Nam
         try:
             return run(args)
         except Exception as error:
-            from walltopo_gym.database.errors import explain
+            from walltopo_gym.database.errors import explain_error
 
-            found = explain(error)
+            found = explain_error(error)
             if found is None:
                 raise
             raise found from error

@@ -37,7 +37,7 @@ def check_there(settings: GymSettings) -> None:
 
 
 @contextmanager
-def opened(args: argparse.Namespace) -> Iterator[Database]:
+def database_of_options(args: argparse.Namespace) -> Iterator[Database]:
     """Return the database of `--data` and `--database`, with the tables of this version."""
     with database_of(settings_of(args)) as database:
         yield database

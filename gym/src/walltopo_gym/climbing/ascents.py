@@ -12,9 +12,9 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.fields import Body, Moment
-from walltopo_gym.climbing.counting import count_again, value
+from walltopo_gym.climbing.counting import count_again, value_ascent
 from walltopo_gym.climbing.dates import begin_of, check_climbed
-from walltopo_gym.climbing.edits import Edit, takes
+from walltopo_gym.climbing.edits import Edit, is_newer_edit
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
@@ -97,7 +97,7 @@ def store_ascent(
             route_name=route.name,
             grade=route.grade,
         )
-        value(session, row, route)
+        value_ascent(session, row, route)
         session.add(row)
     elif row.person_id != person:
         raise ConflictError("id-taken", "id-another")
@@ -105,7 +105,7 @@ def store_ascent(
         return row, False
     elif row.route_id != route.id:
         raise ConflictError("ascent-other-route", "ascent-make-new")
-    if not takes(row, edit):
+    if not is_newer_edit(row, edit):
         return row, False
     before = set() if is_new else {row.climbed_at}
     row.kind, row.tries, row.note = climb.kind, climb.tries, climb.note

@@ -77,11 +77,11 @@ def board(
         Standing.gym_id == gym.id,
         Standing.period == query.period,
         Standing.circuit == query.circuit,
-        *_about(query, year),
+        *_filter_conditions(query, year),
     ]
     seen = [*these, Profile.on_boards.is_(True)]
     columns = Standing.person_id, Person.name, Standing.points, Standing.tops, Standing.flashes
-    named = _joined(select(*columns), gym).join(Person, Person.id == Standing.person_id)
+    named = _join_profiles(select(*columns), gym).join(Person, Person.id == Standing.person_id)
     order = Standing.points.desc(), Person.name, Standing.person_id
     rows = session.execute(named.where(*seen).order_by(*order).offset(skip).limit(size)).all()
     mine = session.execute(named.where(*these, Standing.person_id == viewer)).one_or_none()
@@ -89,7 +89,7 @@ def board(
         func.count().filter(Standing.points > row.points)
         for row in (*rows[:1], *([] if mine is None else [mine]))
     ]
-    counted = _joined(select(func.count(), *better).select_from(Standing), gym).where(*seen)
+    counted = _join_profiles(select(func.count(), *better).select_from(Standing), gym).where(*seen)
     of, *above = session.execute(counted).one()
     lines: list[Line] = []
     for place, row in enumerate(rows):
@@ -119,7 +119,7 @@ def month_of(gym: Gym, at: datetime) -> str:
     return f"{gym_day(at, zone_of(gym)):%Y-%m}"
 
 
-def _joined(rows: Rows, gym: Gym) -> Rows:
+def _join_profiles(rows: Rows, gym: Gym) -> Rows:
     """Join profiles of current members; former members are on no board."""
     return rows.outerjoin(Profile, Profile.person_id == Standing.person_id).join(
         Membership,
@@ -127,7 +127,7 @@ def _joined(rows: Rows, gym: Gym) -> Rows:
     )
 
 
-def _about(query: BoardQuery, year: int) -> list[ColumnElement[bool]]:
+def _filter_conditions(query: BoardQuery, year: int) -> list[ColumnElement[bool]]:
     """Return the conditions of a board's filters."""
     found: list[ColumnElement[bool]] = []
     if query.category:

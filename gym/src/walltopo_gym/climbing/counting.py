@@ -2,7 +2,7 @@
 
 A change of an ascent affects the sessions of its day and the standings of its month, its year and
 of all time, for one person in one gym. These are recounted from the rows, so the order in which a
-phone's ascents arrive does not matter. `recount` does it for a whole gym.
+phone's ascents arrive does not matter. `recount_gym` does it for a whole gym.
 """
 
 from __future__ import annotations
@@ -59,13 +59,13 @@ class _Sum:
     flashes: int
 
 
-def value(session: Session, ascent: Ascent, route: Route) -> None:
+def value_ascent(session: Session, ascent: Ascent, route: Route) -> None:
     """Set the points that a top of the route is worth on the day of a new ascent."""
     system = (
         None if route.grade_system_id is None else session.get(GradeSystem, route.grade_system_id)
     )
     ascent.climbed_route = route.id
-    ascent.worth, ascent.circuit = _valued(system, route.grade)
+    ascent.worth, ascent.circuit = _worth_of_label(system, route.grade)
 
 
 def count_again(
@@ -83,11 +83,11 @@ def count_again(
     _value_bare(session, gym, person)
     days = None if moments is None else {gym_day(at, zone_of(gym)) for at in moments}
     _stand(session, gym, person, days)
-    _regroup(session, gym, person, days)
+    _regroup_sessions(session, gym, person, days)
     session.flush()
 
 
-def recount(database: Database, gym: UUID) -> int:
+def recount_gym(database: Database, gym: UUID) -> int:
     """Recount a whole gym and return the number of people. Sessions keep their addresses.
 
     Each person is counted in a transaction of their own: their old figures stay until the new ones
@@ -112,7 +112,7 @@ def queue_recount(session: Session, event: DaysChanged) -> None:
     enqueue(session, RECOUNTS, str(event.gym), gym=event.gym)
 
 
-def _valued(system: GradeSystem | None, label: str) -> tuple[int, str]:
+def _worth_of_label(system: GradeSystem | None, label: str) -> tuple[int, str]:
     if system is None:
         return worth_of("", [], label), ""
     circuit = label if system.kind == "circuits" else ""
@@ -130,7 +130,7 @@ def _value_bare(session: Session, gym: Gym, person: UUID) -> None:
     ).all()
     for route, grade, system_id in pairs:
         system = None if system_id is None else session.get(GradeSystem, system_id)
-        worth, circuit = _valued(system, grade)
+        worth, circuit = _worth_of_label(system, grade)
         is_it = Ascent.route_id.is_(None) if route is None else Ascent.route_id == route
         # A deleted route has no identity: each of its ascents counts for itself.
         key = Ascent.id if route is None else Ascent.route_id
@@ -142,7 +142,7 @@ def _value_bare(session: Session, gym: Gym, person: UUID) -> None:
         )
 
 
-def _climbed(
+def _read_ascents(
     session: Session,
     gym: Gym,
     person: UUID,
@@ -171,7 +171,7 @@ def _climbed(
     ]
 
 
-def _sum(climbed: Iterable[_Climbed]) -> _Sum:
+def _sum_points(climbed: Iterable[_Climbed]) -> _Sum:
     best: dict[UUID, int] = {}
     flashed: set[UUID] = set()
     for one in climbed:
@@ -189,7 +189,7 @@ def _stand(session: Session, gym: Gym, person: UUID, days: set[date] | None) -> 
     zone = zone_of(gym)
     touched = None if days is None else {period for day in days for period in _periods(day)}
     sorted_in: dict[tuple[str, str], list[_Climbed]] = {}
-    for one in _climbed(session, gym, person, None, None, _TOPS):
+    for one in _read_ascents(session, gym, person, None, None, _TOPS):
         for period in _periods(gym_day(one.at, zone)):
             if touched is None or period in touched:
                 for circuit in {"", one.circuit}:
@@ -198,14 +198,14 @@ def _stand(session: Session, gym: Gym, person: UUID, days: set[date] | None) -> 
     session.execute(gone if touched is None else gone.where(Standing.period.in_(touched)))
     rows = [
         {"gym_id": gym.id, "person_id": person, "period": period, "circuit": circuit}
-        | vars(_sum(climbed))
+        | vars(_sum_points(climbed))
         for (period, circuit), climbed in sorted_in.items()
     ]
     if rows:
         session.execute(insert(Standing), rows)
 
 
-def _regroup(session: Session, gym: Gym, person: UUID, days: set[date] | None) -> None:
+def _regroup_sessions(session: Session, gym: Gym, person: UUID, days: set[date] | None) -> None:
     """Recount the sessions of these days. An existing row is reused for the visit in the same place
     of its day, so that session addresses stay while ascents arrive."""
     zone = zone_of(gym)
@@ -218,24 +218,24 @@ def _regroup(session: Session, gym: Gym, person: UUID, days: set[date] | None) -
     climbed: dict[UUID, _Climbed] = {}
     events: list[Event] = []
     for since, until in spans:
-        for one in _climbed(session, gym, person, since, until):
+        for one in _read_ascents(session, gym, person, since, until):
             climbed[one.id] = one
             events.append(Event(one.at, Sort.ASCENT, one.id))
-        events += _marks(session, gym, person, since, until)
+        events += _read_marks(session, gym, person, since, until)
     kept: dict[date, list[ClimbingSession]] = {}
     for row in session.scalars(there.order_by(ClimbingSession.began_at)):
         kept.setdefault(row.day, []).append(row)
     for visit in visits(events, zone):
         rows = kept.get(visit.day)
         row = rows.pop(0) if rows else ClimbingSession(person_id=person, gym_id=gym.id)
-        _write(row, visit, [climbed[ascent] for ascent in visit.ascents])
+        _write_session(row, visit, [climbed[ascent] for ascent in visit.ascents])
         session.add(row)
     for rows in kept.values():
         for row in rows:
             session.delete(row)
 
 
-def _marks(
+def _read_marks(
     session: Session, gym: Gym, person: UUID, since: datetime | None, until: datetime | None
 ) -> list[Event]:
     wanted = select(SessionMark).where(
@@ -249,7 +249,7 @@ def _marks(
     ]
 
 
-def _write(row: ClimbingSession, visit: Visit, climbed: Sequence[_Climbed]) -> None:
+def _write_session(row: ClimbingSession, visit: Visit, climbed: Sequence[_Climbed]) -> None:
     tops = [one for one in climbed if one.kind in _TOPS]
     best: dict[UUID, int] = {}
     for one in tops:

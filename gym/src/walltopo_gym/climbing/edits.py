@@ -45,7 +45,7 @@ class Edited:
     edits: Mapped[dict[str, int]] = mapped_column(JSON, default=dict, server_default="{}")
 
 
-def takes(row: Edited, edit: Edit | None) -> bool:
+def is_newer_edit(row: Edited, edit: Edit | None) -> bool:
     """Return whether an edit is newer than the row; its number is stored in any case."""
     at = now()
     if edit is None:

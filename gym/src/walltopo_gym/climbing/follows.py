@@ -65,7 +65,7 @@ def follow(session: Session, follower: UUID, followed: UUID) -> Follow:
     return row
 
 
-def accept(session: Session, followed: UUID, follower: UUID) -> None:
+def accept_follow(session: Session, followed: UUID, follower: UUID) -> None:
     """Accept a request to follow.
 
     Raises
@@ -78,7 +78,7 @@ def accept(session: Session, followed: UUID, follower: UUID) -> None:
     row.accepted = True
 
 
-def drop(session: Session, follower: UUID, followed: UUID) -> None:
+def remove_follow(session: Session, follower: UUID, followed: UUID) -> None:
     """Unfollow a person or remove a follower; repeating it is fine."""
     gone = delete(Follow).where(Follow.follower_id == follower, Follow.followed_id == followed)
     session.execute(gone)

@@ -39,7 +39,7 @@ class Seen:
     body: Profile | None
 
 
-def see(session: Session, viewer: UUID, person: UUID) -> Seen:
+def view_person(session: Session, viewer: UUID, person: UUID) -> Seen:
     """Return a person as another sees them.
 
     Raises

@@ -70,7 +70,7 @@ def worth_of(kind: str, grades: Sequence[Mapping[str, Any]], label: str) -> int:
     grades : of the system, from the easiest; empty without a system.
     label : of the route's grade.
     """
-    return _BASE + round(_STEP * _steps(kind, grades, label))
+    return _BASE + round(_STEP * _font_steps(kind, grades, label))
 
 
 def best_of(values: Iterable[int]) -> int:
@@ -83,7 +83,7 @@ def best_of(values: Iterable[int]) -> int:
     return sum(sorted(values, reverse=True)[:BEST])
 
 
-def _steps(kind: str, grades: Sequence[Mapping[str, Any]], label: str) -> float:
+def _font_steps(kind: str, grades: Sequence[Mapping[str, Any]], label: str) -> float:
     """Return the number of Font steps above 3."""
     labels = [grade["label"] for grade in grades]
     if label in labels:

@@ -202,7 +202,7 @@ def _grades(tops: Iterable[_Done]) -> list[OfGrade]:
 def _months(tops: Sequence[tuple[str, _Done]], today: date) -> list[Month]:
     if not tops:
         return []
-    found = {name: Month(name) for name in _names(min(name for name, _ in tops), today)}
+    found = {name: Month(name) for name in _month_names(min(name for name, _ in tops), today)}
     routes = Counter(name for name, _ in {(name, one.route) for name, one in tops})
     flashed = {(name, one.route) for name, one in tops if one.kind == "flash"}
     flashes = Counter(name for name, _ in flashed)
@@ -215,7 +215,7 @@ def _months(tops: Sequence[tuple[str, _Done]], today: date) -> list[Month]:
     return list(found.values())
 
 
-def _names(first: str, today: date) -> list[str]:
+def _month_names(first: str, today: date) -> list[str]:
     """Return the months from the first to this one."""
     year, month = (int(part) for part in first.split("-"))
     whole = (today.year - year) * 12 + today.month - month
@@ -263,7 +263,7 @@ def _current_routes(session: Session, gym: Gym, topped: set[UUID | None]) -> lis
         for grade in system.grades:
             key = (system.id, str(grade["label"]))
             if of[key]:
-                found.append(_line(system.name, grade, done[key], of[key]))
+                found.append(_grade_progress(system.name, grade, done[key], of[key]))
     return found
 
 
@@ -276,7 +276,7 @@ def _styles(session: Session, done: Sequence[_Done]) -> tuple[list[Style], list[
             best[one.route] = max(best.get(one.route, 0), came_to)
     steep = {kind: Style(kind) for kind in STEEPNESS}
     of_type: dict[str, Style] = {}
-    for route, (degrees, types) in _placed(session, list(best)).items():
+    for route, (degrees, types) in _placed_routes(session, list(best)).items():
         styles = []
         if kind := steepness_of(degrees):
             styles.append(steep[kind])
@@ -292,7 +292,7 @@ def _styles(session: Session, done: Sequence[_Done]) -> tuple[list[Style], list[
     )
 
 
-def _placed(
+def _placed_routes(
     session: Session, routes: Sequence[UUID]
 ) -> dict[UUID, tuple[float | None, dict[str, int]]]:
     """Return steepness and holds of routes in their latest scan."""
@@ -308,5 +308,5 @@ def _placed(
     return found
 
 
-def _line(system: str, grade: Mapping[str, str], done: int, of: int) -> GradeProgress:
+def _grade_progress(system: str, grade: Mapping[str, str], done: int, of: int) -> GradeProgress:
     return GradeProgress(system, grade["label"], grade.get("colour") or "", done, of)

@@ -37,7 +37,7 @@ def begin(session: Session, gym: Gym, person: UUID, at: datetime) -> ClimbingSes
     last = last_of(session, gym, person)
     if last is not None and goes_on(last, gym, at) and last.ascents == 0:
         return last
-    _mark(session, gym, person, "start", at)
+    _add_mark(session, gym, person, "start", at)
     begun = last_of(session, gym, person)
     assert begun is not None
     return begun
@@ -52,7 +52,7 @@ def end(session: Session, gym: Gym, row: ClimbingSession, at: datetime) -> None:
     """
     if not goes_on(row, gym, at):
         raise ConflictError("session-over")
-    _mark(session, gym, row.person_id, "end", at)
+    _add_mark(session, gym, row.person_id, "end", at)
 
 
 def ascents_of(session: Session, row: ClimbingSession) -> Sequence[Ascent]:
@@ -75,6 +75,6 @@ def tops_by_grade(ascents: Iterable[Ascent]) -> list[tuple[str, int]]:
     return sorted(routes.items(), key=lambda row: (-worth[row[0]], row[0]))
 
 
-def _mark(session: Session, gym: Gym, person: UUID, kind: str, at: datetime) -> None:
+def _add_mark(session: Session, gym: Gym, person: UUID, kind: str, at: datetime) -> None:
     session.add(SessionMark(person_id=person, gym_id=gym.id, kind=kind, at=at))
     count_again(session, gym, person, [at])

@@ -43,7 +43,7 @@ class Sample:
 NOTHING: Final = Sample(0, 0.0, 0.0)
 
 
-def shrunk(samples: Mapping[Key, Sample]) -> dict[Key, float]:
+def shrunk_means(samples: Mapping[Key, Sample]) -> dict[Key, float]:
     """Return the shrunk mean of each item that has values.
 
     A single item keeps its mean. If no item has two values, their variance is unknown, and all get

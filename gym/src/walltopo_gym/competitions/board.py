@@ -22,14 +22,14 @@ from walltopo_gym.competitions.ranking import (
     Place,
     Standing,
     Step,
-    ranked,
+    compared_criteria,
+    ranks_by_key,
     standing_in,
     standing_in_all,
     standing_in_league,
-    why,
 )
 from walltopo_gym.competitions.results import Results
-from walltopo_gym.competitions.scoring.score import Score, best_of, shown
+from walltopo_gym.competitions.scoring.score import Score, best_of, format_points
 from walltopo_gym.competitions.sheet import Competitor, Format, RoundSheet, Sheet
 from walltopo_gym.errors import NotFoundError
 
@@ -69,7 +69,7 @@ class Leaderboard:
             seq=self.seq,
             revision=sheet.revision,
             at=self.at,
-            rounds=[_head(one) for one in sheet.rounds],
+            rounds=[_round_head(one) for one in sheet.rounds],
             categories=[
                 CategoryLines(known, name, lines[known])
                 for known, name in sheet.categories
@@ -91,13 +91,13 @@ class Leaderboard:
             team: best_of((points for points, _ in all_of), self.sheet.team_size)
             for team, all_of in members.items()
         }
-        places = ranked({team: (points,) for team, points in sums.items()})
+        places = ranks_by_key({team: (points,) for team, points in sums.items()})
         return [
             Team(
                 places[team].rank,
                 places[team].tied,
                 team,
-                shown(sums[team]),
+                format_points(sums[team]),
                 sorted(name for _, name in members[team]),
             )
             for team in sorted(sums, key=lambda team: (places[team].rank, team))
@@ -111,7 +111,7 @@ class Leaderboard:
             for who in self._of(category)
             if who.id not in self.results.outs and self.results.score(one, who) is not None
         }
-        return ranked({who: standing.key for who, standing in standings.items()})
+        return ranks_by_key({who: standing.key for who, standing in standings.items()})
 
     def why(self, first: UUID, second: UUID) -> list[Step]:
         """Return the comparison of two competitors of one category; empty where one has no rank.
@@ -126,12 +126,12 @@ class Leaderboard:
         standings = self._standing(one), self._standing(other)
         if standings[0] is None or standings[1] is None:
             return []
-        return why(standings[0], standings[1])
+        return compared_criteria(standings[0], standings[1])
 
     def _ranked_lines(self, category: UUID) -> list[Line]:
         who = self._of(category)
         standings = {one.id: self._standing(one) for one in who}
-        places = ranked({of: s.key for of, s in standings.items() if s is not None})
+        places = ranks_by_key({of: s.key for of, s in standings.items() if s is not None})
         in_rounds = [(one, self.ranks_in(one, category)) for one in self.sheet.rounds]
         lines = [
             Line(
@@ -158,7 +158,7 @@ class Leaderboard:
         is_sum = self.sheet.format != Format.ROUNDS
         if not is_sum or standing is None or standing.points is None:
             return ""
-        return shown(standing.points)
+        return format_points(standing.points)
 
     def _standing(self, who: Competitor) -> Standing | None:
         """Return a competitor's standing; None without results or after disqualification."""
@@ -199,7 +199,7 @@ class Leaderboard:
             round_id=one.id,
             rank=None if place is None else place.rank,
             started=score is not None,
-            points="" if found.points is None or score is None else shown(found.points),
+            points="" if found.points is None or score is None else format_points(found.points),
             tops=found.tops,
             zones=found.zones,
             flashes=found.flashes,
@@ -209,7 +209,7 @@ class Leaderboard:
         )
 
 
-def _head(one: RoundSheet) -> RoundHead:
+def _round_head(one: RoundSheet) -> RoundHead:
     return RoundHead(
         one.id,
         one.name,

@@ -63,12 +63,12 @@ def hold_cups(session: Session, event: DemoFilled) -> None:
         (_NAMES[0], past, past + timedelta(hours=4), 0.9),
         (_NAMES[1], at - timedelta(hours=1), at + _EVENING, 0.5),
     ):
-        row = _made(session, gym, name, routes, begins, ends)
+        row = _make_competition(session, gym, name, routes, begins, ends)
         _enter(session, row, people)
         move_competition(session, row, "running")
         one = session.scalars(select(Round).where(Round.competition_id == row.id)).one()
         one.begun_at = begins
-        _climb(session, rng, row, one, judge, routes, begins, min(at, ends), share)
+        _add_results(session, rng, row, one, judge, routes, begins, min(at, ends), share)
         if ends < at:
             move_competition(session, row, "ended")
 
@@ -88,7 +88,7 @@ def _go_on(session: Session, gym: Gym, at: datetime) -> None:
             one.closes_at = row.ends_at
 
 
-def _made(
+def _make_competition(
     session: Session, gym: Gym, name: str, routes: Sequence[Route], begins: datetime, ends: datetime
 ) -> Competition:
     row = Competition(
@@ -140,7 +140,7 @@ def _enter(session: Session, row: Competition, people: Sequence[Person]) -> None
         add_entry(session, row, words, person.id)
 
 
-def _climb(
+def _add_results(
     session: Session,
     rng: np.random.Generator,
     row: Competition,

@@ -91,7 +91,9 @@ def change_entry(session: Session, row: Competition, entry: Entry, given: dict[s
     session.flush()
 
 
-def enter(session: Session, row: Competition, words: EntryBody, person: UUID, waiver: str) -> Entry:
+def enter_person(
+    session: Session, row: Competition, words: EntryBody, person: UUID, waiver: str
+) -> Entry:
     """Enter a person by their own request, or change their entry. This accepts the text.
 
     Raises
@@ -115,11 +117,11 @@ def enter(session: Session, row: Competition, words: EntryBody, person: UUID, wa
         if words.category_id != entry.category_id and row.state == "running":
             raise ConflictError("cup-category-stays", "cup-ask-judge")
         change_entry(session, row, entry, {**words.model_dump(), **kept, "withdrawn": False})
-    sign(session, row, entry, words.name, person, on_paper=False)
+    accept_text(session, row, entry, words.name, person, on_paper=False)
     return entry
 
 
-def sign(
+def accept_text(
     session: Session,
     row: Competition,
     entry: Entry,

@@ -102,7 +102,7 @@ def marks_of(session: Session, competition: UUID, about: ColumnElement[bool]) ->
     return found
 
 
-def struck(session: Session, competition: UUID, events: Collection[UUID]) -> set[UUID]:
+def struck_events(session: Session, competition: UUID, events: Collection[UUID]) -> set[UUID]:
     """Return which of these events do not count."""
     _, ledger = _with_strikers(session, competition, ScoreEvent.id.in_(events))
     return {event for event in events if not ledger.counts(event)}

@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session, aliased
 from walltopo_gym.clock import now
 from walltopo_gym.competitions.bodies import EventBody
 from walltopo_gym.competitions.entering import entry_of
-from walltopo_gym.competitions.history import struck
+from walltopo_gym.competitions.history import struck_events
 from walltopo_gym.competitions.ledger import JUDGED, SCORED, STRIKING, Kind
 from walltopo_gym.competitions.models import Competition, Entry, Problem, Round, ScoreEvent, Starter
 from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError, RequestError
@@ -218,7 +218,7 @@ def _check_not_struck(
         )
     )
     found = set(session.scalars(by_judges))
-    if found and found - struck(session, competition, found):
+    if found and found - struck_events(session, competition, found):
         raise ForbiddenError("cup-judge-struck", "cup-ask-judge-appeal")
 
 

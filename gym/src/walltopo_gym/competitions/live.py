@@ -161,7 +161,7 @@ class _Channel:
             news = [(number, text) for number, text in self._news if number > at]
             if at < 0 or (news and news[0][0] != at + 1):
                 at = self._number
-                yield _whole(self._view)
+                yield _encode_board(self._view)
             else:
                 for number, text in news:
                     at = number
@@ -220,26 +220,26 @@ def _brought_up(session: Session, row: Competition, kept: _Kept, *, frozen: bool
     if kept.view is None:
         kept.view = kept.board.view()
         if not frozen:  # judges see it go on and get no notice of the freeze
-            kept.view = _with(kept.view, frozen_at=None)
+            kept.view = _view_with(kept.view, frozen_at=None)
     return kept.view
 
 
-def _with(view: BoardView, **other: Any) -> BoardView:
-    return BoardView(**{**_fields(view), **other})
+def _view_with(view: BoardView, **other: Any) -> BoardView:
+    return BoardView(**{**_view_fields(view), **other})
 
 
-def _fields(view: BoardView) -> dict[str, Any]:
+def _view_fields(view: BoardView) -> dict[str, Any]:
     return {one.name: getattr(view, one.name) for one in fields(view)}
 
 
-def _whole(view: BoardView) -> str:
-    return msgspec.json.encode({"kind": "board", **_fields(view)}).decode()
+def _encode_board(view: BoardView) -> str:
+    return msgspec.json.encode({"kind": "board", **_view_fields(view)}).decode()
 
 
 def _difference(before: BoardView, view: BoardView) -> str:
     """Return the changed lines, or the whole board if more than scores changed."""
     if (before.revision, before.frozen_at) != (view.revision, view.frozen_at):
-        return _whole(view)
+        return _encode_board(view)
     changed = [
         CategoryLines(new.id, new.name, lines)
         for old, new in zip(before.categories, view.categories, strict=True)

@@ -62,10 +62,10 @@ def put_order(
     if not of.issuperset(entries):
         raise NotFoundError("not-there-entry-category")
     session.execute(delete(Starter).where(Starter.round_id == one.id, Starter.entry_id.in_(of)))
-    _add(session, row, one, entries)
+    _add_starters(session, row, one, entries)
 
 
-def draw(session: Session, row: Competition, one: Round) -> None:
+def draw_order(session: Session, row: Competition, one: Round) -> None:
     """Draw a round's running order: by lot in an open round; with a quota, from the ranks of the
     round before, the best last.
 
@@ -81,7 +81,7 @@ def draw(session: Session, row: Competition, one: Round) -> None:
     drawn = _by_lot(session, row) if one.quota is None else _by_rank(session, row, one, one.quota)
     session.execute(delete(Starter).where(Starter.round_id == one.id))
     for entries in drawn:
-        _add(session, row, one, entries)
+        _add_starters(session, row, one, entries)
 
 
 def check_before(session: Session, row: Competition, one: Round) -> None:
@@ -116,7 +116,7 @@ def forget_drawn(session: Session, row: Competition, after: Round) -> None:
     session.execute(delete(Starter).where(Starter.round_id.in_(later)))
 
 
-def _add(session: Session, row: Competition, one: Round, entries: Sequence[UUID]) -> None:
+def _add_starters(session: Session, row: Competition, one: Round, entries: Sequence[UUID]) -> None:
     session.add_all(
         Starter(round_id=one.id, entry_id=entry, place=place)
         for place, entry in enumerate(entries, 1)

@@ -12,7 +12,7 @@ from fractions import Fraction
 from typing import NamedTuple, TypeVar
 from uuid import UUID
 
-from walltopo_gym.competitions.scoring.score import Criterion, Score, best_of, shown
+from walltopo_gym.competitions.scoring.score import Criterion, Score, best_of, format_points
 from walltopo_gym.competitions.sheet import RoundSheet
 
 Who = TypeVar("Who")
@@ -84,14 +84,14 @@ def standing_in_league(scores: Iterable[Score], league_best: int | None, handica
     total, most = best_of(each, league_best), max(each)
     return Standing(
         (
-            (None, Criterion("points", total, shown(total))),
-            (None, Criterion("best-round", most, shown(most))),
+            (None, Criterion("points", total, format_points(total))),
+            (None, Criterion("best-round", most, format_points(most))),
         ),
         total,
     )
 
 
-def ranked(keys: Mapping[Who, tuple[Fraction, ...]]) -> dict[Who, Place]:
+def ranks_by_key(keys: Mapping[Who, tuple[Fraction, ...]]) -> dict[Who, Place]:
     """Return ranks by keys, greater first. Equal keys share a rank, and the next rank skips as
     many."""
     found: dict[Who, Place] = {}
@@ -107,7 +107,7 @@ def ranked(keys: Mapping[Who, tuple[Fraction, ...]]) -> dict[Who, Place]:
     return found
 
 
-def why(first: Standing, second: Standing) -> list[Step]:
+def compared_criteria(first: Standing, second: Standing) -> list[Step]:
     """Return the compared criteria of two, down to the deciding one; none decides a tie."""
     steps = []
     for (round_id, mine), (_, theirs) in zip(first.criteria, second.criteria, strict=False):

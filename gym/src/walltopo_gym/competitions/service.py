@@ -19,7 +19,7 @@ from walltopo_gym.competitions.models import (
     Round,
     ScoreEvent,
 )
-from walltopo_gym.competitions.order import check_before, draw, forget_drawn, is_drawn
+from walltopo_gym.competitions.order import check_before, draw_order, forget_drawn, is_drawn
 from walltopo_gym.competitions.scoring.rules import Scoring
 from walltopo_gym.competitions.sheet import Format
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
@@ -29,7 +29,7 @@ from walltopo_gym.walls.models import Wall
 _ONE_ROUND: Final = (Format.FESTIVAL, Format.NIGHT)
 
 
-def locked(session: Session, gym: UUID, competition: UUID) -> Competition:
+def locked_competition(session: Session, gym: UUID, competition: UUID) -> Competition:
     """Return a competition of this gym, locked against changes and scores.
 
     Raises
@@ -57,7 +57,7 @@ def change_sheet(
     """
     _check_form(Format(row.format), categories, rounds)
     session.flush()
-    known = _kept(session, Category, Category.competition_id == row.id, categories)
+    known = _prune_rows(session, Category, Category.competition_id == row.id, categories)
     for place, wanted in enumerate(categories):
         category = known.get(wanted.id) if wanted.id else None
         if category is None:
@@ -93,7 +93,7 @@ def _check_form(
 def _change_rounds(
     session: Session, row: Competition, rounds: Sequence[RoundBody], categories: set[UUID]
 ) -> None:
-    known = _kept(session, Round, Round.competition_id == row.id, rounds)
+    known = _prune_rows(session, Round, Round.competition_id == row.id, rounds)
     for place, wanted in enumerate(rounds):
         one = known.get(wanted.id) if wanted.id else None
         if one is None:
@@ -113,13 +113,13 @@ def _change_problems(
     all_wanted: Sequence[ProblemBody],
     categories: set[UUID],
 ) -> None:
-    known = _kept(session, Problem, Problem.round_id == one.id, all_wanted)
+    known = _prune_rows(session, Problem, Problem.round_id == one.id, all_wanted)
     for place, wanted in enumerate(all_wanted):
         if not categories.issuperset(wanted.category_ids):
             raise RequestError("sheet-no-category")
         problem = known.get(wanted.id) if wanted.id else None
         if problem is None or wanted.route_id is None or wanted.route_id != problem.route_id:
-            words = _words(session, row.gym_id, wanted)
+            words = _problem_fields(session, row.gym_id, wanted)
         else:
             words = {}
         if problem is None:
@@ -132,7 +132,7 @@ def _change_problems(
         problem.category_ids = [str(category) for category in wanted.category_ids]
 
 
-def _words(session: Session, gym: UUID, wanted: ProblemBody) -> dict[str, str]:
+def _problem_fields(session: Session, gym: UUID, wanted: ProblemBody) -> dict[str, str]:
     """Return a problem's fields, copied from its route as of today, so that they outlive it."""
     if wanted.route_id is None:
         return wanted.words
@@ -144,7 +144,9 @@ def _words(session: Session, gym: UUID, wanted: ProblemBody) -> dict[str, str]:
     return {"name": route.name, "colour": route.colour, "grade": route.grade, "wall": wall}
 
 
-def _kept(session: Session, kind: Any, here: Any, all_wanted: Iterable[Any]) -> dict[UUID, Any]:
+def _prune_rows(
+    session: Session, kind: Any, here: Any, all_wanted: Iterable[Any]
+) -> dict[UUID, Any]:
     """Return the rows that stay, by id; delete the others unless they are in use."""
     rows = {row.id: row for row in session.scalars(select(kind).where(here))}
     given = [wanted.id for wanted in all_wanted if wanted.id is not None]
@@ -196,7 +198,7 @@ def move_competition(session: Session, row: Competition, state: str) -> None:
     row.revision += 1
     rounds = _rounds(session, row)
     if state == "running" and all(one.state == "waiting" for one in rounds):
-        _begin(session, row, rounds[0])
+        _begin_round(session, row, rounds[0])
     if state == "ended":
         for one in rounds:
             one.state = "ended" if one.begun_at is not None else one.state
@@ -219,7 +221,7 @@ def move_round(session: Session, row: Competition, one: Round, state: str) -> No
         # Reopened it ends when somebody says so.
         if one.closes_at is not None and one.closes_at <= now():
             one.closes_at = None
-        _begin(session, row, one)
+        _begin_round(session, row, one)
         forget_drawn(session, row, one)
         return
     one.state = state
@@ -229,7 +231,7 @@ def move_round(session: Session, row: Competition, one: Round, state: str) -> No
     session.flush()
 
 
-def freeze(session: Session, row: Competition, frozen: bool) -> None:
+def set_board_frozen(session: Session, row: Competition, frozen: bool) -> None:
     """Freeze the public board, or unfreeze it."""
     if frozen != (row.frozen_at is not None):
         row.frozen_at = now() if frozen else None
@@ -237,10 +239,10 @@ def freeze(session: Session, row: Competition, frozen: bool) -> None:
         session.flush()
 
 
-def _begin(session: Session, row: Competition, one: Round) -> None:
+def _begin_round(session: Session, row: Competition, one: Round) -> None:
     check_before(session, row, one)
     if one.quota is not None and one.begun_at is None and not is_drawn(session, one):
-        draw(session, row, one)
+        draw_order(session, row, one)
     one.state, one.begun_at = "running", one.begun_at or now()
     session.flush()
 

@@ -126,7 +126,8 @@ def load_sheet(session: Session, competition: models.Competition) -> Sheet:
         team_size=competition.team_size,
         categories=tuple((row.id, row.name) for row in categories),
         rounds=tuple(
-            _round(row, tuple(problems[row.id]), frozenset(starters[row.id])) for row in rounds
+            _round_sheet(row, tuple(problems[row.id]), frozenset(starters[row.id]))
+            for row in rounds
         ),
         entries=tuple(
             Competitor(row.id, row.category_id, row.bib, row.name, row.team, row.club, row.handicap)
@@ -140,7 +141,9 @@ def _task(row: models.Problem, number: int) -> Task:
     return Task(row.id, row.label or str(number), row.colour, row.points, whose)
 
 
-def _round(row: models.Round, problems: tuple[Task, ...], starters: frozenset[UUID]) -> RoundSheet:
+def _round_sheet(
+    row: models.Round, problems: tuple[Task, ...], starters: frozenset[UUID]
+) -> RoundSheet:
     return RoundSheet(
         id=row.id,
         name=row.name,

@@ -77,7 +77,7 @@ def read_start_list(
     faults: list[Fault] = []
     known: list[KnownLine] = []
     for number, cells in read_table(text, COLUMNS, "name", MAX_LINES):
-        found, wrong = _entry(cells, categories)
+        found, wrong = _parse_entry(cells, categories)
         same = None if wrong or number in others else there_already.take(found)
         if same is not None:
             known.append(KnownLine(number, same))
@@ -108,10 +108,10 @@ class _Entered:
         Each competitor is taken once: two lines of one name are two people.
         """
         among = self._by_name.get((same_key(words.name), words.category_id), [])
-        meant = [entry for entry in among if not _differ(words, entry)]
+        meant = [entry for entry in among if not _contradicts_entry(words, entry)]
         if not meant:
             return None
-        found = max(meant, key=lambda entry: _agreeing(words, entry))
+        found = max(meant, key=lambda entry: _count_equal_fields(words, entry))
         among.remove(found)
         return found
 
@@ -120,19 +120,19 @@ class _Entered:
 _TELLING: Final = ("bib", "birth_year", "club", "team", "gender")
 
 
-def _differ(words: EntryBody, entry: Entry) -> bool:
+def _contradicts_entry(words: EntryBody, entry: Entry) -> bool:
     return any(
-        one and other and _comparable(one) != _comparable(other)
+        one and other and _comparison_key(one) != _comparison_key(other)
         for one, other in ((getattr(words, name), getattr(entry, name)) for name in _TELLING)
     )
 
 
-def _agreeing(words: EntryBody, entry: Entry) -> int:
+def _count_equal_fields(words: EntryBody, entry: Entry) -> int:
     pairs = ((getattr(words, name), getattr(entry, name)) for name in _TELLING)
-    return sum(_comparable(one) == _comparable(other) for one, other in pairs)
+    return sum(_comparison_key(one) == _comparison_key(other) for one, other in pairs)
 
 
-def _comparable(value: str | int | None) -> str | int | None:
+def _comparison_key(value: str | int | None) -> str | int | None:
     return same_key(value) if isinstance(value, str) else value
 
 
@@ -160,12 +160,12 @@ def _check_bib(bib: int | None, taken: set[int]) -> list[_CellError]:
     return []
 
 
-def _entry(
+def _parse_entry(
     cells: dict[str, str], categories: dict[str, Category]
 ) -> tuple[EntryBody, list[_CellError]]:
     wrong: list[_CellError] = []
     _check_words(cells, wrong)
-    numbers = {name: _number(cells.get(name, ""), name, wrong) for name in _NUMBERS}
+    numbers = {name: _parse_number(cells.get(name, ""), name, wrong) for name in _NUMBERS}
     cell = cells.get("gender", "")
     gender = _GENDERS.get(cell.lower())
     if gender is None:
@@ -174,7 +174,7 @@ def _entry(
                 "gender", RequestError("cell-gender", "cell-gender-write", name=cell[:MAX_SHOWN])
             )
         )
-    category = _category(cells.get("category", ""), categories, wrong)
+    category = _find_category(cells.get("category", ""), categories, wrong)
     if category is not None:
         _check_fits(category, gender, numbers["birth_year"], wrong)
     anywhere = category or next(iter(categories.values()))  # with a fault nothing is taken in
@@ -201,7 +201,7 @@ def _check_words(cells: dict[str, str], wrong: list[_CellError]) -> None:
         wrong.append(_CellError("name", RequestError("cell-no-name", "cell-write-name")))
 
 
-def _category(
+def _find_category(
     name: str, categories: dict[str, Category], wrong: list[_CellError]
 ) -> Category | None:
     """Return the category by name; without a name, the only one. Note an error if there is none."""
@@ -234,7 +234,7 @@ def _check_fits(
     wrong.append(_CellError("category", problem))
 
 
-def _number(cell: str, name: str, wrong: list[_CellError]) -> int | None:
+def _parse_number(cell: str, name: str, wrong: list[_CellError]) -> int | None:
     if not cell:
         return None
     low, high = _NUMBERS[name]

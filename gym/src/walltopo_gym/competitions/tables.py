@@ -31,8 +31,8 @@ def results_csv(board: BoardView, dialect: CsvDialect) -> str:
             line.team,
             line.club,
             line.out,
-            _number(line.points),
-            *_cells(line),
+            _parse_points(line.points),
+            *_round_cells(line),
         )
         for category in board.categories
         for line in category.lines
@@ -61,11 +61,11 @@ def results_pdf(
         has_sum = any(line.points for line in category.lines)
         rows = [
             [
-                _rank(line) or (words["out"] if line.out is not None else "–"),
+                _format_rank(line) or (words["out"] if line.out is not None else "–"),
                 str(line.bib),
                 line.name,
                 line.team or line.club,
-                *_results(line, {one.id for one in shown}),
+                *_round_results(line, {one.id for one in shown}),
                 *([line.points] if has_sum and len(shown) > 1 else []),
             ]
             for line in category.lines
@@ -90,26 +90,26 @@ def results_pdf(
     return sheet.pdf(), sheet.missing
 
 
-def _rank(line: Line) -> str:
+def _format_rank(line: Line) -> str:
     return "" if line.rank is None else str(line.rank)
 
 
-def _number(points: str) -> Decimal | None:
+def _parse_points(points: str) -> Decimal | None:
     return Decimal(points) if points else None
 
 
-def _cells(line: Line) -> Iterator[Decimal | int | None]:
+def _round_cells(line: Line) -> Iterator[Decimal | int | None]:
     for one in line.rounds:
-        values = {"points": _number(one.points)}
+        values = {"points": _parse_points(one.points)}
         for name in _OF_A_ROUND:
             yield values.get(name, getattr(one, name)) if one.started else None
 
 
-def _results(line: Line, rounds: set[object]) -> list[str]:
-    return [_short(one) for one in line.rounds if one.round_id in rounds]
+def _round_results(line: Line, rounds: set[object]) -> list[str]:
+    return [_short_result(one) for one in line.rounds if one.round_id in rounds]
 
 
-def _short(one: RoundLine) -> str:
+def _short_result(one: RoundLine) -> str:
     """Return points, or tops and zones with their tries as judges write them: 3T4z 5 6."""
     if not one.started:
         return ""

@@ -64,7 +64,7 @@ class Visitor:
         return float(1.0 / (1.0 + np.exp(-1.1 * ease)))
 
 
-def climb(visitor: Visitor, current: Sequence[int]) -> Iterator[Done]:
+def climb_visit(visitor: Visitor, current: Sequence[int]) -> Iterator[Done]:
     """Yield the ascents of one visit, in order.
 
     Visitors warm up on at most one route that they have topped, then try the remaining ones from
@@ -89,14 +89,14 @@ def climb(visitor: Visitor, current: Sequence[int]) -> Iterator[Done]:
         return
     left = int(rng.integers(_VISIT_TRIES // 2, _VISIT_TRIES))
     for route in plan:
-        done = _work(visitor, route, min(_PATIENCE, left))
+        done = _try_route(visitor, route, min(_PATIENCE, left))
         yield done
         left -= done.tries
         if left < 1:
             return
 
 
-def _work(visitor: Visitor, route: int, patience: int) -> Done:
+def _try_route(visitor: Visitor, route: int, patience: int) -> Done:
     """Try one route until it is topped or the climber gives up."""
     rng, chance = visitor.rng, visitor.chance(route)
     first = route not in visitor.visits_on

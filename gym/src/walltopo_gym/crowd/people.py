@@ -15,7 +15,7 @@ from walltopo_climb.grades.font import FONT
 from walltopo_gym.accounts.models import Person, Profile
 from walltopo_gym.accounts.people import NO_PASSWORD, Audience, Category
 from walltopo_gym.climbing.models import Ascent, Follow
-from walltopo_gym.crowd.logs import Climber, Visitor, climb
+from walltopo_gym.crowd.logs import Climber, Visitor, climb_visit
 from walltopo_gym.crowd.opinions import give_opinions
 from walltopo_gym.gyms.models import Gym, Membership
 from walltopo_gym.gyms.roles import Role
@@ -76,7 +76,7 @@ def abilities(routes: Sequence[Route]) -> np.ndarray:
     return np.asarray(rng.normal(middle - 0.5, 2.5, CLIMBERS))
 
 
-def fill(session: Session, gym: Gym, routes: Sequence[Route], until: datetime) -> None:
+def add_climbers(session: Session, gym: Gym, routes: Sequence[Route], until: datetime) -> None:
     """Add the climbers and their logs of the ten weeks before `until`, once.
 
     Parameters
@@ -96,7 +96,7 @@ def fill(session: Session, gym: Gym, routes: Sequence[Route], until: datetime) -
     for person, ability, often in zip(people, abilities(routes), weekly, strict=True):
         days = np.flatnonzero(rng.random(DAYS) < often / 7).tolist()
         climber = Climber.drawn(rng, float(ability), len(routes))
-        _log(session, gym, person, climber, routes, _dates(days, until), rng)
+        _add_log(session, gym, person, climber, routes, _dates(days, until), rng)
 
 
 def fill_own(
@@ -112,7 +112,7 @@ def fill_own(
     ability = float(np.mean([FONT.index(route.grade) for route in routes])) + _OWN_ABILITY
     days = [day for day in range(DAYS) if day % 7 in (1, 4)]
     drawn = Climber.drawn(rng, ability, len(routes))
-    _log(session, gym, person, drawn, routes, _dates(days, until), rng)
+    _add_log(session, gym, person, drawn, routes, _dates(days, until), rng)
     session.merge(Profile(person_id=climber, on_boards=True, show_ascents=Audience.GYM, feed=True))
     for number in range(CLIMBERS):
         other = select(Person.id).where(Person.email == email_of(gym, number))
@@ -135,7 +135,7 @@ def _dates(days: Sequence[int], until: datetime) -> list[date]:
     return [(until - timedelta(days=DAYS - day)).date() for day in days]
 
 
-def _log(
+def _add_log(
     session: Session,
     gym: Gym,
     person: Person,
@@ -151,7 +151,7 @@ def _log(
     for day in dates:
         current = [n for n, route in enumerate(routes) if route.set_on <= day]
         at = datetime.combine(day, time(16, 30), UTC) + timedelta(minutes=int(rng.integers(150)))
-        for done in climb(visitor, current):
+        for done in climb_visit(visitor, current):
             at += timedelta(minutes=int(4 + 3 * done.tries + rng.integers(6)))
             route = routes[done.route]
             session.add(

@@ -27,7 +27,7 @@ _AWAY: Final = (
 )
 
 
-def explain(error: BaseException) -> RequestError | None:
+def explain_error(error: BaseException) -> RequestError | None:
     """Return what an error means and what to do; None if it is none of these kinds.
 
     It is an `UnavailableError` where waiting does not help.

@@ -52,9 +52,9 @@ def check_unlocked(work: str) -> None:
     work : what begins, such as "reading a file".
     """
     if _OPEN.get():
-        report(work)
+        log_slow_work(work)
 
 
-def report(work: str) -> None:
+def log_slow_work(work: str) -> None:
     """Log slow work under a lock as a defect; the tests fail instead."""
     _LOG.error("%s while a write transaction is open", work, stack_info=True)

@@ -25,10 +25,10 @@ from walltopo.scans.routes import Route as FoundRoute
 from walltopo_climb.grades.font import FONT
 from walltopo_gym.accounts.passwords import Passwords
 from walltopo_gym.accounts.people import add_person, find_person, set_password
-from walltopo_gym.climbing.counting import recount
+from walltopo_gym.climbing.counting import recount_gym
 from walltopo_gym.clock import now
 from walltopo_gym.crowd.filled import DemoFilled
-from walltopo_gym.crowd.people import fill, fill_own
+from walltopo_gym.crowd.people import add_climbers, fill_own
 from walltopo_gym.database.engine import Database
 from walltopo_gym.events import publish_event
 from walltopo_gym.gyms.members import add_member
@@ -41,8 +41,8 @@ from walltopo_gym.publishing.version_holds import VersionHolds, version_holds
 from walltopo_gym.publishing.versions import gym_routes
 from walltopo_gym.scans.incoming import Incoming
 from walltopo_gym.scans.models import Photo, Scan, ScanProgress
-from walltopo_gym.scans.receiving import announce, finish
-from walltopo_gym.scans.service import State, begin, start
+from walltopo_gym.scans.receiving import finish_photo, photo_to_receive
+from walltopo_gym.scans.service import State, create_version, request_run
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore, hash_of_file
 from walltopo_gym.walls.models import Wall
@@ -124,11 +124,11 @@ class Hall:
             gym = session.scalars(select(Gym).where(Gym.slug == SLUG)).one()
             routes = [route for route, _ in gym_routes(session, gym.id)]
             routes.sort(key=lambda route: (route.set_on, route.name))
-            fill(session, gym, routes, now())
+            add_climbers(session, gym, routes, now())
             fill_own(session, gym, climber, routes, now())
             current = [session.get_one(Wall, wall.id) for wall, _ in walls]
             publish_event(session, DemoFilled(gym, setter, routes, current, versions, now()))
-        recount(self.database, gym.id)
+        recount_gym(self.database, gym.id)
         return accounts
 
     def _versions(self, walls: Sequence[UUID]) -> dict[UUID, VersionHolds]:
@@ -196,7 +196,7 @@ class Hall:
             session.add(wall)
             session.flush()
         scan = session.scalar(select(Scan).where(Scan.wall_id == wall.id))
-        return wall, (scan or begin(session, wall, setter)).id
+        return wall, (scan or create_version(session, wall, setter)).id
 
     def _send(self, scan: UUID, photos: Path) -> None:
         """Queue the photos as an upload would."""
@@ -206,7 +206,7 @@ class Hall:
         incoming = Incoming(self.settings.data / "incoming", self.settings.keep_free_mb)
         for file in files:
             with self.database.writing() as session:
-                photo, _ = announce(
+                photo, _ = photo_to_receive(
                     session,
                     scan,
                     file.name,
@@ -219,7 +219,7 @@ class Hall:
                 incoming.begin(photo.id, photo.size)
                 with incoming.appending(photo.id, 0) as stream:
                     stream.write(file.read_bytes())
-                finish(self.database, self.store, incoming, photo.id)
+                finish_photo(self.database, self.store, incoming, photo.id)
 
     def _see_through(self, scan: UUID) -> None:
         """Wait until the photos are checked, then until the scan is in review."""
@@ -231,7 +231,7 @@ class Hall:
         with self.database.writing() as session:
             row = session.get_one(Scan, scan)
             if row.state in (State.UPLOADING, State.FAILED, State.CANCELLED):
-                start(session, row)
+                request_run(session, row)
         shown = ""
         while (row := self._ask(lambda session: session.get_one(Scan, scan))).state != State.REVIEW:
             if row.state == State.FAILED:

@@ -42,7 +42,7 @@ JsonBody = Annotated[dict[str, Any], Body()]
 @router.get("/gyms/{gym}/scans/{scan}/editor/log", response_model=None)
 def read_edit_log(scan: UUID, services: ServicesOf, access: PublisherMay) -> Response:
     """Return the edit log of a scan in review, and its version."""
-    _check(services, access, scan)
+    _run_in_review(services, access, scan)
     with services.database.reading() as session:
         saved = read_log(session, scan)
     log = saved.log if saved.revision else read_carried(services.store, scan)
@@ -58,7 +58,7 @@ def save_edit_log(
     request = parse(body, SaveIn, "edits")
     if not _VERSION.fullmatch(request.version):
         raise RequestError("edits-version")
-    opened = _opened(services, access, scan)
+    opened = _open_scan(services, access, scan)
     result, version = opened.save(request.edits, request.version, access.actor.known)
     return json_response(SaveOut(result, version), version)
 
@@ -69,7 +69,7 @@ def try_edit_log(
 ) -> Response:
     """Return the state that an edit log leads to; change nothing."""
     request = parse(body, PreviewIn, "edits")
-    result = _opened(services, access, scan).session.preview(request.edits)
+    result = _open_scan(services, access, scan).session.preview(request.edits)
     return json_response(PreviewOut(result))
 
 
@@ -79,7 +79,7 @@ def propose_problems(
 ) -> Response:
     """Return proposed problems on the holds after an edit log; change nothing."""
     request = parse(body, ProposeIn, "spec")
-    session = _opened(services, access, scan).session
+    session = _open_scan(services, access, scan).session
     return json_response(propose_on(session, request.edits, request.spec))
 
 
@@ -87,19 +87,19 @@ def propose_problems(
 def ease_route(scan: UUID, body: JsonBody, services: ServicesOf, access: PublisherMay) -> Response:
     """Return the hold that makes a route one grade easier or harder; change nothing."""
     request = parse(body, EaseIn, "route")
-    session = _opened(services, access, scan).session
+    session = _open_scan(services, access, scan).session
     return json_response(adjust_grade_on(session, request.edits, request.route, request.way))
 
 
 @router.get("/gyms/{gym}/scans/{scan}/editor/log/state", response_model=None)
 def read_edit_state(scan: UUID, services: ServicesOf, access: PublisherMay) -> Response:
     """Return whether the scan's files show the saved log."""
-    _check(services, access, scan)
+    _run_in_review(services, access, scan)
     with services.database.reading() as session:
         saved = read_log(session, scan)
     if not saved.is_pending:
         return json_response(RebuildStatus(False, False, str(saved.shown), ""))
-    return json_response(_opened(services, access, scan).state())
+    return json_response(_open_scan(services, access, scan).state())
 
 
 @router.get("/gyms/{gym}/scans/{scan}/editor/photos", response_model=None)
@@ -110,14 +110,14 @@ def read_edit_photos(
     at: Annotated[str, Query(max_length=100, description="x,y,z in metres")] = "",
 ) -> Response:
     """Return crops of the photos that show a point of the wall best."""
-    opened = _opened(services, access, scan)
+    opened = _open_scan(services, access, scan)
     place = parse_place(at)
     if place is None:
         raise RequestError("expected-place")
     return json_response(CropsOut(opened.session.crops(place)))
 
 
-def _check(services: Services, access: Access, scan: UUID) -> int:
+def _run_in_review(services: Services, access: Access, scan: UUID) -> int:
     """Return the run of a scan that is in review."""
     with services.database.reading() as session:
         row = scan_of(session, access.gym.id, scan)
@@ -125,8 +125,8 @@ def _check(services: Services, access: Access, scan: UUID) -> int:
         return row.run
 
 
-def _opened(services: Services, access: Access, scan: UUID) -> OpenScan:
-    return services.get(EditSessions).of(scan, _check(services, access, scan))
+def _open_scan(services: Services, access: Access, scan: UUID) -> OpenScan:
+    return services.get(EditSessions).of(scan, _run_in_review(services, access, scan))
 
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (router,)

@@ -24,7 +24,7 @@ from walltopo_climb.grades.model import Learnt, Range
 from walltopo_climb.grades.scale import GymScale
 from walltopo_gym.climbing.models import Opinion
 from walltopo_gym.climbing.points import ENOUGH
-from walltopo_gym.climbing.shrinking import NOTHING, Sample, shrunk
+from walltopo_gym.climbing.shrinking import NOTHING, Sample, shrunk_means
 from walltopo_gym.clock import now
 from walltopo_gym.events import GradeOutlier, GradeOutliers, GradeOutliersOf, GradeRangeOf
 from walltopo_gym.grading.models import PlacedRoute, ScanPlaces
@@ -105,7 +105,7 @@ def scale_routes(session: Session, gym: UUID, model: str) -> list[ScaleRoute]:
     model : identity of the model of all estimates.
     """
     spans = _spans(session, gym)
-    placed = _placed(session, gym, model)
+    placed = _estimated_routes(session, gym, model)
     graded = {key: _span(spans, row.grade_system_id, row.grade) for key, row in placed.items()}
     votes = _votes(
         session,
@@ -113,17 +113,17 @@ def scale_routes(session: Session, gym: UUID, model: str) -> list[ScaleRoute]:
         spans,
         {key: (row.grade_system_id, graded[key]) for key, row in placed.items()},
     )
-    off = shrunk({key: one.off for key, one in votes.items()})
+    off = shrunk_means({key: one.off for key, one in votes.items()})
     scaled = []
     for key, row in placed.items():
-        known = _known(row.place, graded[key], votes.get(key), off.get(key))
+        known = _known_grade(row.place, graded[key], votes.get(key), off.get(key))
         if known is not None:
             is_current = row.stripped_at is None
             scaled.append(ScaleRoute(key, is_current, graded[key], row.known, known))
     return scaled
 
 
-def _known(
+def _known_grade(
     place: float, span: Span | None, votes: _Votes | None, off: float | None
 ) -> Known | None:
     """Return the votes' grade with enough votes, else the setter's grade."""
@@ -151,7 +151,7 @@ def _span(spans: Mapping[UUID, Mapping[str, Span]], system: UUID | None, grade: 
     return spans.get(system, {}).get(grade) if system is not None else None
 
 
-def _placed(session: Session, gym: UUID, model: str) -> dict[UUID, Any]:
+def _estimated_routes(session: Session, gym: UUID, model: str) -> dict[UUID, Any]:
     """Return routes with an estimate, each by its last published scan."""
     rows = session.execute(
         select(
@@ -198,11 +198,11 @@ def _votes(
             span = _span(spans, graded[route][0], label)
             if span is not None:
                 given[route].append((span, number))
-    counted = {key: _counted(votes, graded[key][1]) for key, votes in given.items()}
+    counted = {key: _count_votes(votes, graded[key][1]) for key, votes in given.items()}
     return {key: one for key, one in counted.items() if one.number >= ENOUGH}
 
 
-def _counted(votes: Sequence[tuple[Span, int]], setter: Span | None) -> _Votes:
+def _count_votes(votes: Sequence[tuple[Span, int]], setter: Span | None) -> _Votes:
     number = sum(n for _, n in votes)
     off = NOTHING
     if setter is not None:
@@ -241,7 +241,7 @@ def ranges_of(session: Session, gym: UUID, scan: UUID) -> Ranges | None:
     if row is None or row.shown != (0 if edits is None else edits.shown):
         return None
     graded_routes = scale_routes(session, gym, row.model)
-    scale = _scale(row, graded_routes)
+    scale = _gym_scale(row, graded_routes)
     placed = session.scalars(select(PlacedRoute).where(PlacedRoute.scan_id == scan))
     return Ranges(
         graded=len(graded_routes),
@@ -256,7 +256,7 @@ def answer_range(session: Session, question: GradeRangeOf) -> None:
     same model."""
     row = session.get(ScanPlaces, question.scan)
     if row is not None and row.model == question.model:
-        scale = _scale(row, scale_routes(session, question.gym, question.model))
+        scale = _gym_scale(row, scale_routes(session, question.gym, question.model))
         question.found.append(scale.range(question.place, question.known))
 
 
@@ -278,7 +278,7 @@ def grade_outliers(session: Session, gym: UUID) -> GradeOutliers:
     graded_routes = [] if row is None else scale_routes(session, gym, row.model)
     if row is None or len(graded_routes) < OWN_ERRORS:
         return GradeOutliers(len(graded_routes), OWN_ERRORS, [])
-    scale = _scale(row, graded_routes)
+    scale = _gym_scale(row, graded_routes)
     found = [
         outlier
         for number, one in enumerate(graded_routes)
@@ -293,7 +293,7 @@ def grade_outliers(session: Session, gym: UUID) -> GradeOutliers:
     )
 
 
-def _scale(row: ScanPlaces, graded_routes: Sequence[ScaleRoute]) -> GymScale:
+def _gym_scale(row: ScanPlaces, graded_routes: Sequence[ScaleRoute]) -> GymScale:
     learnt = parse(row.learnt, Learnt, "the places of a scan")
     return GymScale(learnt, tuple(one.known_grade for one in graded_routes))
 

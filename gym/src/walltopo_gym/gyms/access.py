@@ -14,7 +14,7 @@ from walltopo_gym.accounts.access import Rule, actor_in, check_scope
 from walltopo_gym.accounts.actor import Actor, Scope
 from walltopo_gym.api.services import ServicesOf, rule_session
 from walltopo_gym.errors import ForbiddenError, NotFoundError, SignInNeededError
-from walltopo_gym.events import Admission, ask
+from walltopo_gym.events import Admission, collect_answers
 from walltopo_gym.gyms.members import check_not_banned, role_of
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.gyms.roles import Role
@@ -92,7 +92,9 @@ def _known_gym(session: Session, slug: str, actor: Actor, request: Request) -> t
     gym = UUID(int=0) if found is None else found.id
     role = role_of(session, gym, actor.person)
     # Only where nobody is signed in: the link to a screen lets nobody join.
-    is_screen = actor.person is None and True in ask(session, Admission(gym, request.cookies))
+    is_screen = actor.person is None and True in collect_answers(
+        session, Admission(gym, request.cookies)
+    )
     if found is None or (found.visibility == "private" and role == Role.GUEST and not is_screen):
         raise NotFoundError("not-there-gym")
     return found, role

@@ -27,7 +27,7 @@ def own_label(kind: str, labels: Sequence[str], written: str) -> str | None:
     return next((label for label in labels if same_key(label) == same_key(written)), None)
 
 
-def spelled(kind: str, labels: Sequence[str]) -> list[str]:
+def spelled_labels(kind: str, labels: Sequence[str]) -> list[str]:
     """Return the labels of a new grade system, on a common scale as the scale spells them.
 
     Raises
@@ -39,7 +39,7 @@ def spelled(kind: str, labels: Sequence[str]) -> list[str]:
         raise RequestError("grades-none")
     scale = SCALES.get(kind)
     grades = [
-        ScaleGrade(label, 0, label) if scale is None else _read(kind, scale, label)
+        ScaleGrade(label, 0, label) if scale is None else _read_label(kind, scale, label)
         for label in labels
     ]
     keys = Counter(grade.key for grade in grades)
@@ -51,7 +51,7 @@ def spelled(kind: str, labels: Sequence[str]) -> list[str]:
     return [grade.label for grade in grades]
 
 
-def _read(kind: str, scale: Scale, label: str) -> ScaleGrade:
+def _read_label(kind: str, scale: Scale, label: str) -> ScaleGrade:
     grade = scale.read(label)
     if grade is None:
         usual = ", ".join(scale.labels)

@@ -48,7 +48,7 @@ def change_labels(
     missing = sorted(set(renamed.values()) - set(labels))
     if missing:
         raise ConflictError("grades-rename-to", grade=missing[0])
-    used = _count(session, system.id)
+    used = _count_uses(session, system.id)
     lost = sorted(used.keys() - set(labels) - renamed.keys())
     if lost:
         raise ConflictError("grades-in-use", "grades-say-new", grade=lost[0], uses=used[lost[0]])
@@ -69,7 +69,7 @@ def replace_system(session: Session, system: GradeSystem, by: GradeSystem | None
     ------
     ConflictError : grades are in use and there is no replacement, or it lacks one of them.
     """
-    used = _count(session, system.id)
+    used = _count_uses(session, system.id)
     if not used:
         return
     if by is None:
@@ -89,7 +89,7 @@ def replace_system(session: Session, system: GradeSystem, by: GradeSystem | None
 
 
 def _uses(system: UUID) -> Iterator[_Use]:
-    for column in _marked(GRADE_BY):
+    for column in _columns_with(GRADE_BY):
         by = column.table.c[column.info[GRADE_BY]]
         key = next(iter(by.foreign_keys)).column
         if key.table is GradeSystem.__table__:
@@ -99,12 +99,12 @@ def _uses(system: UUID) -> Iterator[_Use]:
             yield _Use(column, by.in_(of_system), None)
 
 
-def _marked(mark: str) -> Iterator[Column[Any]]:
+def _columns_with(mark: str) -> Iterator[Column[Any]]:
     for table in Base.metadata.sorted_tables:
         yield from (column for column in table.c if mark in column.info)
 
 
-def _count(session: Session, system: UUID) -> Counter[str]:
+def _count_uses(session: Session, system: UUID) -> Counter[str]:
     """Return how many rows have each grade of a system."""
     found: Counter[str] = Counter()
     for column, there, _ in _uses(system):
@@ -115,17 +115,17 @@ def _count(session: Session, system: UUID) -> Counter[str]:
 
 def _change_rows(session: Session, system: UUID, by: UUID, changed: Mapping[str, str]) -> None:
     """Rename the grades of a system inside of JSON, and set the system to `by`."""
-    for column in _marked(GRADE_ROWS):
+    for column in _columns_with(GRADE_ROWS):
         keys = list(column.table.primary_key)
         there = cast(column, String).contains(str(system))
         for *key, value in session.execute(select(*keys, column).where(there)).all():
-            rows = _changed(value, column.info[GRADE_ROWS], (str(system), str(by)), changed)
+            rows = _renamed_json(value, column.info[GRADE_ROWS], (str(system), str(by)), changed)
             this = [name == part for name, part in zip(keys, key, strict=True)]
             session.execute(update(column.table).where(*this).values({column: rows}))
     session.expire_all()
 
 
-def _changed(
+def _renamed_json(
     value: Any, names: tuple[str, str], systems: tuple[str, str], changed: Mapping[str, str]
 ) -> Any:
     """Return JSON with the grades of the first system renamed and given to the second one.
@@ -135,10 +135,10 @@ def _changed(
     names : the keys of system and grade.
     """
     if isinstance(value, list):
-        return [_changed(one, names, systems, changed) for one in value]
+        return [_renamed_json(one, names, systems, changed) for one in value]
     if not isinstance(value, dict):
         return value
-    found = {key: _changed(one, names, systems, changed) for key, one in value.items()}
+    found = {key: _renamed_json(one, names, systems, changed) for key, one in value.items()}
     system, grade = names
     if found.get(system) == systems[0]:
         found[system] = systems[1]

@@ -113,7 +113,7 @@ def invitation(session: Session, secret: str) -> Invitation:
     return found
 
 
-def accept(session: Session, secret: str, person: UUID) -> tuple[Gym, Role]:
+def use_invitation(session: Session, secret: str, person: UUID) -> tuple[Gym, Role]:
     """Use an invitation and return the gym and the person's role.
 
     Raises
@@ -153,7 +153,7 @@ def _keep_an_owner(session: Session, gym: UUID) -> None:
         raise ConflictError("gym-needs-owner", "another-owner-first")
 
 
-def ban(session: Session, gym: UUID, person: UUID, reason: str, by: UUID) -> None:
+def ban_from_gym(session: Session, gym: UUID, person: UUID, reason: str, by: UUID) -> None:
     """Ban a person, member or not; repeating it updates the reason.
 
     Their ascents stay theirs; their comments are hidden (climbing/http/opinions.py).

@@ -10,7 +10,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.climbing.models import ClimbingSession
 from walltopo_gym.clock import now
-from walltopo_gym.events import ComingDates, GymDate, ask
+from walltopo_gym.events import ComingDates, GymDate, collect_answers
 from walltopo_gym.gyms.days import today, zone_of
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.publishing.models import Plan, Route
@@ -21,9 +21,9 @@ MIN: Final = 5  # fewer climbers are not shown: they could be recognised
 _AHEAD: Final = timedelta(days=120)
 
 
-def coming(session: Session, gym: Gym) -> list[GymDate]:
+def planned_dates(session: Session, gym: Gym) -> list[GymDate]:
     """Return planned dates, the next first."""
-    others = ask(session, ComingDates(gym.id, now() + _AHEAD))
+    others = collect_answers(session, ComingDates(gym.id, now() + _AHEAD))
     found = [*_resets(session, gym), *_strips(session, gym), *others]
     zone = zone_of(gym)
 

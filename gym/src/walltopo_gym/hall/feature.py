@@ -6,6 +6,8 @@ from walltopo_gym.crowd.filled import DemoFilled
 from walltopo_gym.events import Admission
 from walltopo_gym.feature import Feature
 from walltopo_gym.hall.demo import show_board
-from walltopo_gym.hall.screen import admit
+from walltopo_gym.hall.screen import admit_screen
 
-FEATURE = Feature("hall", switch="hall", listeners={Admission: (admit,), DemoFilled: (show_board,)})
+FEATURE = Feature(
+    "hall", switch="hall", listeners={Admission: (admit_screen,), DemoFilled: (show_board,)}
+)

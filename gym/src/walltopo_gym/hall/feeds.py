@@ -66,29 +66,29 @@ def atom(
     """
     Xml.register_namespace("", _ATOM)
     feed = Xml.Element(f"{{{_ATOM}}}feed")
-    _add(feed, "title", f"{gym.name}: {words.say('new')}")
-    _add(feed, "id", f"urn:uuid:{gym.id}")
+    _add_element(feed, "title", f"{gym.name}: {words.say('new')}")
+    _add_element(feed, "id", f"urn:uuid:{gym.id}")
     newest = max((route.created_at for route in routes), default=gym.created_at)
-    _add(feed, "updated", newest.isoformat())
-    _add(feed, "link", rel="self", href=own)
-    _add(feed, "link", rel="alternate", href=f"{base}/g/{gym.slug}")
+    _add_element(feed, "updated", newest.isoformat())
+    _add_element(feed, "link", rel="self", href=own)
+    _add_element(feed, "link", rel="alternate", href=f"{base}/g/{gym.slug}")
     for route in routes:
-        entry = _add(feed, "entry")
+        entry = _add_element(feed, "entry")
         name = route.name or words.colour(route.colour)
-        _add(entry, "title", " ".join(filter(None, (name, route.grade))))
-        _add(entry, "id", f"urn:uuid:{route.id}")
-        _add(entry, "updated", route.created_at.isoformat())
+        _add_element(entry, "title", " ".join(filter(None, (name, route.grade))))
+        _add_element(entry, "id", f"urn:uuid:{route.id}")
+        _add_element(entry, "updated", route.created_at.isoformat())
         page = f"{base}/g/{gym.slug}/w/{route.wall_id}/r/{route.id}"
-        _add(entry, "link", rel="alternate", href=page)
-        author = _add(entry, "author")
-        _add(author, "name", route.setter or gym.name)
+        _add_element(entry, "link", rel="alternate", href=page)
+        author = _add_element(entry, "author")
+        _add_element(author, "name", route.setter or gym.name)
         parts = (walls[route.wall_id], words.colour(route.colour), words.day(route.set_on))
-        _add(entry, "summary", " · ".join(filter(None, parts)))
+        _add_element(entry, "summary", " · ".join(filter(None, parts)))
     content: bytes = Xml.tostring(feed, encoding="utf-8", xml_declaration=True)
     return content
 
 
-def _add(parent: Xml.Element, name: str, text: str = "", **attributes: str) -> Xml.Element:
+def _add_element(parent: Xml.Element, name: str, text: str = "", **attributes: str) -> Xml.Element:
     made = Xml.SubElement(parent, f"{{{_ATOM}}}{name}", attributes)
     made.text = text or None
     return made

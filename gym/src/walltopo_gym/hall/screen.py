@@ -56,7 +56,7 @@ def has_key(session: Session, gym: UUID, secret: str) -> bool:
     return "hall" not in session.get_one(Gym, gym).features_off
 
 
-def admit(session: Session, question: Admission) -> None:
+def admit_screen(session: Session, question: Admission) -> None:
     """Admit the screen of a private gym."""
     secret = question.cookies.get(KIOSK, "")
     if secret and has_key(session, question.gym, secret):

@@ -131,7 +131,7 @@ def store_report(
     count_hold_report(session, person)
     session.add(row)
     session.flush()
-    publish_event(session, _event(HoldReported, wall.gym_id, row))
+    publish_event(session, _report_event(HoldReported, wall.gym_id, row))
     return row, True
 
 
@@ -196,7 +196,7 @@ def reports_of(
         rows = rows.where(Wall.id == wall)
     found = session.execute(rows.order_by(HoldReport.created_at, HoldReport.id)).all()
     known_of = {wall.id: origins(session, wall.id) for wall in {wall for _, _, wall in found}}
-    known = [_known(*row, known_of[row[2].id]) for row in found]
+    known = [_open_report(*row, known_of[row[2].id]) for row in found]
     return [one for one in known if _is_there(one)]
 
 
@@ -206,7 +206,7 @@ def _same_mesh(session: Session, wall: UUID, scan: UUID) -> set[UUID]:
     return {one for one, origin in known.items() if origin == known[scan]}
 
 
-def _known(
+def _open_report(
     report: HoldReport, route: Route | None, wall: Wall, origin_of: Mapping[UUID, UUID]
 ) -> Open:
     origin = origin_of[report.scan_id]
@@ -239,10 +239,10 @@ def mark_done(session: Session, gym: UUID, report: HoldReport, *, done: bool) ->
         if row.hold is None or row.scan_id in same:
             row.done_at = closed
             if done:
-                publish_event(session, _event(HoldReportDone, gym, row))
+                publish_event(session, _report_event(HoldReportDone, gym, row))
 
 
-def _event(kind: type[HoldReported], gym: UUID, row: HoldReport) -> HoldReported:
+def _report_event(kind: type[HoldReported], gym: UUID, row: HoldReport) -> HoldReported:
     """Return the event of a report."""
     return kind(
         gym, row.wall_id, row.id, row.person_id, row.route_id, row.kind, row.colour, row.note

@@ -50,15 +50,15 @@ def safe_to_show(styles: Mapping[Style, frozenset[str]], people: People) -> set[
     while (left := _first_left_over(shown, styles, people, whole)) or (
         left := _first_found_out(shown, styles, people, whole)
     ):
-        shown.remove(min(left, key=lambda style: (_fewest(people, styles[style]), style)))
+        shown.remove(min(left, key=lambda style: (_min_group_size(people, styles[style]), style)))
     return shown
 
 
 def _is_safe(people: People, routes: Iterable[str]) -> bool:
-    return _fewest(people, routes) >= ENOUGH
+    return _min_group_size(people, routes) >= ENOUGH
 
 
-def _fewest(people: People, routes: Iterable[str]) -> int:
+def _min_group_size(people: People, routes: Iterable[str]) -> int:
     """Return the size of the smallest non-empty group; `ENOUGH` without one."""
     found = list(routes)
     sizes = [
@@ -94,7 +94,7 @@ def _first_found_out(
     pieces = _pieces(order, styles, whole)
     rows = np.array([[style in of for of in pieces] for style in order], np.int8)
     rows = np.vstack([np.ones(len(pieces), np.int8), rows.reshape(len(order), len(pieces))])
-    for found in (*_determined(rows), *_differences(rows)):
+    for found in (*_determined_pieces(rows), *_differences(rows)):
         routes = [route for at in found for route in pieces[list(pieces)[at]]]
         if not _is_safe(people, routes):
             return [style for style in order if not styles[style].isdisjoint(routes)] or order
@@ -112,7 +112,7 @@ def _pieces(
     return pieces
 
 
-def _determined(rows: NDArray[np.int8]) -> list[list[int]]:
+def _determined_pieces(rows: NDArray[np.int8]) -> list[list[int]]:
     """Return the single pieces whose sums follow from the others."""
     _, sizes, basis = np.linalg.svd(rows.astype(float), full_matrices=False)
     basis = basis[sizes > _CLOSE * sizes.max(initial=1.0)]

@@ -75,7 +75,7 @@ def current_holds(session: Session, store: FileStore, gym: UUID) -> list[HoldCou
         HoldCount(wall, *kind, number)
         for wall, scan in walls
         if scan is not None
-        for kind, number in _counted(store, scan)
+        for kind, number in _count_holds(store, scan)
     ]
 
 
@@ -131,7 +131,7 @@ def wear(session: Session, gym: UUID, wash_after: int, routes: Sequence[OfRoute]
 
 
 @lru_cache(maxsize=512)
-def _counted(store: FileStore, scan: UUID) -> list[tuple[tuple[str, str, str], int]]:
+def _count_holds(store: FileStore, scan: UUID) -> list[tuple[tuple[str, str, str], int]]:
     """Return colour, type and size of the holds of a published scan, which never changes."""
     with tempfile.TemporaryDirectory() as name:
         folder = ScanFolder(Path(name))
@@ -141,12 +141,12 @@ def _counted(store: FileStore, scan: UUID) -> list[tuple[tuple[str, str, str], i
         (
             hold.colour,
             "volume" if hold.kind == "volume" else hold.type,
-            _size(hold.size / found.unit),
+            _size_name(hold.size / found.unit),
         )
         for hold in found.holds
     )
     return sorted(kinds.items())
 
 
-def _size(metres: float) -> str:
+def _size_name(metres: float) -> str:
     return next(name for name, most in SIZES.items() if metres <= most)

@@ -20,7 +20,7 @@ from walltopo_gym.api.tables import CsvDialectOf, CsvFile
 from walltopo_gym.clock import now
 from walltopo_gym.database.lock import check_unlocked
 from walltopo_gym.errors import NotFoundError, RequestError
-from walltopo_gym.events import NO_OUTLIERS, GradeOutlier, GradeOutliersOf, ask
+from walltopo_gym.events import NO_OUTLIERS, GradeOutlier, GradeOutliersOf, collect_answers
 from walltopo_gym.gyms.access import Access, SetterMay, gym_rule
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.gyms.roles import Role
@@ -204,7 +204,7 @@ def route_insights(session: Session, gym: Gym) -> Insights:
     check_unlocked(_WORK)
     aims, found = aims_of(session, gym.id), of_routes(session, gym, now())
     strip = what_to_strip(found.routes, found.today, aims.wash_after)
-    found_outliers = ask(session, GradeOutliersOf(gym.id))
+    found_outliers = collect_answers(session, GradeOutliersOf(gym.id))
     outliers = found_outliers[0] if found_outliers else NO_OUTLIERS
     return Insights(
         today=found.today,
@@ -299,7 +299,7 @@ def put_targets(body: GradeTargets, services: ServicesOf, access: SetterMay) -> 
     cells = [(cell.system, cell.grade, cell.steepness) for cell in body.cells]
     with services.database.writing() as session:
         check_targets(session, access.gym.id, cells)
-        aims = _aims(session, access)
+        aims = _read_aims(session, access)
         aims.targets = [cell.model_dump(mode="json") for cell in body.cells]
         _log(session, access, "insights.targets")
     with services.database.reading() as session:
@@ -312,7 +312,7 @@ def put_stock(body: StockBody, services: ServicesOf, access: SetterMay) -> HoldI
     if len({(row.colour, row.type) for row in body.rows}) < len(body.rows):
         raise RequestError("stock-twice")
     with services.database.writing() as session:
-        aims = _aims(session, access)
+        aims = _read_aims(session, access)
         aims.stock, aims.wash_after = [row.model_dump() for row in body.rows], body.wash_after
         _log(session, access, "insights.stock")
     with services.database.reading() as session:
@@ -344,7 +344,7 @@ def drop_washing(
         return hold_insights(session, services.store, access.gym)
 
 
-def _aims(session: Session, access: Access) -> Aims:
+def _read_aims(session: Session, access: Access) -> Aims:
     aims = aims_of(session, access.gym.id)
     session.add(aims)
     return aims

@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.climbing.models import Opinion
 from walltopo_gym.climbing.points import crowd_grade
-from walltopo_gym.climbing.shrinking import NOTHING, Sample, shrunk
+from walltopo_gym.climbing.shrinking import NOTHING, Sample, shrunk_means
 from walltopo_gym.climbing.styles import steepness_of
 from walltopo_gym.gyms.days import gym_day, zone_of
 from walltopo_gym.gyms.models import GradeSystem, Gym
@@ -153,9 +153,11 @@ def _current_routes(
         (route, None, None) if found is None else (route, found.number, found.steepness_deg)
         for route, found in gym_routes(session, gym)
     ]
-    stars = shrunk({key: one.stars for key, one in opinions.items()})
-    off = shrunk({key: one.off for key, one in opinions.items()})
-    flashes = shrunk({key: Sample.of_shares(u.flashed, u.climbers) for key, u in used.items()})
+    stars = shrunk_means({key: one.stars for key, one in opinions.items()})
+    off = shrunk_means({key: one.off for key, one in opinions.items()})
+    flashes = shrunk_means(
+        {key: Sample.of_shares(u.flashed, u.climbers) for key, u in used.items()}
+    )
     listed = []
     for route, number, degrees in placed:
         use, opinion = used.get(route.id, Usage()), opinions.get(route.id, _Votes())
@@ -215,7 +217,11 @@ def _setters(
         setter: Sample.of_shares(sum(u.flashed for u in mine), sum(u.climbers for u in mine))
         for setter, mine in uses.items()
     }
-    shrunk_stars, shrunk_off, shrunk_flashes = shrunk(stars), shrunk(off), shrunk(flashes)
+    shrunk_stars, shrunk_off, shrunk_flashes = (
+        shrunk_means(stars),
+        shrunk_means(off),
+        shrunk_means(flashes),
+    )
     found = []
     for setter, mine in sorted(routes.items()):
         enough = climbers.get(setter, 0) >= ENOUGH

@@ -20,7 +20,7 @@ from walltopo_climb.grades.font import FONT
 from walltopo_gym.accounts.models import Profile
 from walltopo_gym.climbing.models import Ascent, Opinion
 from walltopo_gym.climbing.points import worth_of
-from walltopo_gym.climbing.shrinking import NOTHING, Sample, shrunk
+from walltopo_gym.climbing.shrinking import NOTHING, Sample, shrunk_means
 from walltopo_gym.climbing.styles import length_of, main_hold, steepness_of
 from walltopo_gym.gyms.days import day_begins, gym_day, zone_of
 from walltopo_gym.gyms.models import Gym
@@ -110,8 +110,8 @@ def styles(session: Session, gym: Gym, at: datetime, by: str) -> Styles:
     today = gym_day(at, zone)
     until = day_begins(today - timedelta(days=today.weekday()), zone)
     since = until - _YEAR
-    climbed = _climbed(session, gym, since, until)
-    routes = _styled(session, gym)
+    climbed = _read_tops(session, gym, since, until)
+    routes = _route_styles(session, gym)
     groups = _groups(session, gym, climbed, by)
     of_person = {person: group.key for group, people in groups.items() for person in people}
     numbers = {person: number for number, person in enumerate(of_person)}
@@ -159,7 +159,7 @@ def _keep_back(lines: list[StyleInsight], climbed: _Shown, liked: _Shown) -> Non
                 cell.votes = cell.stars = None
 
 
-def _climbed(session: Session, gym: Gym, since: datetime, until: datetime) -> list[_Climbed]:
+def _read_tops(session: Session, gym: Gym, since: datetime, until: datetime) -> list[_Climbed]:
     is_top = Ascent.kind.in_(_TOPS)
     rows = session.execute(
         select(
@@ -195,7 +195,7 @@ def _votes(
     return [(route, person, stars) for route, person, stars in rows if stars is not None]
 
 
-def _styled(session: Session, gym: Gym) -> dict[Style, frozenset[str]]:
+def _route_styles(session: Session, gym: Gym) -> dict[Style, frozenset[str]]:
     """Return the styles of the gym's routes, from each route's latest scan."""
     rows = session.execute(
         select(
@@ -327,6 +327,6 @@ def _lines(
                 cell.stars = round(given[style, key] / cell.votes, 2)
     for style, line in lines.items():
         alike = {s: sample for s, sample in samples.items() if s.kind == style.kind}
-        mean = shrunk(alike).get(style)
+        mean = shrunk_means(alike).get(style)
         line.stars = None if mean is None else round(mean, 2)
     return [line for line in lines.values() if line.tried or line.votes]

@@ -68,10 +68,10 @@ def usage(session: Session, gym: UUID, since: datetime) -> dict[UUID, Usage]:
             Ascent.route_id,
             func.count().label("ascents"),
             func.sum(Ascent.tries).label("tries"),
-            _some(Ascent.kind.in_(_TOPS)).label("topped"),
-            _some(Ascent.kind == "flash").label("flashed"),
-            _number(Ascent.climbed_at >= since).label("recent"),
-            func.sum(case((_since(washed), Ascent.tries), else_=0)).label("worn"),
+            _any_row(Ascent.kind.in_(_TOPS)).label("topped"),
+            _any_row(Ascent.kind == "flash").label("flashed"),
+            _count_rows(Ascent.climbed_at >= since).label("recent"),
+            func.sum(case((_after_washing(washed), Ascent.tries), else_=0)).label("worn"),
         )
         .join(Route, Route.id == Ascent.route_id)
         .join(washed, washed.c.wall_id == Route.wall_id, isouter=True)
@@ -88,8 +88,8 @@ def usage(session: Session, gym: UUID, since: datetime) -> dict[UUID, Usage]:
         func.sum(of.flashed),
         func.sum(of.tries),
         func.sum(of.recent),
-        _number(of.recent > 0),
-        _number(of.recent < of.ascents),
+        _count_rows(of.recent > 0),
+        _count_rows(of.recent < of.ascents),
         func.sum(of.worn),
     ).group_by(of.route_id)
     return {
@@ -115,9 +115,9 @@ def worn_walls(session: Session, gym: UUID) -> dict[UUID, int | None]:
     of = (
         select(
             Route.wall_id,
-            func.sum(case((_since(washed), Ascent.tries), else_=0)).label("tries"),
-            _some(_since(washed)).label("since"),
-            _some(~_since(washed)).label("before"),
+            func.sum(case((_after_washing(washed), Ascent.tries), else_=0)).label("tries"),
+            _any_row(_after_washing(washed)).label("since"),
+            _any_row(~_after_washing(washed)).label("before"),
         )
         .join(Route, Route.id == Ascent.route_id)
         .join(washed, washed.c.wall_id == Route.wall_id, isouter=True)
@@ -132,7 +132,7 @@ def worn_walls(session: Session, gym: UUID) -> dict[UUID, int | None]:
     }
 
 
-def _since(washed: Any) -> ColumnElement[bool]:
+def _after_washing(washed: Any) -> ColumnElement[bool]:
     return or_(washed.c.at.is_(None), Ascent.climbed_at >= washed.c.at)
 
 
@@ -155,10 +155,10 @@ def what_counts(gym: UUID) -> ColumnElement[bool]:
     )
 
 
-def _some(condition: ColumnElement[bool]) -> ColumnElement[int]:
+def _any_row(condition: ColumnElement[bool]) -> ColumnElement[int]:
     """Return an aggregate: 1 if the condition holds for any row of the group."""
     return func.max(case((condition, 1), else_=0))
 
 
-def _number(condition: ColumnElement[bool]) -> ColumnElement[int]:
+def _count_rows(condition: ColumnElement[bool]) -> ColumnElement[int]:
     return func.sum(case((condition, 1), else_=0))

@@ -57,7 +57,7 @@ class Place:
         self._drop_connection()
 
     def _take(self, number: int) -> bool:
-        self._file = _locked(self._folder / f"{number}.lock")
+        self._file = _lock_file(self._folder / f"{number}.lock")
         if self._file is None:
             return False
         if self._database.is_sqlite:  # all workers share a machine, whose name may change
@@ -93,7 +93,7 @@ class Place:
             )
             regained({workflow.workflow_id for workflow in own})
         except BaseException:
-            _end(connection)
+            _close_connection(connection)
             raise
         self._connection = connection
 
@@ -120,7 +120,7 @@ class Place:
     def _gone(self, name: str) -> Iterator[bool]:
         """Yield whether a worker is dead; it cannot come back during the block."""
         if self._database.is_sqlite:
-            lock: IO[bytes] | Connection | None = _locked(
+            lock: IO[bytes] | Connection | None = _lock_file(
                 self._folder / f"{name.rpartition('-')[2]}.lock"
             )
         else:
@@ -129,7 +129,7 @@ class Place:
             yield lock is not None
         finally:
             if isinstance(lock, Connection):
-                _end(lock)
+                _close_connection(lock)
             elif lock is not None:
                 lock.close()
 
@@ -149,11 +149,11 @@ class Place:
 
     def _drop_connection(self) -> None:
         if self._connection is not None:
-            _end(self._connection)
+            _close_connection(self._connection)
             self._connection = None
 
 
-def living(settings: GymSettings, database: Database) -> int:
+def count_living_workers(settings: GymSettings, database: Database) -> int:
     """Return the number of living workers; with SQLite, of this data folder."""
     if database.is_sqlite:
         return sum(_is_held(path) for path in _folder(settings).glob("*.lock"))
@@ -165,7 +165,7 @@ def living(settings: GymSettings, database: Database) -> int:
         return session.scalar(held, {"kind": _LOCKS}) or 0
 
 
-def _end(connection: Connection) -> None:
+def _close_connection(connection: Connection) -> None:
     """Close a connection and so its locks."""
     connection.invalidate()
     connection.close()
@@ -177,7 +177,7 @@ def _folder(settings: GymSettings) -> Path:
     return folder
 
 
-def _locked(path: Path) -> IO[bytes] | None:
+def _lock_file(path: Path) -> IO[bytes] | None:
     """Open a file and lock it; None if another process has the lock."""
     stream = path.open("wb")
     if take_lock(stream):
@@ -187,7 +187,7 @@ def _locked(path: Path) -> IO[bytes] | None:
 
 
 def _is_held(path: Path) -> bool:
-    lock = _locked(path)
+    lock = _lock_file(path)
     if lock is not None:
         lock.close()
     return lock is None

@@ -35,7 +35,7 @@ class SetAsideError(Exception):
     """An item failed in all tries; DBOS keeps this error for the operator."""
 
 
-def register(database: Database, task: Task) -> None:
+def register_job(database: Database, task: Task) -> None:
     """Declare a job's workflow to DBOS before DBOS is launched."""
 
     @DBOS.workflow(name=task.job.name)
@@ -91,10 +91,10 @@ def _end_try(
     why: Failure | NotYetError,
     args: tuple[str | int, ...],
 ) -> None:
-    """Write a failure as `_write` does, waiting for the database if it is away."""
+    """Write a failure as `_write_failure` does, waiting for the database if it is away."""
     while True:
         try:
-            _write(database, task, status, tries, why, args)
+            _write_failure(database, task, status, tries, why, args)
         except (OperationalError, InterfaceError) as error:
             _LOG.warning("the database does not answer, %s waits: %s", task.job.name, error)
             time.sleep(_AWAY_S)
@@ -102,7 +102,7 @@ def _end_try(
             return
 
 
-def _write(
+def _write_failure(
     database: Database,
     task: Task,
     status: WorkflowStatus,

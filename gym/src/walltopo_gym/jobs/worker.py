@@ -16,7 +16,7 @@ from walltopo_gym.clock import now
 from walltopo_gym.database.engine import APPLICATION, Database
 from walltopo_gym.jobs.place import Place
 from walltopo_gym.jobs.queue import Task
-from walltopo_gym.jobs.running import open_queue, register
+from walltopo_gym.jobs.running import open_queue, register_job
 
 _LOG = logging.getLogger("walltopo_gym.jobs")
 # Raised when a job changes so that a workflow cannot go on under the new one.
@@ -48,7 +48,7 @@ class Chore:
 
 
 @contextmanager
-def working(
+def run_jobs(
     database: Database, place: Place, tasks: Sequence[Task], chores: Sequence[Chore] = ()
 ) -> Iterator[None]:
     """Run jobs and chores in this process for the duration of the block."""
@@ -64,7 +64,7 @@ def working(
     DBOS(config=config)
     try:
         for task in tasks:
-            register(database, task)
+            register_job(database, task)
         schedules = {chore.name: (chore.at, _scheduled(chore)) for chore in chores}
         DBOS.listen_queues([task.job.name for task in tasks])
         DBOS.launch()
@@ -87,7 +87,7 @@ def watch(place: Place, stop: threading.Event, regained: Callable[[set[str]], No
             _LOG.exception("the worker goes on")
 
 
-def tidy(database: Database) -> None:
+def delete_old_jobs(database: Database) -> None:
     """Delete jobs that ended long ago."""
     for status, age in _KEPT.items():
         before = (now() - age).isoformat()

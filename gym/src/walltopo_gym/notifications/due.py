@@ -24,11 +24,11 @@ from walltopo_gym.notifications.messages import (
     Notice,
     Row,
     Shown,
-    keep,
     message_row,
-    pushes,
-    unknown,
-    wanting,
+    push_rows,
+    recipient_preferences,
+    store_messages,
+    unstored_messages,
 )
 from walltopo_gym.notifications.models import Message, NotificationPreferences
 from walltopo_gym.publishing.models import Route
@@ -58,12 +58,14 @@ def store_due_messages(database: Database) -> int:
     )
     with database.reading() as session:
         gyms = session.scalars(select(Gym).where(Gym.id.in_(members))).all()
-        new = unknown(session, [row for gym in gyms for row in _of_gym_alone(session, gym)])
+        new = unstored_messages(
+            session, [row for gym in gyms for row in _of_gym_alone(session, gym)]
+        )
     if not new:
         return 0
     with database.writing() as session:
         session.execute(delete(Message).where(Message.created_at < now() - _KEPT))
-        return keep(session, new)
+        return store_messages(session, new)
 
 
 def _of_gym_alone(session: Session, gym: Gym) -> list[Row]:
@@ -83,7 +85,7 @@ def _digests(session: Session, gym: Gym) -> Iterator[Row]:
     due = datetime.combine(monday, _DIGEST_AT, zone)
     if not due <= local < due + _DIGEST_LATE:
         return
-    to = wanting(session, gym.id, DIGEST)
+    to = recipient_preferences(session, gym.id, DIGEST)
     if not to:
         return
     new = new_routes(session, gym, _WEEK + 1)
@@ -109,18 +111,18 @@ def _digest_lines(
         for wall in walls.values():
             here = [route for route in new if route.wall_id == wall.id]
             lines += [f"{wall.name}: {len(here)}"] if here else []
-            lines += [f"  {_named(route, words)}" for route in here[:_LINES]]
+            lines += [f"  {_route_label(route, words)}" for route in here[:_LINES]]
         lines.append("")
     if goes:
         lines += [words.say("digest_goes"), ""]
         for route in goes[:_LINES]:
             until = words.say("until", day=words.day(_day(route)))
-            lines.append(f"  {_named(route, words)} ({walls[route.wall_id].name}), {until}")
+            lines.append(f"  {_route_label(route, words)} ({walls[route.wall_id].name}), {until}")
         lines.append("")
     return lines
 
 
-def _named(route: Route, words: Words) -> str:
+def _route_label(route: Route, words: Words) -> str:
     parts = (route.name or words.colour(route.colour), route.grade, route.setter)
     return ", ".join(filter(None, parts))
 
@@ -135,7 +137,7 @@ def _new_routes(session: Session, gym: Gym) -> Iterator[Row]:
     moments = [at for at in published if at is not None]
     if not moments or max(moments) > now() - _SETTLED:
         return
-    to = wanting(session, gym.id, "new_routes")
+    to = recipient_preferences(session, gym.id, "new_routes")
     if not to:
         return
     # Set by these publications, not named in one that only corrects.
@@ -154,23 +156,25 @@ def _new_routes(session: Session, gym: Gym) -> Iterator[Row]:
         return Shown(title, walls, f"/g/{gym.slug}")
 
     subject = f"{gym.id} {today(gym)}"
-    yield from pushes(session, gym, Notice("new_routes", subject, subject, "new_routes", shown), to)
+    yield from push_rows(
+        session, gym, Notice("new_routes", subject, subject, "new_routes", shown), to
+    )
 
 
 def _soon(session: Session, gym: Gym) -> Iterator[Row]:
-    to = wanting(session, gym.id, "soon")
+    to = recipient_preferences(session, gym.id, "soon")
     if not to:
         return
     names = {wall.id: wall.name for wall in session.scalars(select(Wall).filter_by(gym_id=gym.id))}
     for preferences in to:
         for route in _projects(session, gym, preferences.person_id, today(gym) + _SOON):
             subject = f"{route.id} {route.strip_on}"
-            shown = partial(_goes, gym, names[route.wall_id], route)
+            shown = partial(_stripping_message, gym, names[route.wall_id], route)
             notice = Notice("soon", subject, str(route.id), "soon", shown)
-            yield from pushes(session, gym, notice, [preferences])
+            yield from push_rows(session, gym, notice, [preferences])
 
 
-def _goes(gym: Gym, wall: str, route: Route, words: Words) -> Shown:
+def _stripping_message(gym: Gym, wall: str, route: Route, words: Words) -> Shown:
     """Return the message that a route will be stripped."""
     name = route.name or words.colour(route.colour)
     text = words.say("push_soon_text", route=name, wall=wall, day=words.day(_day(route)))

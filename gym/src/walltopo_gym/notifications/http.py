@@ -118,7 +118,7 @@ def put_push(
 @router.delete("/me/push/{browser}", status_code=204)
 def drop_push(browser: UUID, session: Db, actor: SignedInMay) -> None:
     """Unsubscribe a browser."""
-    session.delete(_own(session, actor.known, browser))
+    session.delete(_own_browser(session, actor.known, browser))
 
 
 @router.post("/me/push/{browser}/trial", status_code=204)
@@ -126,7 +126,7 @@ def try_push(browser: UUID, services: ServicesOf, actor: SignedInMay) -> None:
     """Send a test message to a browser now."""
     with services.database.writing() as session:
         count_document(session, actor.known)
-        row = _own(session, actor.known, browser)
+        row = _own_browser(session, actor.known, browser)
         words = words_in(preferences_of(session, actor.known).language)
     body = {
         "title": words.say("push_try"),
@@ -145,13 +145,13 @@ def try_push(browser: UUID, services: ServicesOf, actor: SignedInMay) -> None:
         )
     except NotFoundError:
         with services.database.writing() as session:
-            session.delete(_own(session, actor.known, browser))
+            session.delete(_own_browser(session, actor.known, browser))
         raise
     except OSError as error:
         raise ConflictError("push-not-taken", "push-later") from error
 
 
-def _whose(token: Annotated[str, Path(max_length=60)], services: ServicesOf) -> UUID:
+def _person_of_link(token: Annotated[str, Path(max_length=60)], services: ServicesOf) -> UUID:
     """Return the person whose mail has the link."""
     person = person_of(services.database, token)
     with services.database.reading() as session:
@@ -160,7 +160,7 @@ def _whose(token: Annotated[str, Path(max_length=60)], services: ServicesOf) -> 
     return person
 
 
-Whose = Annotated[UUID, Depends(_whose)]
+Whose = Annotated[UUID, Depends(_person_of_link)]
 
 
 @router.get("/unsubscribe/{token}")
@@ -204,7 +204,7 @@ def _news_out(session: Session, services: ServicesOf, person: UUID) -> NewsOut:
     )
 
 
-def _own(session: Session, person: UUID, browser: UUID) -> PushAddress:
+def _own_browser(session: Session, person: UUID, browser: UUID) -> PushAddress:
     row = session.get(PushAddress, browser)
     if row is None or row.person_id != person:
         raise NotFoundError("push-unknown")

@@ -58,7 +58,9 @@ class Notice:
     shown: Callable[[Words], Shown]
 
 
-def wanting(session: Session, gym: UUID, preference: str) -> list[NotificationPreferences]:
+def recipient_preferences(
+    session: Session, gym: UUID, preference: str
+) -> list[NotificationPreferences]:
     """Return the preferences of the members who want messages of a kind and can get them."""
     column = getattr(NotificationPreferences, preference)
     members = (
@@ -76,12 +78,14 @@ def wanting(session: Session, gym: UUID, preference: str) -> list[NotificationPr
 def notify(session: Session, gym: Gym, notice: Notice, people: Collection[UUID]) -> None:
     """Store a message to those of these people who want it, and queue it."""
     wanted = [
-        each for each in wanting(session, gym.id, notice.wanted_by) if each.person_id in people
+        each
+        for each in recipient_preferences(session, gym.id, notice.wanted_by)
+        if each.person_id in people
     ]
-    keep(session, unknown(session, pushes(session, gym, notice, wanted)))
+    store_messages(session, unstored_messages(session, push_rows(session, gym, notice, wanted)))
 
 
-def pushes(
+def push_rows(
     session: Session, gym: Gym, notice: Notice, to: Iterable[NotificationPreferences]
 ) -> list[Row]:
     """Return the rows of a message, one for each browser of each person."""
@@ -116,7 +120,7 @@ def message_row(
     }
 
 
-def unknown(session: Session, rows: Iterable[Row]) -> list[Row]:
+def unstored_messages(session: Session, rows: Iterable[Row]) -> list[Row]:
     """Return the messages that are not stored yet, each once."""
     wanted = {_key(row): row for row in rows}
     there = select(Message.person_id, Message.kind, Message.subject, Message.target)
@@ -125,7 +129,7 @@ def unknown(session: Session, rows: Iterable[Row]) -> list[Row]:
     return [row for key, row in wanted.items() if key not in known]
 
 
-def keep(session: Session, rows: Iterable[Row]) -> int:
+def store_messages(session: Session, rows: Iterable[Row]) -> int:
     """Store messages and queue those that are to be sent; return how many are new."""
     database: Database = session.info["database"]
     new = 0

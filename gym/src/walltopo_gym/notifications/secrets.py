@@ -22,7 +22,7 @@ _UNSUBSCRIBE = "unsubscribe"
 
 def push_key(database: Database) -> str:
     """Return the private key that signs push messages (RFC 8292), as PEM."""
-    return _kept(database, _PUSH, _new_push_key)
+    return _stored_secret(database, _PUSH, _new_push_key)
 
 
 def public_push_key(database: Database) -> str:
@@ -40,7 +40,7 @@ def public_push_key(database: Database) -> str:
 
 def unsubscribe_token(database: Database, person: UUID) -> str:
     """Return the token of a person's unsubscribe link, which needs no sign-in."""
-    key = _kept(database, _UNSUBSCRIBE, lambda: secrets.token_urlsafe(32))
+    key = _stored_secret(database, _UNSUBSCRIBE, lambda: secrets.token_urlsafe(32))
     digest = hmac.digest(key.encode(), person.bytes, hashlib.sha256)[:16]
     return base64.urlsafe_b64encode(person.bytes + digest).decode().rstrip("=")
 
@@ -65,7 +65,7 @@ def _new_push_key() -> str:
     return pem.decode()
 
 
-def _kept(database: Database, name: str, make: Callable[[], str]) -> str:
+def _stored_secret(database: Database, name: str, make: Callable[[], str]) -> str:
     query = select(ServerSecret.content).where(ServerSecret.name == name)
     with database.reading() as session:
         content = session.scalar(query)

@@ -35,7 +35,7 @@ from walltopo_gym.operating.backup_entries import (
     Contents,
     check_backup,
 )
-from walltopo_gym.operating.upkeep import alone
+from walltopo_gym.operating.upkeep import lock_data_folder
 from walltopo_gym.settings import FILE, GymSettings
 from walltopo_gym.storage.files import FileStore, hash_of_file, private_folder
 
@@ -59,30 +59,30 @@ def back_up(
     Raises
     ------
     InputError : an existing file would be replaced, or `to` lies in the data folder.
-    EnvironmentLacksError : pg_dump is missing or fails; ConflictError : as in `alone`.
+    EnvironmentLacksError : pg_dump is missing or fails; ConflictError : as in `lock_data_folder`.
     """
     contents = Contents({})
     own = _own_files(settings)
     target = Target(to, "FILE", "gym backup", overwrite, own, partial(_refuse_own, own))
     with (
-        alone(settings.data),
+        lock_data_folder(settings.data),
         written_file(target) as temporary,
         tempfile.TemporaryDirectory(dir=target.place.parent) as name,
-        _private(temporary).open("wb") as out,
+        _private_file(temporary).open("wb") as out,
         tarfile.open(fileobj=out, mode="w") as tar,
     ):
         tables = Path(name) / _kind(database)
         _dump(database, tables)
-        _add(tar, contents, tables.name, tables)
+        _add_file(tar, contents, tables.name, tables)
         if (settings.data / FILE).is_file():
-            _add(tar, contents, FILE, settings.data / FILE)
+            _add_file(tar, contents, FILE, settings.data / FILE)
         piece = Path(name) / "piece"
         for key in store.keys(""):
             try:
                 store.fetch(key, piece)
             except NotFoundError:
                 continue  # of a scan that was deleted meanwhile
-            _add(tar, contents, FILES + key, piece)
+            _add_file(tar, contents, FILES + key, piece)
         encoded = msgspec.json.encode(contents)
         entry = tarfile.TarInfo(CONTENTS)
         entry.size = len(encoded)
@@ -114,7 +114,7 @@ def _refuse_own(own: Sequence[Path], place: Path) -> None:
         )
 
 
-def _private(path: Path) -> Path:
+def _private_file(path: Path) -> Path:
     """Return the path of a new file that only its owner can read."""
     path.touch(mode=0o600, exist_ok=False)
     return path
@@ -138,17 +138,17 @@ def restore(settings: GymSettings, store: FileStore, source: Path) -> int:
         check_backup(source, _kind(database))
         with tempfile.TemporaryDirectory(dir=settings.data) as name, tarfile.open(source) as tar:
             tables = Path(name) / _kind(database)
-            _write(_content(tar, tar.getmember(tables.name)).read, tables)
+            _write_file(_entry_content(tar, tar.getmember(tables.name)).read, tables)
             _check_tables(database, source, tables)
             number = 0
             for entry in tar:
-                content = _content(tar, entry)
+                content = _entry_content(tar, entry)
                 number += 1
                 if entry.name == FILE:
-                    _write(content.read, settings.data / FILE)
+                    _write_file(content.read, settings.data / FILE)
                 elif entry.name.startswith(FILES):
                     piece = Path(name) / "piece"
-                    _write(content.read, piece)
+                    _write_file(content.read, piece)
                     store.put(entry.name.removeprefix(FILES), piece)
             # The rows last: until then there is no gym.
             _load(database, tables)
@@ -158,7 +158,7 @@ def restore(settings: GymSettings, store: FileStore, source: Path) -> int:
     return number - 1
 
 
-def _content(tar: tarfile.TarFile, entry: tarfile.TarInfo) -> IO[bytes]:
+def _entry_content(tar: tarfile.TarFile, entry: tarfile.TarInfo) -> IO[bytes]:
     content = tar.extractfile(entry)
     assert content is not None  # `check_backup` refuses all but plain files
     return content
@@ -200,7 +200,7 @@ def _dump(database: Database, to: Path) -> None:
         ):
             source.backup(copy)
     else:
-        _run(
+        _run_program(
             "pg_dump",
             "--format=custom",
             "--no-owner",
@@ -217,7 +217,7 @@ def _load(database: Database, source: Path) -> None:
         ):
             copy.backup(target)
     else:
-        _run(
+        _run_program(
             "pg_restore",
             "--no-owner",
             "--exit-on-error",
@@ -247,13 +247,13 @@ def _end_of(program: str, *words: str) -> subprocess.CompletedProcess[str]:
         ) from error
 
 
-def _run(program: str, *words: str) -> None:
+def _run_program(program: str, *words: str) -> None:
     ended = _end_of(program, *words)
     if ended.returncode:
         raise EnvironmentLacksError(f"{program} failed: {ended.stderr.strip()[-500:]}")
 
 
-def _add(tar: tarfile.TarFile, contents: Contents, name: str, path: Path) -> None:
+def _add_file(tar: tarfile.TarFile, contents: Contents, name: str, path: Path) -> None:
     contents.hashes[name] = hash_of_file(path)
     tar.add(path, name, recursive=False)
 
@@ -265,7 +265,7 @@ def _refuse_used(database: Database, store: FileStore, settings: GymSettings) ->
         raise InputError(f"{settings.data}: there is a gym already", "Restore into an empty place.")
 
 
-def _write(read: Callable[[int], bytes], path: Path) -> None:
+def _write_file(read: Callable[[int], bytes], path: Path) -> None:
     with path.open("wb") as out:
         while piece := read(1 << 20):
             out.write(piece)

@@ -66,7 +66,7 @@ def check_backup(source: Path, tables: str) -> None:
             for entry in tar:
                 content = _content(source, tar, entry)
                 if entry.name in hashes or (entry.name == CONTENTS and listed is not None):
-                    raise InputError(f"{source}: {_shown(entry.name)} is in it twice")
+                    raise InputError(f"{source}: {_quote_name(entry.name)} is in it twice")
                 if entry.name == CONTENTS:
                     listed = msgspec.json.decode(content.read(), type=Contents)
                 else:
@@ -95,7 +95,7 @@ def _content(source: Path, tar: tarfile.TarFile, entry: tarfile.TarInfo) -> IO[b
     content = tar.extractfile(entry) if is_plain and is_known and entry.size >= 0 else None
     if content is None:
         raise InputError(
-            f"{source}: {_shown(entry.name)} belongs in no backup", "Take another one."
+            f"{source}: {_quote_name(entry.name)} belongs in no backup", "Take another one."
         )
     return content
 
@@ -122,10 +122,10 @@ def _refuse_files_in_files(source: Path, hashes: dict[str, str]) -> None:
     folders = {str(folder) for name in hashes for folder in PurePosixPath(name).parents}
     both = folders & hashes.keys()
     if both:
-        raise InputError(f"{source}: {_shown(min(both))} is a file and a folder in it")
+        raise InputError(f"{source}: {_quote_name(min(both))} is a file and a folder in it")
 
 
-def _shown(name: str) -> str:
+def _quote_name(name: str) -> str:
     return repr(name if len(name) <= 100 else f"{name[:100]}...")
 
 

@@ -17,7 +17,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from walltopo.core import WalltopoError
 from walltopo.pipeline.settings import load_settings
 from walltopo_gym.database.engine import Database
-from walltopo_gym.jobs.place import living
+from walltopo_gym.jobs.place import count_living_workers
 from walltopo_gym.mail import SmtpMailer
 from walltopo_gym.migrations.run import NEWER_HINT, Age, age_of
 from walltopo_gym.scans.models import Scan
@@ -50,7 +50,7 @@ def examine(settings: GymSettings) -> Iterator[Finding]:
     """Run all checks. Nothing changes but a test file in the store."""
     yield _database(settings)
     yield _store(settings)
-    yield _room(settings)
+    yield _disk_space(settings)
     yield _address(settings)
     yield _mail(settings)
     yield _scan_settings(settings)
@@ -61,7 +61,7 @@ def examine(settings: GymSettings) -> Iterator[Finding]:
     yield _workers(settings)
 
 
-def _tried(what: str, try_it: Callable[[], tuple[Health, str]]) -> Finding:
+def _run_check(what: str, try_it: Callable[[], tuple[Health, str]]) -> Finding:
     """Return what a check says, or that it failed and why."""
     try:
         return Finding(what, *try_it())
@@ -78,7 +78,7 @@ def _database(settings: GymSettings) -> Finding:
             state, message = _AGES[age_of(database)]
             return state, message.format("SQLite" if database.is_sqlite else "PostgreSQL")
 
-    return _tried("database", connect)
+    return _run_check("database", connect)
 
 
 def _store(settings: GymSettings) -> Finding:
@@ -92,10 +92,10 @@ def _store(settings: GymSettings) -> Finding:
             raise OSError("what was written came back otherwise")
         return "well", settings.objects or "a folder"
 
-    return _tried("files", write)
+    return _run_check("files", write)
 
 
-def _room(settings: GymSettings) -> Finding:
+def _disk_space(settings: GymSettings) -> Finding:
     def measure() -> tuple[Health, str]:
         free = shutil.disk_usage(settings.data).free / _MB
         state: Health = "well"
@@ -105,7 +105,7 @@ def _room(settings: GymSettings) -> Finding:
             f"{free:,.0f} MB free, uploads are refused below {settings.keep_free_mb:,} MB"
         )
 
-    return _tried("room", measure)
+    return _run_check("room", measure)
 
 
 def _address(settings: GymSettings) -> Finding:
@@ -123,7 +123,7 @@ def _mail(settings: GymSettings) -> Finding:
         SmtpMailer(settings).check()
         return "well", f"by {settings.smtp_host}; `walltopo gym mail test ADDRESS` sends one"
 
-    return _tried("mail", sign_in)
+    return _run_check("mail", sign_in)
 
 
 def _scan_settings(settings: GymSettings) -> Finding:
@@ -131,7 +131,7 @@ def _scan_settings(settings: GymSettings) -> Finding:
         load_settings(settings.scan_settings)
         return "well", str(settings.scan_settings or "the defaults")
 
-    return _tried("scans", read)
+    return _run_check("scans", read)
 
 
 def _training() -> Finding:
@@ -145,11 +145,11 @@ def _training() -> Finding:
 def _workers(settings: GymSettings) -> Finding:
     def count() -> tuple[Health, str]:
         with closing(Database(settings.database_url)) as database:
-            alive = living(settings, database)
+            alive = count_living_workers(settings, database)
             with database.reading() as session:
                 queued = select(func.count()).select_from(Scan).where(Scan.state == State.QUEUED)
                 waiting = session.scalar(queued) or 0
         state: Health = "look" if waiting and not alive else "well"
         return state, f"{alive} at work, {waiting} scans queued"
 
-    return _tried("workers", count)
+    return _run_check("workers", count)

@@ -23,7 +23,7 @@ from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.api.tables import CsvDialectOf, CsvFile
 from walltopo_gym.errors import NotFoundError, RequestError
 from walltopo_gym.operating.metrics import Metrics
-from walltopo_gym.operating.own_data import all_of, ascents_csv, forget
+from walltopo_gym.operating.own_data import all_of, ascents_csv, delete_account
 from walltopo_gym.scans.incoming import Incoming
 
 router = APIRouter(tags=["accounts"])
@@ -60,7 +60,7 @@ def delete_me(
     check_own_password(services, actor.known, body.password)
     with services.database.writing() as session:
         notify(session, actor.known, "account-deleted")
-        forget(session, actor.known)
+        delete_account(session, actor.known)
     sign_out_here(response)
 
 

@@ -13,7 +13,7 @@ from walltopo_gym.database.lock import check_unlocked
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.scans.models import Scan, ScanProgress
-from walltopo_gym.scans.service import State, move, start
+from walltopo_gym.scans.service import State, change_state, request_run
 from walltopo_gym.walls.models import Wall
 
 _SHOWN = (State.RUNNING, State.QUEUED, State.FAILED)
@@ -48,7 +48,7 @@ def job_lines(database: Database) -> list[str]:
     return lines
 
 
-def retry(session: Session, scan: UUID) -> None:
+def retry_scan(session: Session, scan: UUID) -> None:
     """Queue a scan again.
 
     Raises
@@ -56,18 +56,18 @@ def retry(session: Session, scan: UUID) -> None:
     NotFoundError : no such scan; ConflictError : it is running, or its photos are unusable.
     """
     row = _scan(session, scan)
-    start(session, row)
+    request_run(session, row)
     log_change(session, "scan.start", person=None, subject=str(scan))
 
 
-def cancel(session: Session, scan: UUID) -> None:
+def cancel_scan(session: Session, scan: UUID) -> None:
     """Cancel a scan.
 
     Raises
     ------
     NotFoundError : no such scan; ConflictError : it is not running.
     """
-    move(session, _scan(session, scan).id, State.CANCELLED)
+    change_state(session, _scan(session, scan).id, State.CANCELLED)
     log_change(session, "scan.cancel", person=None, subject=str(scan))
 
 

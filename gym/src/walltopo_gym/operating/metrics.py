@@ -11,7 +11,7 @@ from prometheus_client.registry import Collector
 from sqlalchemy import func, select
 
 from walltopo_gym.api.services import Services
-from walltopo_gym.jobs.place import living
+from walltopo_gym.jobs.place import count_living_workers
 from walltopo_gym.scans.models import Photo, Scan
 from walltopo_gym.scans.service import State
 
@@ -59,7 +59,7 @@ class _DatabaseMetrics(Collector):
             states = {row[0]: row[1] for row in session.execute(counted)}
             waiting = select(func.count()).select_from(Photo).where(Photo.state == "received")
             photos.add_metric([], session.scalar(waiting) or 0)
-        workers.add_metric([], living(settings, self._services.database))
+        workers.add_metric([], count_living_workers(settings, self._services.database))
         for state in State:
             scans.add_metric([state.value], states.get(state.value, 0))
         free.add_metric([], shutil.disk_usage(settings.data).free)

@@ -34,7 +34,7 @@ from walltopo_gym.climbing.models import (
     Standing,
 )
 from walltopo_gym.errors import ConflictError
-from walltopo_gym.events import OwnTables, PersonDeleted, ask, publish_event
+from walltopo_gym.events import OwnTables, PersonDeleted, collect_answers, publish_event
 from walltopo_gym.gyms.models import Ban, Gym, Membership
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.spreadsheets import CsvDialect, csv_table
@@ -74,16 +74,16 @@ _COLUMNS: Final = ("climbed_at", "gym_name", "route_name", "grade", "kind", "tri
 
 def all_of(session: Session, person: UUID) -> dict[str, Any]:
     """Return the account and all of its rows, without hashes of secrets."""
-    data: dict[str, Any] = {"account": _row(session.get_one(Person, person))}
-    for name, kind in {**_KINDS, **dict(ask(session, OwnTables()))}.items():
+    data: dict[str, Any] = {"account": _row_columns(session.get_one(Person, person))}
+    for name, kind in {**_KINDS, **dict(collect_answers(session, OwnTables()))}.items():
         mine: Select[Any] = select(kind).where(kind.person_id == person)
-        data[name] = [_row(row) for row in session.scalars(mine)]
+        data[name] = [_row_columns(row) for row in session.scalars(mine)]
     data["following"] = [vars(known) for known in following(session, person)]
     data["followers"] = [vars(known) for known in followers(session, person)]
     return data
 
 
-def _row(row: Any) -> dict[str, Any]:
+def _row_columns(row: Any) -> dict[str, Any]:
     names = [column.key for column in inspect(type(row)).column_attrs]
     return {name: getattr(row, name) for name in names if name not in _LEFT_OUT}
 
@@ -103,14 +103,14 @@ def ascents_csv(session: Session, person: UUID, dialect: CsvDialect) -> str:
     )
 
 
-def forget(session: Session, person: UUID) -> None:
+def delete_account(session: Session, person: UUID) -> None:
     """Delete an account with all of its data; the audit log keeps its meaningless id.
 
     Raises
     ------
     ConflictError : a gym would be left without an owner.
     """
-    for gym in _owned(session, person):
+    for gym in _owned_gyms(session, person):
         owners = select(func.count()).where(
             Membership.gym_id == gym.id, Membership.role == Role.OWNER
         )
@@ -123,7 +123,7 @@ def forget(session: Session, person: UUID) -> None:
     log_change(session, "person.delete", person=person)
 
 
-def _owned(session: Session, person: UUID) -> Sequence[Gym]:
+def _owned_gyms(session: Session, person: UUID) -> Sequence[Gym]:
     """Return the gyms that a person owns, locked so that two owners cannot leave at once."""
     mine = select(Membership.gym_id).where(
         Membership.person_id == person, Membership.role == Role.OWNER

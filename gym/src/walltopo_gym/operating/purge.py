@@ -26,9 +26,9 @@ from walltopo_gym.accounts.models import (
 )
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
-from walltopo_gym.events import RowsExpired, ask
+from walltopo_gym.events import RowsExpired, collect_answers
 from walltopo_gym.gyms.models import Invitation
-from walltopo_gym.operating.upkeep import alone
+from walltopo_gym.operating.upkeep import lock_data_folder
 from walltopo_gym.scans.models import Photo, Scan
 from walltopo_gym.scans.own_network import is_network
 from walltopo_gym.scans.service import State
@@ -85,10 +85,10 @@ def purge(
 
     Raises
     ------
-    ConflictError : as in `alone`.
+    ConflictError : as in `lock_data_folder`.
     """
     purged = Purged()
-    with alone(settings.data):
+    with lock_data_folder(settings.data):
         for key, size, written in list(store.entries("")):
             if written > now() - _YOUNG or _is_named(settings, database, key):
                 continue
@@ -99,17 +99,17 @@ def purge(
         if really:
             _drop_incoming(settings, database, purged)
         with database.writing() if really else database.reading() as session:
-            purged.rows = sum(_expired(session))
+            purged.rows = sum(_delete_expired(session))
     return purged
 
 
-def _expired(session: Session) -> Iterator[int]:
+def _delete_expired(session: Session) -> Iterator[int]:
     """Delete the expired rows of each table and return their number."""
     for kind in _EXPIRING:
         yield len(
             session.scalars(delete(kind).where(kind.expires_at < now()).returning(kind.id)).all()
         )
-    yield from ask(session, RowsExpired())
+    yield from collect_answers(session, RowsExpired())
     old = delete(Try).where(Try.at < now() - timedelta(days=1)).returning(Try.id)
     yield len(session.scalars(old).all())
 

@@ -12,7 +12,7 @@ from walltopo_gym.storage.files import private_folder
 
 
 @contextmanager
-def alone(data: Path) -> Iterator[None]:
+def lock_data_folder(data: Path) -> Iterator[None]:
     """Hold the lock of backups and purges of this data folder.
 
     Raises

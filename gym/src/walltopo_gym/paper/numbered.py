@@ -10,7 +10,7 @@ from walltopo_gym.errors import RequestError
 MAX_PAGES: Final = 400
 
 
-def numbered(scale: float, foot: Callable[[Any, int, int], None]) -> Callable[..., Any]:
+def numbered_canvas(scale: float, foot: Callable[[Any, int, int], None]) -> Callable[..., Any]:
     """Return the canvas class of a document.
 
     Parameters

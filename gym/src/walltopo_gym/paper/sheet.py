@@ -15,7 +15,7 @@ from io import BytesIO
 from typing import Any, Final, Literal
 
 from walltopo_gym.paper.codes import draw_code
-from walltopo_gym.paper.numbered import numbered
+from walltopo_gym.paper.numbered import numbered_canvas
 from walltopo_gym.paper.printable import BOLD, PLAIN, PrintableText, scripts_of
 
 Paper = Literal["a3", "a4", "a5", "a6", "a7", "letter", "tabloid"]
@@ -124,7 +124,7 @@ class Sheet:
         ]
         columns = [width * scale for width in widths]
         if dots:
-            first = [*([""] if head else []), *map(_dot, dots)]
+            first = [*([""] if head else []), *map(_draw_spot, dots)]
             cells = [[left, *row] for left, row in zip(first, cells, strict=True)]
             columns = [16, columns[0] - 16, *columns[1:]]
         style = [
@@ -146,7 +146,7 @@ class Sheet:
         size = 24 * _MM
         width = self._room * _PICTURE
         shown = Image(BytesIO(content), width, width * high / across)
-        side = [_code(code, size), self._paragraph(note, 7, colour=_QUIET, right=True)]
+        side = [_code_flowable(code, size), self._paragraph(note, 7, colour=_QUIET, right=True)]
         style = [
             ("VALIGN", (0, 0), (-1, -1), "TOP"),
             ("LEFTPADDING", (0, 0), (-1, -1), 0),
@@ -180,7 +180,7 @@ class Sheet:
         if self._lacks and self.missing:
             scripts = ", ".join(scripts_of(self.missing))
             self.text(self._lacks.format(scripts=scripts), quiet=True)
-        document.build(self._parts, canvasmaker=numbered(self._scale, self._draw_foot))
+        document.build(self._parts, canvasmaker=numbered_canvas(self._scale, self._draw_foot))
         return out.getvalue()
 
     def _head(self, title: str, subtitle: str, code: str, note: str) -> None:
@@ -193,7 +193,7 @@ class Sheet:
             self._parts += words
             return
         size = 30 * _MM
-        side = [_code(code, size)]
+        side = [_code_flowable(code, size)]
         if note:
             side.append(self._paragraph(note, 7, colour=_QUIET, right=True))
         style = [
@@ -240,11 +240,11 @@ class Sheet:
         canvas.drawRightString(self._size[0] - _MARGIN, 10 * _MM, number)
 
 
-def _code(text: str, size: float) -> Any:
-    return _drawn(size, size, lambda canvas: draw_code(canvas, text, 0, 0, size))
+def _code_flowable(text: str, size: float) -> Any:
+    return _make_flowable(size, size, lambda canvas: draw_code(canvas, text, 0, 0, size))
 
 
-def _dot(colour: str) -> Any:
+def _draw_spot(colour: str) -> Any:
     """Draw a spot of a colour, with a rim so that white is visible."""
 
     def draw(canvas: Any) -> None:
@@ -253,10 +253,10 @@ def _dot(colour: str) -> Any:
         canvas.setLineWidth(0.5)
         canvas.circle(5, 5, 4.5, stroke=1, fill=1)
 
-    return _drawn(10, 10, draw)
+    return _make_flowable(10, 10, draw)
 
 
-def _drawn(width: float, height: float, draw: Callable[[Any], None]) -> Any:
+def _make_flowable(width: float, height: float, draw: Callable[[Any], None]) -> Any:
     from reportlab.platypus import Flowable
 
     class Drawn(Flowable):

@@ -43,7 +43,7 @@ def make_problems(session: Session, event: DemoFilled) -> None:
         assert wall.published_scan_id is not None
         version = event.versions[wall.id]
         holds = [hold for hold in version.by_id.values() if hold.role == "hold"]
-        line = _line(holds, version.unit, rng)
+        line = _choose_holds(holds, version.unit, rng)
         if len(line) < 3:
             continue
         uses = ["start", *["hand"] * (len(line) - 2), "top"]
@@ -61,10 +61,10 @@ def make_problems(session: Session, event: DemoFilled) -> None:
         )
         session.add(problem)
         session.flush()
-        _climbed(session, gym, problem, at, rng)
+        _add_ascents(session, gym, problem, at, rng)
 
 
-def _line(holds: Sequence[Hold], unit: float, rng: np.random.Generator) -> list[Hold]:
+def _choose_holds(holds: Sequence[Hold], unit: float, rng: np.random.Generator) -> list[Hold]:
     """Return holds from a low one upwards, each within reach of the one before."""
     if not holds:
         return []
@@ -84,7 +84,7 @@ def _line(holds: Sequence[Hold], unit: float, rng: np.random.Generator) -> list[
         line.append(near[int(rng.integers(len(near)))])
 
 
-def _climbed(
+def _add_ascents(
     session: Session, gym: Gym, problem: Problem, at: datetime, rng: np.random.Generator
 ) -> None:
     for number in rng.choice(CLIMBERS, int(rng.integers(1, 7)), replace=False).tolist():

@@ -41,9 +41,9 @@ class Estimator:
         request = EstimateRequest(_route(used, version), [*version.by_id.values()], version.unit)
         message = msgspec.json.encode(request) + b"\n"
         with self._lock:
-            line, is_late = _answer(self._running(), message, _LIMIT_S)
+            line, is_late = _exchange_message(self._running(), message, _LIMIT_S)
             if not line and not is_late:  # the process had died: a new one answers
-                line, is_late = _answer(self._running(), message, _LIMIT_S)
+                line, is_late = _exchange_message(self._running(), message, _LIMIT_S)
         if not line:
             raise RequestError("estimate-too-long", "estimate-fewer-holds")
         return msgspec.json.decode(line, type=PlacedProblem)
@@ -62,12 +62,12 @@ class Estimator:
             command = python_module("walltopo_gym.problems.estimate_worker")
             # Its stderr goes into the operator's log.
             self._child = self._process.enter_context(child_process(command, errors=None))
-            if not _answer(self._child, b"", _BEGIN_S)[0]:
+            if not _exchange_message(self._child, b"", _BEGIN_S)[0]:
                 raise UnavailableError("estimate-no-process")
         return self._child
 
 
-def _answer(child: Child, message: bytes, limit_s: float) -> tuple[bytes, bool]:
+def _exchange_message(child: Child, message: bytes, limit_s: float) -> tuple[bytes, bool]:
     """Send a message; return the next whole line, empty if there is none, and whether it was late.
 
     A process that is late is killed.

@@ -40,7 +40,7 @@ class PlacedProblem(msgspec.Struct, frozen=True):
     heights: tuple[float, ...]
 
 
-def placed(request: EstimateRequest) -> PlacedProblem:
+def estimate_problem(request: EstimateRequest) -> PlacedProblem:
     """Return the estimate of a problem."""
     found = place_routes([request.route], request.holds, request.unit, shipped_model())
     heights = reaching_heights(request.route, request.holds, request.unit) or ()
@@ -61,10 +61,10 @@ def main() -> None:
     """Answer requests until stdin ends."""
     out = os.fdopen(os.dup(1), "wb", buffering=0)
     os.dup2(2, 1)  # what libraries print goes to the operator's log
-    out.write(msgspec.json.encode(placed(_FIRST)) + b"\n")
+    out.write(msgspec.json.encode(estimate_problem(_FIRST)) + b"\n")
     for line in sys.stdin.buffer:
         request = msgspec.json.decode(line, type=EstimateRequest)
-        out.write(msgspec.json.encode(placed(request)) + b"\n")
+        out.write(msgspec.json.encode(estimate_problem(request)) + b"\n")
 
 
 if __name__ == "__main__":

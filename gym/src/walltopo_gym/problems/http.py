@@ -26,7 +26,7 @@ from walltopo_gym.api.turns import turn_for
 from walltopo_gym.climbing.ascents import EditOriginIn
 from walltopo_gym.clock import now
 from walltopo_gym.errors import NotFoundError
-from walltopo_gym.events import GradeRangeOf, ask
+from walltopo_gym.events import GradeRangeOf, collect_answers
 from walltopo_gym.gyms.access import Access, GuestMay, PublisherMay, SetterMay, gym_rule
 from walltopo_gym.gyms.members import check_not_banned
 from walltopo_gym.gyms.roles import Role
@@ -41,11 +41,11 @@ from walltopo_gym.problems.service import (
     UsedHold,
     check_holds,
     delete_problem,
+    make_route,
     problem_of,
     problems_shown,
-    promote,
     set_climbed,
-    shown,
+    shown_problems,
     store_problem,
 )
 from walltopo_gym.publishing.service import grade_of
@@ -133,7 +133,7 @@ def put_problem(
     with services.database.writing() as session:
         check_not_banned(session, access.gym.id, me)
         wall = wall_of(session, access.gym.id, body.wall_id)
-        words = _words(session, access, body)
+        words = _problem_draft(session, access, body)
         row, is_new = store_problem(
             session,
             problem,
@@ -146,7 +146,7 @@ def put_problem(
         )
     response.status_code = 201 if is_new else 200
     with services.database.reading() as session:
-        return _one(session, services.store, access, row)
+        return _climber_problem(session, services.store, access, row)
 
 
 @router.get("/gyms/{gym}/walls/{wall}/problems")
@@ -165,7 +165,7 @@ def list_problems(
     rows = problems_shown(found, me, mine=mine, is_setter=access.role.covers(Role.SETTER))
     order = Problem.created_at, Problem.id
     page, following = page_by(session, rows, order, cursor, size)
-    problems = shown(session, services.store, found, [row[0] for row in page], me)
+    problems = shown_problems(session, services.store, found, [row[0] for row in page], me)
     return Page(items=[_problem_out(access, one) for one in problems], next=following)
 
 
@@ -174,7 +174,7 @@ def read_problem(
     problem: UUID, session: Db, services: ServicesOf, access: GuestMay
 ) -> ClimberProblem:
     """Return a problem; one that is shared by link also for people who are not members."""
-    return _one(session, services.store, access, _problem(session, access, problem))
+    return _climber_problem(session, services.store, access, _problem(session, access, problem))
 
 
 @router.delete("/me/problems/{problem}", status_code=204)
@@ -232,7 +232,7 @@ def estimate_problem(
     """Estimate grade and reach of a problem before it is stored."""
     with services.database.reading() as session:
         check_version(session, wall_of(session, access.gym.id, wall), body.scan_id)
-    used, version = _used(body.holds), version_holds(services.store, body.scan_id)
+    used, version = _used_holds(body.holds), version_holds(services.store, body.scan_id)
     check_holds(version.by_id, used)
     with services.database.writing() as session:
         count_estimate(session, access.actor.known)
@@ -240,7 +240,7 @@ def estimate_problem(
     grades = None
     if made.place is not None:
         with services.database.reading() as session:
-            ranges = ask(
+            ranges = collect_answers(
                 session,
                 GradeRangeOf(
                     access.gym.id, body.scan_id, shipped_identity(), made.place, made.known
@@ -259,10 +259,10 @@ def promote_problem(problem: UUID, services: ServicesOf, access: PublisherMay) -
     with services.database.writing() as session:
         row = _problem(session, access, problem)
         wall = session.get_one(Wall, row.wall_id)
-        route = promote(session, wall, row)
+        route = make_route(session, wall, row)
         _log(session, access, "problem.promote", row, route=str(route.id))
     with services.database.reading() as session:
-        return _one(session, services.store, access, row)
+        return _climber_problem(session, services.store, access, row)
 
 
 class ProblemComplaint(Body):
@@ -358,11 +358,11 @@ def show_problem(problem: UUID, session: Db, access: SetterMay) -> None:
         _log(session, access, "problem.show", row)
 
 
-def _words(session: Session, access: Access, body: NewProblem) -> ProblemDraft:
+def _problem_draft(session: Session, access: Access, body: NewProblem) -> ProblemDraft:
     grade = grade_of(session, access.gym.id, body.grade_system_id, body.grade)
     return ProblemDraft(
         body.scan_id,
-        _used(body.holds),
+        _used_holds(body.holds),
         body.name,
         body.grade_system_id,
         grade,
@@ -373,7 +373,7 @@ def _words(session: Session, access: Access, body: NewProblem) -> ProblemDraft:
     )
 
 
-def _used(holds: list[HoldUse]) -> list[UsedHold]:
+def _used_holds(holds: list[HoldUse]) -> list[UsedHold]:
     return [UsedHold(each.hold, each.use) for each in holds]
 
 
@@ -388,9 +388,11 @@ def _problem(session: Session, access: Access, problem: UUID) -> Problem:
     )
 
 
-def _one(session: Session, store: FileStore, access: Access, row: Problem) -> ClimberProblem:
+def _climber_problem(
+    session: Session, store: FileStore, access: Access, row: Problem
+) -> ClimberProblem:
     wall = session.get_one(Wall, row.wall_id)
-    [one] = shown(session, store, wall, [row], access.actor.person)
+    [one] = shown_problems(session, store, wall, [row], access.actor.person)
     return _problem_out(access, one)
 
 

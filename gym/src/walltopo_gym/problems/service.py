@@ -15,7 +15,7 @@ from sqlalchemy.orm import Session
 from walltopo_gym.accounts.limits import count_problem
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.climbing.dates import check_climbed
-from walltopo_gym.climbing.edits import Edit, takes
+from walltopo_gym.climbing.edits import Edit, is_newer_edit
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
 from walltopo_gym.gyms.days import zone_of
@@ -148,7 +148,7 @@ def store_problem(
     if row is None:
         count_problem(session, person)
         row = Problem(id=problem, wall_id=wall.id, person_id=person)
-    if takes(row, edit):
+    if is_newer_edit(row, edit):
         _check_remix(session, wall.gym_id, row, words.remix_of, is_setter=is_setter)
         row.scan_id, row.name, row.note = words.scan, words.name, words.note
         row.grade_system_id, row.grade = words.grade_system, words.grade
@@ -228,7 +228,7 @@ def problems_shown(
     return rows.where(or_(in_gym, Problem.person_id == person))
 
 
-def shown(
+def shown_problems(
     session: Session, store: FileStore, wall: Wall, rows: Sequence[Problem], person: UUID | None
 ) -> list[Shown]:
     """Return the problems of a wall with what a page shows of them."""
@@ -298,12 +298,12 @@ def set_climbed(
     session.execute(select(Person.id).where(Person.id == person).with_for_update())
     row = session.get(ProblemAscent, (problem.id, person))
     row = row or ProblemAscent(problem_id=problem.id, person_id=person)
-    if takes(row, edit):
+    if is_newer_edit(row, edit):
         row.climbed_at = None if climbed_at is None else min(climbed_at, now())
     session.add(row)
 
 
-def promote(session: Session, wall: Wall, problem: Problem) -> Route:
+def make_route(session: Session, wall: Wall, problem: Problem) -> Route:
     """Make a route of a problem, without a place on the wall until a scan shows it; return it.
 
     A problem becomes a route once: the route has the problem's id. It has no setter: guests see

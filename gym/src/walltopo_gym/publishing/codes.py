@@ -39,7 +39,7 @@ def route_by_code(session: Session, code: str) -> tuple[Gym, Route]:
     ------
     NotFoundError : no route has it, several have it, or its gym has turned the hall off.
     """
-    first = _number(code) << _REST
+    first = _decode_number(code) << _REST
     last = first | ((1 << _REST) - 1)
     rows = session.execute(
         select(Gym, Route)
@@ -54,7 +54,7 @@ def route_by_code(session: Session, code: str) -> tuple[Gym, Route]:
     return gym, route
 
 
-def _number(code: str) -> int:
+def _decode_number(code: str) -> int:
     letters = code.upper().replace("-", "").translate(_ALIKE)
     if len(letters) != LENGTH or not set(letters) <= set(_LETTERS):
         raise NotFoundError("short-link-unknown")

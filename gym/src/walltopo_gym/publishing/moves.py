@@ -78,10 +78,10 @@ class SuggestedMoves:
         except (NotFoundError, InputError) as error:  # another try would find the same files
             _LOG.warning("scan %s: no moves (%s)", scan, error)
             with self.database.writing() as session:
-                _fail(session, one, str(error))
+                _store_failure(session, one, str(error))
             return
         with self.database.writing() as session:
-            row = _locked(session, one)
+            row = _locked_version(session, one)
             if row is not None:
                 row.files = {**row.files, MOVES_FILE: file}
                 row.moves = _summary([each.route for each in found.routes])
@@ -92,11 +92,11 @@ class SuggestedMoves:
 def record_failure(session: Session, failure: Failure, scan: str) -> None:
     """Mark the version as one without moves after the last failed try."""
     if failure.again_at is None:
-        _fail(session, UUID(scan), failure.error)
+        _store_failure(session, UUID(scan), failure.error)
 
 
-def _fail(session: Session, scan: UUID, error: str) -> None:
-    row = _locked(session, scan)
+def _store_failure(session: Session, scan: UUID, error: str) -> None:
+    row = _locked_version(session, scan)
     if row is not None:
         row.moves = _summary([], error.partition("\n")[0] or "unknown")
 
@@ -106,7 +106,7 @@ def _summary(routes: list[int], error: str = "") -> dict[str, Any]:
     return {"routes": routes, "error": error}
 
 
-def _locked(session: Session, scan: UUID) -> Scan | None:
+def _locked_version(session: Session, scan: UUID) -> Scan | None:
     """Return the version, locked until the transaction ends, if it still has no moves."""
     row = session.scalar(select(Scan).where(Scan.id == scan).with_for_update())
     return row if _is_wanted(row) else None

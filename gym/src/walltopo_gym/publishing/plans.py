@@ -38,13 +38,13 @@ def rows_of(entries: Sequence[Entry]) -> list[dict[str, Any]]:
         {
             "number": entry.number,
             "route": None if entry.route is None else str(entry.route),
-            "facts": {name: _plain(value) for name, value in entry.facts.items()},
+            "facts": {name: _json_value(value) for name, value in entry.facts.items()},
         }
         for entry in entries
     ]
 
 
-def _plain(value: object) -> object:
+def _json_value(value: object) -> object:
     return str(value) if isinstance(value, UUID | date) else value
 
 
@@ -77,7 +77,7 @@ def publish_due(database: Database, gym: UUID) -> None:
     Exception : one of them failed and may be retried; the others are done.
     """
     with database.reading() as session:
-        groups = _due(session, gym)
+        groups = _due_scans(session, gym)
     failure: Exception | None = None
     for scans in groups:
         try:
@@ -87,7 +87,7 @@ def publish_due(database: Database, gym: UUID) -> None:
         except WalltopoError as why:  # the gym has to decide: nothing is tried again
             _LOG.warning("planned publication of %s: %s", scans, why)
             with database.writing() as session:
-                _note(session, scans, str(why))
+                _store_error(session, scans, str(why))
         except Exception as error:
             failure = error
     if failure is not None:
@@ -97,16 +97,16 @@ def publish_due(database: Database, gym: UUID) -> None:
 def record_failure(session: Session, failure: Failure, gym: str) -> None:
     """Write the reason of a final failure into the gym's plans that are due."""
     if failure.again_at is None:
-        for scans in _due(session, UUID(gym)):
-            _note(session, scans, f"the scan could not be published ({failure.shown})")
+        for scans in _due_scans(session, UUID(gym)):
+            _store_error(session, scans, f"the scan could not be published ({failure.shown})")
 
 
-def _note(session: Session, scans: Sequence[UUID], why: str) -> None:
+def _store_error(session: Session, scans: Sequence[UUID], why: str) -> None:
     change = update(Plan).where(Plan.scan_id.in_(scans))
     session.execute(change.values(error=why[:500]))
 
 
-def _due(session: Session, gym: UUID) -> list[list[UUID]]:
+def _due_scans(session: Session, gym: UUID) -> list[list[UUID]]:
     """Return the scans that are due, in groups that are published together."""
     waiting = session.execute(
         select(Plan.scan_id, Plan.at, Scan.wall_id, Wall.zone)
@@ -136,7 +136,7 @@ def _carry_out(session: Session, scan: UUID) -> None:
     if wall.published_scan_id != plan.over_id:
         raise ConflictError("version-published", "look-at-it-again")
     zone = ZoneInfo(session.get_one(Gym, wall.gym_id).time_zone)
-    entries = [_entry(kept) for kept in plan.entries]
+    entries = [_entry_from_json(kept) for kept in plan.entries]
     found = {int(number): Placed(**row) for number, row in plan.found.items()}
     publish(session, row, wall.revision, entries, found, now().astimezone(zone).date())
     log_change(
@@ -150,6 +150,6 @@ def _carry_out(session: Session, scan: UUID) -> None:
     session.delete(plan)
 
 
-def _entry(kept: Mapping[str, Any]) -> Entry:
+def _entry_from_json(kept: Mapping[str, Any]) -> Entry:
     route = kept["route"]
     return Entry(kept["number"], None if route is None else UUID(route), _facts(kept["facts"]))

@@ -64,12 +64,12 @@ def read_routes(
     """
     grades = Grades(session, wall.gym_id)
     table_lines = list(read_table(text, COLUMNS, "name", MAX_ROUTES))
-    order = _order([cells.get(name, "") for _, cells in table_lines for name in _DAYS])
+    order = _date_order([cells.get(name, "") for _, cells in table_lines for name in _DAYS])
     there = {(row.name, row.colour, row.grade) for row, _ in wall_routes(session, wall)}
     lines: list[TableLine] = []
     faults: list[Fault] = []
     for number, cells in table_lines:
-        facts, wrong = _facts(cells, grades, today, order)
+        facts, wrong = _parse_facts(cells, grades, today, order)
         if wrong:
             faults.extend(Fault(number, *one) for one in wrong)
         else:
@@ -81,19 +81,20 @@ def read_routes(
     return lines, faults
 
 
-def _facts(
+def _parse_facts(
     cells: dict[str, str], grades: Grades, today: date, order: str
 ) -> tuple[dict[str, Any], list[FactError]]:
     """Return the columns of a route, and what is wrong with its cells."""
     wrong: list[FactError] = []
     words = {
-        name: _text(cells.get(name, ""), name, most, wrong) for name, most in _MAX_TEXT.items()
+        name: _parse_text(cells.get(name, ""), name, most, wrong)
+        for name, most in _MAX_TEXT.items()
     }
     facts: dict[str, Any] = words | {
         "colour": colour_of(words["colour"]),
-        "tags": _tags(cells.get("tags", ""), wrong),
-        "set_on": _day(cells.get("set_on", ""), "set_on", order, wrong) or today,
-        "strip_on": _day(cells.get("strip_on", ""), "strip_on", order, wrong),
+        "tags": _parse_tags(cells.get("tags", ""), wrong),
+        "set_on": _parse_day(cells.get("set_on", ""), "set_on", order, wrong) or today,
+        "strip_on": _parse_day(cells.get("strip_on", ""), "strip_on", order, wrong),
         "grade_system_id": None,
         "grade": "",
     }
@@ -109,14 +110,14 @@ def _facts(
     return facts, wrong
 
 
-def _text(cell: str, name: str, most: int, wrong: list[FactError]) -> str:
+def _parse_text(cell: str, name: str, most: int, wrong: list[FactError]) -> str:
     problem = check_cell(cell, most)
     if problem is not None:
         wrong.append(FactError(name, problem))
     return cell
 
 
-def _tags(cell: str, wrong: list[FactError]) -> list[str]:
+def _parse_tags(cell: str, wrong: list[FactError]) -> list[str]:
     """Return the tags of a cell, which commas, semicolons or vertical bars separate."""
     tags = [tag.strip() for tag in re.split(r"[,;|]", cell) if tag.strip()]
     problem = next((found for tag in tags if (found := check_cell(tag, _MAX_TAG))), None)
@@ -127,7 +128,7 @@ def _tags(cell: str, wrong: list[FactError]) -> list[str]:
     return tags
 
 
-def _order(days: Sequence[str]) -> str:
+def _date_order(days: Sequence[str]) -> str:
     """Return "dmy" or "mdy" for a table's dates with slashes; empty if none of them decides it.
 
     Parameters
@@ -143,7 +144,7 @@ def _order(days: Sequence[str]) -> str:
     return sure[0] if len(sure) == 1 else ""
 
 
-def _day(cell: str, name: str, order: str, wrong: list[FactError]) -> date | None:
+def _parse_day(cell: str, name: str, order: str, wrong: list[FactError]) -> date | None:
     if not cell:
         return None
     forms = (("ymd", _ISO), ("dmy", _DOTS), (order, _SLASHES))

@@ -26,7 +26,7 @@ from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.publishing.versions import store_route_facts, unplaced_routes
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.queues import queue_moves
-from walltopo_gym.scans.service import State, check_in_review, move
+from walltopo_gym.scans.service import State, change_state, check_in_review
 from walltopo_gym.walls.models import Wall
 
 
@@ -108,7 +108,7 @@ def publish(
     for route in current.values():
         if route.id not in staying:
             route.stripped_at = now()
-    _tell(session, scan)
+    _announce_version(session, scan)
 
 
 def check_entries(
@@ -149,10 +149,10 @@ def roll_back(session: Session, scan: Scan, expected: int) -> None:
     gone = stripped.where(Route.id.not_in(placed), Route.by_hand.is_(False))
     session.execute(gone.values(stripped_at=now()))
     session.execute(update(Route).where(Route.id.in_(placed)).values(stripped_at=None))
-    _tell(session, scan)
+    _announce_version(session, scan)
 
 
-def strip(session: Session, route: Route) -> None:
+def strip_without_scan(session: Session, route: Route) -> None:
     """Strip a route without a new scan; its ascents stay.
 
     Raises
@@ -166,7 +166,7 @@ def strip(session: Session, route: Route) -> None:
     publish_event(session, RouteStripped(gym, route.wall_id, route.id))
 
 
-def restore(session: Session, route: Route) -> None:
+def undo_stripping(session: Session, route: Route) -> None:
     """Undo the stripping of a route that is in the published version, or that no scan ever placed.
 
     Raises
@@ -248,12 +248,12 @@ def _take_wall(session: Session, scan: Scan, expected: int) -> None:
         raise ConflictError("wall-changed", "look-at-it-again")
     if before is not None:
         store_route_facts(session, before)
-        move(session, before, State.SUPERSEDED)
-    move(session, scan.id, State.PUBLISHED)
+        change_state(session, before, State.SUPERSEDED)
+    change_state(session, scan.id, State.PUBLISHED)
     session.execute(update(Scan).where(Scan.id == scan.id).values(published_at=now()))
 
 
-def _tell(session: Session, scan: Scan) -> None:
+def _announce_version(session: Session, scan: Scan) -> None:
     gym = session.get_one(Wall, scan.wall_id).gym_id
     publish_event(session, WallPublished(gym, scan.wall_id, scan.id))
     queue_moves(session, scan.id)

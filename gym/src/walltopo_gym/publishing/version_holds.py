@@ -84,11 +84,13 @@ def current_holds(session: Session, store: FileStore, wall: Wall, scan: UUID) ->
     if current is None:
         return {}
     known = origins(session, wall.id)
-    return _current(store, scan, current, known[scan] == known[current])
+    return _current_holds(store, scan, current, known[scan] == known[current])
 
 
 @lru_cache(maxsize=256)
-def _current(store: FileStore, scan: UUID, current: UUID, same_ids: bool) -> Mapping[int, int]:
+def _current_holds(
+    store: FileStore, scan: UUID, current: UUID, same_ids: bool
+) -> Mapping[int, int]:
     old, new = version_holds(store, scan), version_holds(store, current)
     if same_ids:
         return {hold: hold for hold in old.by_id if hold in new.by_id}

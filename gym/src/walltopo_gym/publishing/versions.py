@@ -56,7 +56,7 @@ _FACTS: Final = ("name", "colour", "grade", "setter", "tags")
 
 def store_route_facts(session: Session, scan: UUID) -> None:
     """Store a version's route facts when another version replaces it."""
-    for placement, route in _placed(session, scan):
+    for placement, route in _placed_routes(session, scan):
         placement.as_was = {name: getattr(route, name) for name in _FACTS}
 
 
@@ -64,7 +64,7 @@ def routes_as_they_were(
     session: Session, scan: UUID
 ) -> Iterator[tuple[Placement, Route, dict[str, Any]]]:
     """Return the routes of a version by number, with their facts at that time."""
-    for placement, route in _placed(session, scan):
+    for placement, route in _placed_routes(session, scan):
         facts_now = {name: getattr(route, name) for name in _FACTS}
         yield placement, route, facts_now if placement.as_was is None else placement.as_was
 
@@ -85,7 +85,7 @@ def versions_of(session: Session, wall: UUID, route: UUID | None = None) -> Sequ
     return session.scalars(shown.order_by(Scan.published_at, Scan.id)).all()
 
 
-def _placed(session: Session, scan: UUID) -> Sequence[Any]:
+def _placed_routes(session: Session, scan: UUID) -> Sequence[Any]:
     return session.execute(
         select(Placement, Route)
         .join(Route, Route.id == Placement.route_id)

@@ -108,13 +108,13 @@ def median_of(
         len(proposals),
         system,
         grade,
-        _middle(row.risk for row in proposals),
-        _middle(row.intensity for row in proposals),
-        _middle(row.complexity for row in proposals),
+        _median(row.risk for row in proposals),
+        _median(row.intensity for row in proposals),
+        _median(row.complexity for row in proposals),
     )
 
 
-def _middle(values: Iterable[int | None]) -> float | None:
+def _median(values: Iterable[int | None]) -> float | None:
     known = [value for value in values if value is not None]
     return float(median(known)) if known else None
 

@@ -269,10 +269,10 @@ def routes_of(session: Session, plans: Sequence[Planned]) -> dict[UUID, list[Rou
         .where(Route.wall_id.in_(walls), Route.set_on >= first)
         .order_by(Route.created_at, Route.name, Route.id)
     ).all()
-    return {one.plan.id: [row for row in rows if _belongs(one, row)] for one in plans}
+    return {one.plan.id: [row for row in rows if _belongs_to_plan(one, row)] for one in plans}
 
 
-def _belongs(planned: Planned, route: Route) -> bool:
+def _belongs_to_plan(planned: Planned, route: Route) -> bool:
     if route.wall_id != planned.wall.id or route.set_on < planned.plan.day:
         return False
     return route.stripped_at is None if planned.until is None else route.set_on <= planned.until
@@ -286,6 +286,6 @@ def route_in(session: Session, planned: Planned, route: UUID) -> Route:
     NotFoundError : the plan has no such route.
     """
     row = session.get(Route, route)
-    if row is None or not _belongs(planned, row):
+    if row is None or not _belongs_to_plan(planned, row):
         raise NotFoundError("not-there-route")
     return row

@@ -29,7 +29,7 @@ def amend(database: Database, store: FileStore, wall: UUID, person: UUID) -> UUI
     NotFoundError : no version of the wall is published.
     """
     with database.writing() as session:
-        row = _open_amendment(session, wall) or _begin(session, wall, person)
+        row = _open_amendment(session, wall) or _begin_amendment(session, wall, person)
     if row.state == State.UPLOADING:
         for kind in ("scans", "pictures"):
             store.copy_below(f"{kind}/{row.amends_id}/", f"{kind}/{row.id}/")
@@ -47,7 +47,7 @@ def _open_amendment(session: Session, wall: UUID) -> Scan | None:
     return session.scalar(select(Scan).where(Scan.amends_id == amended, unfinished))
 
 
-def _begin(session: Session, wall: UUID, person: UUID) -> Scan:
+def _begin_amendment(session: Session, wall: UUID, person: UUID) -> Scan:
     """Create and log a scan that continues the edit log of the published one."""
     amended = session.get_one(Wall, wall)
     published = amended.published_scan_id

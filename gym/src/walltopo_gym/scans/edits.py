@@ -48,7 +48,7 @@ def save_log(session: Session, scan: UUID, log: EditLog, revision: int) -> int:
     ------
     ConflictError : other edits were saved since, or the scan is not in review any more.
     """
-    _taken(session, scan)
+    _locked_scan(session, scan)
     row = session.get(ScanEdits, scan)
     if revision != (0 if row is None else row.revision):
         raise ConflictError("edits-others", "edits-reload")
@@ -63,7 +63,7 @@ def save_log(session: Session, scan: UUID, log: EditLog, revision: int) -> int:
 def mark_shown(session: Session, scan: UUID, revision: int, files: Mapping[str, Any]) -> None:
     """Record the files of a revision; no effect if the scan has left review or is gone."""
     try:
-        row = _taken(session, scan)
+        row = _locked_scan(session, scan)
     except ConflictError:
         return
     session.get_one(ScanEdits, scan).shown = revision
@@ -78,7 +78,7 @@ def check_carried_out(session: Session, scan: UUID) -> None:
     ------
     ConflictError : they do not.
     """
-    _taken(session, scan)
+    _locked_scan(session, scan)
     if read_log(session, scan).is_pending:
         raise ConflictError("edits-carried-out", "takes-seconds")
 
@@ -89,7 +89,7 @@ def results_version(session: Session, scan: Scan) -> tuple[int, int]:
     return scan.run, 0 if edits is None else edits.shown
 
 
-def _taken(session: Session, scan: UUID) -> Scan:
+def _locked_scan(session: Session, scan: UUID) -> Scan:
     """Return the scan's row, locked until the transaction ends, so that saves and publications are
     serial."""
     row = session.scalar(select(Scan).where(Scan.id == scan).with_for_update())

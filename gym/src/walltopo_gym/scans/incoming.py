@@ -126,7 +126,7 @@ class Incoming:
         self.check_room()
         try:
             with self.path(photo).open("ab") as stream:
-                _take(stream, offset)
+                _lock_upload(stream, offset)
                 try:
                     yield stream
                 finally:
@@ -145,7 +145,7 @@ class Incoming:
         self.path(photo).unlink(missing_ok=True)
 
 
-def _take(stream: IO[bytes], offset: int) -> None:
+def _lock_upload(stream: IO[bytes], offset: int) -> None:
     """Lock a file for one request at a time."""
     if not take_lock(stream):
         raise ConflictError("upload-busy")

@@ -46,18 +46,18 @@ class Overlaps:
         shifts = _between_photos(found.shifts, [photo for photo, _ in shown])
         with self.database.writing() as session:
             if found.is_whole:
-                _say(session, one, number, _joined(groups), shifts)
+                _store_overlap(session, one, number, _join_groups(groups), shifts)
             else:  # without a result if there would be too many pairs to compare
-                _say(session, one, number, [], [])
+                _store_overlap(session, one, number, [], [])
 
 
 def record_failure(session: Session, failure: Failure, scan: str, number: int) -> None:
     """After the last try, store no groups for these photos; a change of the photos tries anew."""
     if failure.again_at is None:
-        _say(session, UUID(scan), number, [], [])
+        _store_overlap(session, UUID(scan), number, [], [])
 
 
-def _say(
+def _store_overlap(
     session: Session,
     scan: UUID,
     number: int,
@@ -91,7 +91,7 @@ def _grey(content: bytes) -> NDArray[np.uint8]:
     return np.asarray(picture, dtype=np.uint8)
 
 
-def _joined(groups: list[list[str]]) -> list[list[str]]:
+def _join_groups(groups: list[list[str]]) -> list[list[str]]:
     """Join groups that share a photo (a video); return the largest first."""
     joined: list[list[str]] = []
     for group in groups:

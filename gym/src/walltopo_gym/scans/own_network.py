@@ -70,7 +70,7 @@ class OwnNetwork(Base):
     error: Mapped[str] = mapped_column(String(500), default="")
 
 
-def want(session: Session, gym: UUID, wanted: bool) -> OwnNetwork:
+def switch_training(session: Session, gym: UUID, wanted: bool) -> OwnNetwork:
     """Turn the training on or off; turned off, the network and its figures are dropped."""
     row = session.get(OwnNetwork, gym)
     if row is None or not wanted:
@@ -110,7 +110,7 @@ class OwnNetworks:
             rows = select(Gym, OwnNetwork).join(OwnNetwork, OwnNetwork.gym_id == Gym.id)
             for gym, row in session.execute(rows.where(OwnNetwork.wanted)).all():
                 hour = now().astimezone(ZoneInfo(gym.time_zone)).hour
-                basis = _basis(session, gym.id)
+                basis = _training_scans(session, gym.id)
                 if hour in NIGHT and basis and basis != row.basis:
                     key = f"own-network-{gym.id}-{gym.today()}"  # one try a night
                     enqueue(session, TRAININGS, str(gym.id), gym=gym.id, key=key)
@@ -120,7 +120,7 @@ class OwnNetworks:
         one = UUID(gym)
         with self.database.reading() as session:
             row = session.get(OwnNetwork, one)
-            basis = _basis(session, one)
+            basis = _training_scans(session, one)
             if row is None or not row.wanted or not basis:
                 return
         with tempfile.TemporaryDirectory() as name:
@@ -156,7 +156,9 @@ class OwnNetworks:
         limit = time.monotonic() + allowed_s
         lines: list[str] = []
         with child_process(command, errors=subprocess.STDOUT) as child:
-            reader = threading.Thread(target=lambda: lines.extend(_text(child)), daemon=True)
+            reader = threading.Thread(
+                target=lambda: lines.extend(_output_lines(child)), daemon=True
+            )
             reader.start()
             while reader.is_alive():
                 reader.join(_LOOK_S)
@@ -174,7 +176,7 @@ class OwnNetworks:
         return without_folders(first.removeprefix("error: "))[:500]
 
 
-def _text(child: Child) -> list[str]:
+def _output_lines(child: Child) -> list[str]:
     return child.output.read().decode(errors="replace").splitlines()
 
 
@@ -185,7 +187,7 @@ def record_failure(session: Session, failure: Failure, gym: str) -> None:
         row.error = failure.shown[:500]
 
 
-def _basis(session: Session, gym: UUID) -> list[str]:
+def _training_scans(session: Session, gym: UUID) -> list[str]:
     """Return the corrected scans of a gym to train on, with the revisions of their edits."""
     rows = (
         select(Scan.id, ScanEdits.revision)

@@ -61,19 +61,23 @@ class PhotoChecks:
         worker was killed, get a job each."""
         one = UUID(scan)
         with self.database.writing() as session:
-            photos = _begin(session, one, number)
+            photos = _begin_batch(session, one, number)
         try:
-            for photo, error in _look(self.database, self.store, photos):
+            for photo, error in _check_photos(self.database, self.store, photos):
                 _LOG.warning("photo %s is looked at alone: %s", photo.id, error)
         except EnvironmentLacksError as error:  # the machine's fault, and no photo's
             with self.database.writing() as session:
-                session.execute(update(Photo).where(_of(one, number)).values(batch=None))
+                session.execute(
+                    update(Photo).where(_is_unchecked_in_batch(one, number)).values(batch=None)
+                )
             _LOG.error("photos wait: %s", error)
             raise NotYetError(now() + _LACKING) from error
         except Exception:
             _LOG.exception("%s photos failed together; each is looked at alone", len(photos))
         with self.database.writing() as session:
-            for photo in session.scalars(select(Photo).where(_of(one, number))).all():
+            for photo in session.scalars(
+                select(Photo).where(_is_unchecked_in_batch(one, number))
+            ).all():
                 queue_photo(session, photo)
             new = Photo.scan_id == one, Photo.state == "received", Photo.batch.is_(None)
             if session.scalar(select(Photo.id).where(*new).limit(1)) is not None:
@@ -91,7 +95,7 @@ class PhotoChecks:
         if row is None or row.state != "received":
             return
         try:
-            for _, error in _look(self.database, self.store, [row]):
+            for _, error in _check_photos(self.database, self.store, [row]):
                 raise error
         except EnvironmentLacksError as error:
             raise NotYetError(now() + _LACKING) from error
@@ -110,11 +114,14 @@ def record_failure(session: Session, failure: Failure, photo: str) -> None:
         photos_changed(session, scan)
 
 
-def _begin(session: Session, scan: UUID, number: int) -> Sequence[Photo]:
+def _begin_batch(session: Session, scan: UUID, number: int) -> Sequence[Photo]:
     """Assign photos to a batch; none if a killed worker began that batch."""
     batches = update(Scan).where(Scan.id == scan, Scan.batches == number)
     session.execute(batches.values(batches=number + 1))
-    if session.scalar(select(Photo.id).where(_of(scan, number)).limit(1)) is not None:
+    if (
+        session.scalar(select(Photo.id).where(_is_unchecked_in_batch(scan, number)).limit(1))
+        is not None
+    ):
         return []
     new = (
         select(Photo)
@@ -128,12 +135,12 @@ def _begin(session: Session, scan: UUID, number: int) -> Sequence[Photo]:
     return photos
 
 
-def _of(scan: UUID, number: int) -> ColumnElement[bool]:
+def _is_unchecked_in_batch(scan: UUID, number: int) -> ColumnElement[bool]:
     """Return the condition of unchecked photos of a batch."""
     return and_(Photo.scan_id == scan, Photo.batch == number, Photo.state == "received")
 
 
-def _look(
+def _check_photos(
     database: Database, store: FileStore, photos: Sequence[Photo]
 ) -> list[tuple[Photo, Exception]]:
     """Check photos together; return those that failed by themselves, and why."""
@@ -143,7 +150,7 @@ def _look(
         files = []
         for number, photo in enumerate(photos):
             try:
-                files.append((number, _fetched(store, photo, folder / str(number))))
+                files.append((number, _fetch_original(store, photo, folder / str(number))))
             except Exception as error:
                 failed.append((photo, error))
         made = folder / "made"
@@ -151,19 +158,21 @@ def _look(
         with closing(decode_files(files, made, IngestSettings(), Silent())) as answers:
             for done in answers:
                 try:
-                    _keep(database, store, photos[done.number], done, made)
+                    _store_result(database, store, photos[done.number], done, made)
                 except Exception as error:
                     failed.append((photos[done.number], error))
     return failed
 
 
-def _fetched(store: FileStore, photo: Photo, path: Path) -> Path:
+def _fetch_original(store: FileStore, photo: Photo, path: Path) -> Path:
     file = path.with_suffix(suffix_of(photo.name))
     store.fetch(photo.original, file)
     return file
 
 
-def _keep(database: Database, store: FileStore, photo: Photo, done: Done, made: Path) -> None:
+def _store_result(
+    database: Database, store: FileStore, photo: Photo, done: Done, made: Path
+) -> None:
     reason, note = "; ".join(done.reasons), ""
     facts: dict[str, object] = {}
     if done.photos:

@@ -52,8 +52,8 @@ def store_front(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
         colours = pixels[at[:, 1], at[:, 0]]
     holds = np.append(wall.face_instance, 0)[canvas.face]
     front = Image.fromarray(canvas.picture(colours))
-    _keep(store, f"{_prefix(scan)}/front.png", front)
-    _keep(store, f"{_prefix(scan)}/holds.png", Image.fromarray(holds.astype(np.uint16)))
+    _store_picture(store, f"{_prefix(scan)}/front.png", front)
+    _store_picture(store, f"{_prefix(scan)}/holds.png", Image.fromarray(holds.astype(np.uint16)))
 
 
 def wall_picture(store: FileStore, scan: UUID) -> bytes:
@@ -63,9 +63,9 @@ def wall_picture(store: FileStore, scan: UUID) -> bytes:
     ------
     NotFoundError : the scan was never drawn.
     """
-    front = _read(store, scan, "front")
-    held = np.asarray(_read(store, scan, "holds"), dtype=np.int32) > 0
-    return _jpeg(_framed(front, _around(held) if held.any() else (0, 0, *front.size)))
+    front = _read_picture(store, scan, "front")
+    held = np.asarray(_read_picture(store, scan, "holds"), dtype=np.int32) > 0
+    return _jpeg(_frame_crop(front, _highlight_box(held) if held.any() else (0, 0, *front.size)))
 
 
 def route_picture(store: FileStore, scan: UUID, holds: Collection[int]) -> bytes:
@@ -78,28 +78,28 @@ def route_picture(store: FileStore, scan: UUID, holds: Collection[int]) -> bytes
     import cv2
     from PIL import Image
 
-    front = np.asarray(_read(store, scan, "front").convert("RGB"), dtype=np.uint8)
-    shown = np.asarray(_read(store, scan, "holds"), dtype=np.int32)
+    front = np.asarray(_read_picture(store, scan, "front").convert("RGB"), dtype=np.uint8)
+    shown = np.asarray(_read_picture(store, scan, "holds"), dtype=np.int32)
     lit = np.isin(shown, list(holds))
     if not lit.any():
         return wall_picture(store, scan)
     rim = cv2.dilate(lit.astype(np.uint8), np.ones((2 * _RIM + 1,) * 2, np.uint8)) > 0
     grey = front.mean(axis=2, keepdims=True) * 0.45 + 120.0
     drawn = np.where(lit[..., None], front, np.where(rim[..., None], 255, grey)).astype(np.uint8)
-    return _jpeg(_framed(Image.fromarray(drawn), _around(lit)))
+    return _jpeg(_frame_crop(Image.fromarray(drawn), _highlight_box(lit)))
 
 
 def _prefix(scan: UUID) -> str:
     return f"pictures/{scan}"
 
 
-def _keep(store: FileStore, key: str, image: Image.Image) -> None:
+def _store_picture(store: FileStore, key: str, image: Image.Image) -> None:
     stream = BytesIO()
     image.save(stream, "PNG")
     store.put(key, stream.getvalue())
 
 
-def _read(store: FileStore, scan: UUID, name: str) -> Image.Image:
+def _read_picture(store: FileStore, scan: UUID, name: str) -> Image.Image:
     from PIL import Image
 
     try:
@@ -109,7 +109,7 @@ def _read(store: FileStore, scan: UUID, name: str) -> Image.Image:
     return Image.open(BytesIO(content))
 
 
-def _around(lit: NDArray[np.bool_]) -> tuple[int, int, int, int]:
+def _highlight_box(lit: NDArray[np.bool_]) -> tuple[int, int, int, int]:
     """Return left, top, right and bottom of the highlighted pixels, with a margin."""
     rows, columns = (np.flatnonzero(lit.any(axis=axis)) for axis in (1, 0))
     middle = np.array([columns[0] + columns[-1], rows[0] + rows[-1]]) / 2.0
@@ -119,7 +119,7 @@ def _around(lit: NDArray[np.bool_]) -> tuple[int, int, int, int]:
     return left, top, right, bottom
 
 
-def _framed(image: Image.Image, box: tuple[int, int, int, int]) -> Image.Image:
+def _frame_crop(image: Image.Image, box: tuple[int, int, int, int]) -> Image.Image:
     """Return a crop, widened to WIDTH × HEIGHT; it is white outside of the picture."""
     from PIL import Image
 

@@ -47,7 +47,7 @@ def is_video(name: str) -> bool:
     return suffix_of(name) in VIDEO_SUFFIXES
 
 
-def announce(
+def photo_to_receive(
     session: Session, scan: UUID, name: str, size: int, sha256: str | None, most: int
 ) -> tuple[Photo, bool]:
     """Return the photo to receive, and whether it is new.
@@ -81,7 +81,7 @@ def announced_sizes(session: Session) -> dict[UUID, int]:
     return dict(session.execute(rows).all())
 
 
-def finish(database: Database, store: FileStore, incoming: Incoming, photo: UUID) -> None:
+def finish_photo(database: Database, store: FileStore, incoming: Incoming, photo: UUID) -> None:
     """Store a complete photo; may be repeated at any point.
 
     Raises
@@ -127,7 +127,7 @@ def finish_all(database: Database, store: FileStore, incoming: Incoming) -> None
         incoming.drop(photo)
     for photo in whole:
         try:
-            finish(database, store, incoming, photo)
+            finish_photo(database, store, incoming, photo)
         except ContentError as error:  # not what was announced: its sender finds no such photo
             _LOG.info("photo %s: %s", photo, error)
         except Exception:  # the server starts all the same

@@ -51,7 +51,7 @@ def check_in_review(state: str) -> None:
         raise ConflictError("not-in-review", state=state)
 
 
-def move(
+def change_state(
     session: Session, scan: UUID, to: State, *, run: int | None = None, before: State | None = None
 ) -> None:
     """Change a scan's state, if its present state allows it.
@@ -77,7 +77,7 @@ def move(
 _FEWEST_PHOTOS: Final = 3
 
 
-def begin(session: Session, wall: Wall, person: UUID) -> Scan:
+def create_version(session: Session, wall: Wall, person: UUID) -> Scan:
     """Create a version for uploads, in the coordinate frame of the published one."""
     scan = Scan(
         wall_id=wall.id,
@@ -90,7 +90,9 @@ def begin(session: Session, wall: Wall, person: UUID) -> Scan:
     return scan
 
 
-def start(session: Session, scan: Scan, *, part: bool = False, colours: Sequence[str] = ()) -> None:
+def request_run(
+    session: Session, scan: Scan, *, part: bool = False, colours: Sequence[str] = ()
+) -> None:
     """Queue a scan, also after a failure or a cancellation.
 
     Parameters
@@ -119,13 +121,13 @@ def begin_run(session: Session, scan: Scan, *, before: State | None = None) -> N
 
     Parameters
     ----------
-    before : see `move`.
+    before : see `change_state`.
 
     Raises
     ------
     ConflictError : its state does not allow it.
     """
-    move(session, scan.id, State.QUEUED, before=before)
+    change_state(session, scan.id, State.QUEUED, before=before)
     session.refresh(scan)
     scan.run, scan.error, scan.hint = scan.run + 1, "", ""
     queue_scan(session, scan)

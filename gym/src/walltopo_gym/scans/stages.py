@@ -35,7 +35,7 @@ from walltopo_gym.scans.pictures import store_front
 from walltopo_gym.scans.queues import gym_of, routes_changed
 from walltopo_gym.scans.receiving import suffix_of
 from walltopo_gym.scans.running import RunningScan, WorkerStopsError
-from walltopo_gym.scans.service import State, move
+from walltopo_gym.scans.service import State, change_state
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore
 
@@ -64,7 +64,7 @@ class ScanSteps:
         """Begin a scan; False if it was cancelled, restarted or deleted meanwhile."""
         try:
             with self.database.writing() as session:
-                move(session, scan, State.RUNNING, run=run)
+                change_state(session, scan, State.RUNNING, run=run)
                 session.merge(ScanProgress(scan_id=scan, doing="fetching the photos", at=now()))
         except ConflictError as error:
             _LOG.info("scan %s, run %s: not begun (%s)", scan, run, error)
@@ -127,7 +127,7 @@ class ScanSteps:
         files = store_public_files(self.store, folder)
         store_front(self.store, scan, folder)
         with self.database.writing() as session:
-            move(session, scan, State.REVIEW, run=run)
+            change_state(session, scan, State.REVIEW, run=run)
             session.execute(
                 update(Scan).where(Scan.id == scan).values(files=files, scale=_scale_of(folder))
             )

@@ -120,7 +120,7 @@ def _viewer() -> str:
 @router.api_route("/assets/{name}", methods=_READING)
 def read_asset(name: str, request: Request) -> Response:
     """Return a file whose content never changes under its name."""
-    answer = _sent(f"/assets/{name}", request, _FOR_EVER)
+    answer = _send_asset(f"/assets/{name}", request, _FOR_EVER)
     if request.url.path == _viewer():
         answer.headers["content-security-policy"] = _WORKER_POLICY
     return answer
@@ -132,7 +132,7 @@ def read_asset(name: str, request: Request) -> Response:
 @router.api_route("/{name}.js", methods=_READING)
 def read_loose_file(request: Request) -> Response:
     """Return a file with a fixed name: manifest, icons, service worker."""
-    answer = _sent(request.url.path, request, "no-cache")
+    answer = _send_asset(request.url.path, request, "no-cache")
     # The service worker's own policy: it fetches what it keeps.
     answer.headers["content-security-policy"] = "default-src 'none'; connect-src 'self'"
     return answer
@@ -170,7 +170,7 @@ def read_page(place: str, request: Request, services: ServicesOf) -> Response:
     return HTMLResponse(page, 200 if first in _PLACES else 404, headers)
 
 
-def _sent(address: str, request: Request, caching: str) -> Response:
+def _send_asset(address: str, request: Request, caching: str) -> Response:
     found = _assets().get(address)
     if found is None:
         raise NotFoundError("not-there-file")

@@ -194,10 +194,10 @@ async def put_plan_picture(
 ) -> FloorPlanOut:
     """Set the plan's picture; walls keep their places on it."""
     content = await request.body()
-    return await to_thread.run_sync(_kept, services, access, content)
+    return await to_thread.run_sync(_store_plan, services, access, content)
 
 
-def _kept(services: Services, access: Access, content: bytes) -> FloorPlanOut:
+def _store_plan(services: Services, access: Access, content: bytes) -> FloorPlanOut:
     plan = store_plan_picture(services.store, access.gym, content)
     with services.database.writing() as session:
         session.merge(plan)

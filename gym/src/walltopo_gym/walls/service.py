@@ -43,7 +43,7 @@ def store_plan_picture(store: FileStore, gym: Gym, content: bytes) -> FloorPlan:
     if not DECODING.acquire(timeout=_PATIENCE_S):
         raise TooManyError("plans-busy", _SOON_S)
     try:
-        upright = _decoded(content)
+        upright = _decode_picture(content)
         out = BytesIO()
         upright.save(out, "PNG", optimize=True)
     finally:
@@ -53,7 +53,7 @@ def store_plan_picture(store: FileStore, gym: Gym, content: bytes) -> FloorPlan:
     return FloorPlan(gym_id=gym.id, sha256=sha256, width=upright.width, height=upright.height)
 
 
-def _decoded(content: bytes) -> Image.Image:
+def _decode_picture(content: bytes) -> Image.Image:
     """Return the picture upright, at most 1600 across."""
     from PIL import Image, ImageOps, UnidentifiedImageError
 

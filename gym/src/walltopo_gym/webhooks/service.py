@@ -38,7 +38,7 @@ _PREFIX: Final = "whsec_"
 DELIVERY: Final = Job("webhooks", waits=(10, 60, 300, 1800, 7200, 21600, 43200))
 
 
-def note(session: Session, gym: UUID, kind: Kind, **facts: str) -> None:
+def queue_webhook_message(session: Session, gym: UUID, kind: Kind, **facts: str) -> None:
     """Queue a message to the gym's webhooks.
 
     Parameters
@@ -53,23 +53,31 @@ def note(session: Session, gym: UUID, kind: Kind, **facts: str) -> None:
 
 
 def _wall_published(session: Session, event: WallPublished) -> None:
-    note(session, event.gym, "wall.published", wall=str(event.wall), scan=str(event.scan))
+    queue_webhook_message(
+        session, event.gym, "wall.published", wall=str(event.wall), scan=str(event.scan)
+    )
 
 
 def _routes_added(session: Session, event: RoutesAdded) -> None:
-    note(session, event.gym, "routes.added", wall=str(event.wall))
+    queue_webhook_message(session, event.gym, "routes.added", wall=str(event.wall))
 
 
 def _route_stripped(session: Session, event: RouteStripped) -> None:
-    note(session, event.gym, "route.stripped", wall=str(event.wall), route=str(event.route))
+    queue_webhook_message(
+        session, event.gym, "route.stripped", wall=str(event.wall), route=str(event.route)
+    )
 
 
 def _route_restored(session: Session, event: RouteRestored) -> None:
-    note(session, event.gym, "route.restored", wall=str(event.wall), route=str(event.route))
+    queue_webhook_message(
+        session, event.gym, "route.restored", wall=str(event.wall), route=str(event.route)
+    )
 
 
 def _hold_reported(session: Session, event: HoldReported) -> None:
-    note(session, event.gym, "hold.reported", wall=str(event.wall), report=str(event.report))
+    queue_webhook_message(
+        session, event.gym, "hold.reported", wall=str(event.wall), report=str(event.report)
+    )
 
 
 def drop_given_up(session: Session, question: RowsExpired) -> None:

@@ -11,7 +11,7 @@ from starlette.responses import RedirectResponse
 from walltopo_gym.accounts.cookies import sign_in_here
 from walltopo_gym.accounts.oidc import (
     Provider,
-    begin,
+    begin_sign_in,
     claims_of,
     person_of,
     store_attempt,
@@ -45,7 +45,7 @@ def _provider(settings: GymSettings) -> Provider:
 def go_to_provider(services: ServicesOf, _: ProviderTurn) -> RedirectResponse:
     """Redirect the browser to the provider."""
     provider = _provider(services.settings)
-    attempt = begin(provider)
+    attempt = begin_sign_in(provider)
     with services.database.writing() as session:
         store_attempt(session, attempt)
     answer = RedirectResponse(attempt.url, 303)

@@ -14,7 +14,13 @@ from walltopo_gym.accounts import second_factor
 from walltopo_gym.accounts.access import AnyoneMay, SignedInMay
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.cookies import known_browser, sign_in_here, sign_out_here
-from walltopo_gym.accounts.device_sign_in import allow, claim, device_sign_in_of, finish, offer
+from walltopo_gym.accounts.device_sign_in import (
+    accept_claim,
+    claim_offer,
+    create_offer,
+    device_sign_in_of,
+    use_claim,
+)
 from walltopo_gym.accounts.http.account import Code, Me, own_account
 from walltopo_gym.accounts.limits import count_code, count_sign_in
 from walltopo_gym.accounts.models import Person, SignIn
@@ -193,7 +199,7 @@ class SignedIn(BaseModel):
 def make_device_sign_in(session: Db, services: ServicesOf, actor: SignedInMay) -> MadeDeviceSignIn:
     """Offer to sign in on another device. An earlier offer expires."""
     assert actor.sign_in is not None  # SignedInMay lets no token in
-    row, secret = offer(session, actor.known, actor.sign_in)
+    row, secret = create_offer(session, actor.known, actor.sign_in)
     link = f"{services.settings.link_base}/sign-in/device#{secret}"
     return MadeDeviceSignIn(id=row.id, link=link, expires_at=row.expires_at)
 
@@ -210,7 +216,7 @@ def allow_device_sign_in(
     device_sign_in: UUID, body: Permission, session: Db, actor: SignedInMay
 ) -> None:
     """Accept the browser that shows this code."""
-    allow(session, device_sign_in, actor.sign_in, body.code)
+    accept_claim(session, device_sign_in, actor.sign_in, body.code)
 
 
 @router.post("/session/device-sign-in/claim", status_code=201)
@@ -218,7 +224,7 @@ def claim_device_sign_in(
     body: SecretOnly, request: Request, session: Db, actor: AnyoneMay
 ) -> MadeClaim:
     """Claim the offer of a QR code."""
-    claimed, code = claim(session, body.secret, request.headers.get("user-agent", ""))
+    claimed, code = claim_offer(session, body.secret, request.headers.get("user-agent", ""))
     return MadeClaim(claim=claimed, code=code)
 
 
@@ -232,7 +238,7 @@ def begin_session_by_device_sign_in(
     actor: AnyoneMay,
 ) -> SignedIn:
     """Sign in by a claim once the other device has accepted."""
-    person = finish(session, body.secret)
+    person = use_claim(session, body.secret)
     if person is None:
         return SignedIn(me=None)
     # Not confirmed: a stolen session would confirm itself in this way.

@@ -31,7 +31,7 @@ def confirm_by_password(body: OwnPassword, services: ServicesOf, actor: SignedIn
     """Prove by the password who one is. For ten minutes this browser may change ways to sign in."""
     check_own_password(services, actor.known, body.password)
     with services.database.writing() as session:
-        session.execute(_confirmed(actor.sign_in))
+        session.execute(_confirm_sign_in(actor.sign_in))
 
 
 @router.post("/me/confirm/passkey", status_code=204)
@@ -41,10 +41,10 @@ def confirm_by_passkey(
     """Prove it by a passkey, which signs the challenge of `/session/passkey/options`."""
     if person_of(session, Site(services.settings.link_base), body.credential) != actor.known:
         raise RequestError("passkey-wrong")
-    session.execute(_confirmed(actor.sign_in))
+    session.execute(_confirm_sign_in(actor.sign_in))
 
 
-def _confirmed(sign_in: UUID | None) -> Update:
+def _confirm_sign_in(sign_in: UUID | None) -> Update:
     return update(SignIn).where(SignIn.id == sign_in).values(confirmed_at=now())
 
 

@@ -23,9 +23,9 @@ _BYTES: Final = 5
 
 def is_leaked(password: str) -> bool:
     """Return whether a password is among them, regardless of case."""
-    marks, wanted = _marks(), _mark(password)
-    at = bisect_left(range(len(marks) // _BYTES), wanted, key=lambda place: _at(marks, place))
-    return _at(marks, at) == wanted
+    marks, wanted = _leaked_hashes(), _hash_password(password)
+    at = bisect_left(range(len(marks) // _BYTES), wanted, key=lambda place: _hash_at(marks, place))
+    return _hash_at(marks, at) == wanted
 
 
 def marks_of(passwords: Iterable[str], shortest: int) -> bytes:
@@ -35,17 +35,17 @@ def marks_of(passwords: Iterable[str], shortest: int) -> bytes:
     ----------
     shortest : minimum number of characters; shorter passwords are left out.
     """
-    return b"".join(sorted({_mark(each) for each in passwords if len(each) >= shortest}))
+    return b"".join(sorted({_hash_password(each) for each in passwords if len(each) >= shortest}))
 
 
-def _mark(password: str) -> bytes:
+def _hash_password(password: str) -> bytes:
     return hashlib.sha256(password.casefold().encode()).digest()[:_BYTES]
 
 
-def _at(marks: bytes, place: int) -> bytes:
+def _hash_at(marks: bytes, place: int) -> bytes:
     return marks[place * _BYTES : (place + 1) * _BYTES]
 
 
 @cache
-def _marks() -> bytes:
+def _leaked_hashes() -> bytes:
     return files(__name__).joinpath("marks.bin").read_bytes()

@@ -25,7 +25,7 @@ from walltopo_gym.climbing.ascents import (
     store_ascent,
     withdraw,
 )
-from walltopo_gym.climbing.edits import takes
+from walltopo_gym.climbing.edits import is_newer_edit
 from walltopo_gym.climbing.logbook import logbook
 from walltopo_gym.climbing.models import Ascent, Opinion
 from walltopo_gym.clock import now
@@ -133,7 +133,7 @@ def put_opinion(route: UUID, body: NewOpinion, session: Db, access: ClimberMay) 
     # One person's come one after the other, so that two copies at once are one.
     session.execute(select(Person.id).where(Person.id == me).with_for_update())
     row = _opinion(session, route, me) or Opinion(route_id=route, person_id=me)
-    if takes(row, body.edit.read() if body.edit else None):
+    if is_newer_edit(row, body.edit.read() if body.edit else None):
         row.changed_at = now()
         for name, value in {**body.model_dump(exclude={"edit"}), "grade": grade}.items():
             setattr(row, name, value)
@@ -174,9 +174,9 @@ def read_logbook(session: Db, access: ReaderMay) -> LogbookOut:
     kept = logbook(session, access.gym.id, access.actor.known)
     return LogbookOut(
         ascents=[OwnAscent.model_validate(row, from_attributes=True) for row in kept.ascents],
-        opinions=[_words(row) for row in kept.opinions],
+        opinions=[_own_opinion(row) for row in kept.opinions],
     )
 
 
-def _words(row: object) -> OwnOpinion:
+def _own_opinion(row: object) -> OwnOpinion:
     return OwnOpinion.model_validate(row, from_attributes=True)

@@ -185,7 +185,7 @@ def list_comments(
     """Return members' comments on a route, the newest first."""
     found = route_of(session, access.gym.id, route)
     order = Opinion.changed_at, Opinion.person_id
-    rows, following = page_by(session, _shown(access, found.id), order, cursor, size)
+    rows, following = page_by(session, _visible_opinions(access, found.id), order, cursor, size)
     items = [
         Comment(name=row[0], comment=row[1], hidden=row[2], changed_at=row[3], person_id=row[4])
         for row in rows
@@ -193,7 +193,7 @@ def list_comments(
     return Page(items=items, next=following)
 
 
-def _shown(access: Access, route: UUID) -> Select[*tuple[Any, ...]]:
+def _visible_opinions(access: Access, route: UUID) -> Select[*tuple[Any, ...]]:
     hidden = exists().where(
         HiddenComment.route_id == Opinion.route_id, HiddenComment.person_id == Opinion.person_id
     )

@@ -23,17 +23,17 @@ from walltopo_gym.api.services import Db
 from walltopo_gym.climbing.ascents import Kind
 from walltopo_gym.climbing.boards import Age, BoardQuery, board, circuits, month_of
 from walltopo_gym.climbing.follows import (
-    accept,
-    drop,
+    accept_follow,
     feed,
     follow,
     followers,
     following,
     friends_on,
+    remove_follow,
 )
 from walltopo_gym.climbing.http.sessions import SessionOut, session_out
 from walltopo_gym.climbing.models import Ascent
-from walltopo_gym.climbing.people import MAX_PINS, see
+from walltopo_gym.climbing.people import MAX_PINS, view_person
 from walltopo_gym.climbing.points import BEST, FLASH
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import take_turn
@@ -127,7 +127,7 @@ def put_profile(body: ProfileIn, session: Db, actor: SignedInMay) -> ProfileIn:
 @router.get("/people/{person}")
 def read_person(person: UUID, session: Db, actor: SignedInMay) -> PersonOut:
     """Return a person who shares a gym with the viewer; 404 for all others."""
-    seen = see(session, actor.known, person)
+    seen = view_person(session, actor.known, person)
     shown = seen.body
     body = None if shown is None else BodyOut.model_validate(shown, from_attributes=True)
     return PersonOut(
@@ -145,7 +145,7 @@ def read_person(person: UUID, session: Db, actor: SignedInMay) -> PersonOut:
 def pin_ascent(ascent: UUID, session: Db, actor: SignedInMay) -> None:
     """Pin an ascent to one's profile; repeating it is fine."""
     take_turn(session, f"pins {actor.known}")
-    row = _own(session, actor.known, ascent)
+    row = _own_ascent(session, actor.known, ascent)
     count = select(func.count()).where(
         Ascent.person_id == actor.known, Ascent.pinned_at.is_not(None)
     )
@@ -157,10 +157,10 @@ def pin_ascent(ascent: UUID, session: Db, actor: SignedInMay) -> None:
 @router.delete("/me/pins/{ascent}", status_code=204)
 def unpin_ascent(ascent: UUID, session: Db, actor: SignedInMay) -> None:
     """Unpin an ascent; repeating it is fine."""
-    _own(session, actor.known, ascent).pinned_at = None
+    _own_ascent(session, actor.known, ascent).pinned_at = None
 
 
-def _own(session: Session, person: UUID, ascent: UUID) -> Ascent:
+def _own_ascent(session: Session, person: UUID, ascent: UUID) -> Ascent:
     row = session.get(Ascent, ascent)
     if row is None or row.person_id != person or row.taken_back_at is not None:
         raise NotFoundError("not-there-ascent")
@@ -260,19 +260,19 @@ def follow_person(person: UUID, session: Db, actor: SignedInMay) -> FollowState:
 @follows_router.delete("/me/following/{person}", status_code=204)
 def unfollow_person(person: UUID, session: Db, actor: SignedInMay) -> None:
     """Unfollow a person; repeating it is fine."""
-    drop(session, actor.known, person)
+    remove_follow(session, actor.known, person)
 
 
 @follows_router.put("/me/followers/{person}", status_code=204)
 def accept_follower(person: UUID, session: Db, actor: SignedInMay) -> None:
     """Accept a request to follow."""
-    accept(session, actor.known, person)
+    accept_follow(session, actor.known, person)
 
 
 @follows_router.delete("/me/followers/{person}", status_code=204)
 def drop_follower(person: UUID, session: Db, actor: SignedInMay) -> None:
     """Remove a follower or decline a request, without a notice."""
-    drop(session, person, actor.known)
+    remove_follow(session, person, actor.known)
 
 
 @follows_router.put("/me/feed", status_code=204)

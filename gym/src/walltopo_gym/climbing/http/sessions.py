@@ -101,7 +101,7 @@ def start_climbing_session(session: Db, access: ClimberMay) -> SessionOut:
 @router.get("/gyms/{gym}/sessions/{visit}")
 def read_climbing_session(visit: UUID, session: Db, access: ReaderMay) -> SessionPage:
     """Return a session with its ascents."""
-    row = _of(session, access, visit)
+    row = _session_of_gym(session, access, visit)
     whose = row.person_id
     if not may_see(session, access.actor.known, whose, profile_of(session, whose).show_ascents):
         raise NotFoundError("not-there-session")
@@ -117,7 +117,7 @@ def read_climbing_session(visit: UUID, session: Db, access: ReaderMay) -> Sessio
 @router.post("/gyms/{gym}/sessions/{visit}/end")
 def end_climbing_session(visit: UUID, session: Db, access: ClimberMay) -> SessionOut:
     """End a session now. Without an end, it ends by itself."""
-    row = _of(session, access, visit)
+    row = _session_of_gym(session, access, visit)
     if row.person_id != access.actor.known:
         raise NotFoundError("not-there-session")
     end(session, access.gym, row, now())
@@ -131,7 +131,7 @@ def session_out(row: ClimbingSession, gym: Gym) -> SessionOut:
     return SessionOut(**facts, running=goes_on(row, gym, now()))
 
 
-def _of(session: Session, access: Access, visit: UUID) -> ClimbingSession:
+def _session_of_gym(session: Session, access: Access, visit: UUID) -> ClimbingSession:
     row = session.get(ClimbingSession, visit)
     if row is None or row.gym_id != access.gym.id:
         raise NotFoundError("not-there-session")

@@ -27,14 +27,14 @@ from walltopo_gym.competitions.bodies import (
 )
 from walltopo_gym.competitions.entering import entries_in, own_entry
 from walltopo_gym.competitions.models import Category, Competition, Entry, Problem, Round
-from walltopo_gym.competitions.order import draw, put_order, starters
+from walltopo_gym.competitions.order import draw_order, put_order, starters
 from walltopo_gym.competitions.service import (
     change_sheet,
-    freeze,
-    locked,
+    locked_competition,
     move_competition,
     move_round,
     round_of,
+    set_board_frozen,
 )
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
 from walltopo_gym.gyms.access import Access, GuestMay, OwnerMay, SetterMay
@@ -117,12 +117,12 @@ def change_competition(
     competition: UUID, body: CompetitionIn, session: Db, access: SetterMay
 ) -> CompetitionSheet:
     """Change a competition. Accepted texts stay as they were accepted."""
-    row = locked(session, access.gym.id, competition)
+    row = locked_competition(session, access.gym.id, competition)
     for name, value in body.facts().items():
         setattr(row, name, value)
     _check_dates(row)
     row.revision += 1
-    return _done(session, access, row, "competition.change")
+    return _log_and_return_sheet(session, access, row, "competition.change")
 
 
 @router.put("/gyms/{gym}/competitions/{competition}/sheet")
@@ -130,9 +130,9 @@ def put_competition_sheet(
     competition: UUID, body: SheetBody, session: Db, access: SetterMay
 ) -> CompetitionSheet:
     """Change categories, rounds and problems; those with an id keep it."""
-    row = locked(session, access.gym.id, competition)
+    row = locked_competition(session, access.gym.id, competition)
     change_sheet(session, row, body.categories, body.rounds)
-    return _done(session, access, row, "competition.change")
+    return _log_and_return_sheet(session, access, row, "competition.change")
 
 
 @router.put("/gyms/{gym}/competitions/{competition}/state")
@@ -141,9 +141,9 @@ def put_competition_state(
 ) -> CompetitionSheet:
     """Open a competition for entries, begin or end it, or go back. Beginning it begins its first
     round."""
-    row = locked(session, access.gym.id, competition)
+    row = locked_competition(session, access.gym.id, competition)
     move_competition(session, row, body.state)
-    return _done(session, access, row, f"competition.{body.state}")
+    return _log_and_return_sheet(session, access, row, f"competition.{body.state}")
 
 
 @router.put("/gyms/{gym}/competitions/{competition}/frozen")
@@ -151,15 +151,17 @@ def freeze_board(
     competition: UUID, body: FrozenBody, session: Db, access: SetterMay
 ) -> CompetitionSheet:
     """Freeze the board for all but judges, or unfreeze it."""
-    row = locked(session, access.gym.id, competition)
-    freeze(session, row, body.frozen)
-    return _done(session, access, row, "competition.freeze" if body.frozen else "competition.thaw")
+    row = locked_competition(session, access.gym.id, competition)
+    set_board_frozen(session, row, body.frozen)
+    return _log_and_return_sheet(
+        session, access, row, "competition.freeze" if body.frozen else "competition.thaw"
+    )
 
 
 @router.delete("/gyms/{gym}/competitions/{competition}", status_code=204)
 def drop_competition(competition: UUID, session: Db, access: OwnerMay) -> None:
     """Delete a competition for good, unless it has scores."""
-    row = locked(session, access.gym.id, competition)
+    row = locked_competition(session, access.gym.id, competition)
     if row.last_seq:
         raise ConflictError("cup-scored", "cup-end-instead")
     session.delete(row)
@@ -171,13 +173,15 @@ def put_round_state(
     competition: UUID, one: UUID, body: RoundStateBody, session: Db, access: SetterMay
 ) -> CompetitionSheet:
     """Begin or end a round. A round with a quota draws its starters when it begins."""
-    row = locked(session, access.gym.id, competition)
+    row = locked_competition(session, access.gym.id, competition)
     found = round_of(session, row, one)
     move_round(session, row, found, body.state)
-    return _done(session, access, row, f"round.{body.state}")
+    return _log_and_return_sheet(session, access, row, f"round.{body.state}")
 
 
-def _done(session: Session, access: Access, row: Competition, action: str) -> CompetitionSheet:
+def _log_and_return_sheet(
+    session: Session, access: Access, row: Competition, action: str
+) -> CompetitionSheet:
     session.flush()
     _log(session, access, action, row)
     return _sheet(session, access, row)
@@ -216,7 +220,7 @@ def _sheet(session: Session, access: Access, row: Competition) -> CompetitionShe
 def _categories(session: Session, row: Competition, entries: dict[UUID, int]) -> list[CategoryOut]:
     rows = select(Category).where(Category.competition_id == row.id).order_by(Category.place)
     return [
-        CategoryOut.model_validate({**_of(category), "entries": entries.get(category.id, 0)})
+        CategoryOut.model_validate({**_fields_of(category), "entries": entries.get(category.id, 0)})
         for category in session.scalars(rows)
     ]
 
@@ -230,10 +234,12 @@ def _rounds(session: Session, row: Competition) -> list[RoundOut]:
         facts = ProblemOut.model_validate(problem, from_attributes=True)
         facts.label = facts.label or str(len(problems[problem.round_id]) + 1)
         problems[problem.round_id].append(facts)
-    return [RoundOut.model_validate({**_of(one), "problems": problems[one.id]}) for one in found]
+    return [
+        RoundOut.model_validate({**_fields_of(one), "problems": problems[one.id]}) for one in found
+    ]
 
 
-def _of(row: Category | Round) -> dict[str, object]:
+def _fields_of(row: Category | Round) -> dict[str, object]:
     return {column.key: getattr(row, column.key) for column in row.__table__.columns}
 
 
@@ -269,7 +275,7 @@ class OrderBody(Body):
 def list_starters(competition: UUID, one: UUID, session: Db, access: GuestMay) -> list[StarterOut]:
     """Return the starters of a round, by category and in running order."""
     row = competition_of(session, access, competition)
-    return _order(session, row, round_of(session, row, one))
+    return _running_order(session, row, round_of(session, row, one))
 
 
 @router.put("/gyms/{gym}/competitions/{competition}/rounds/{one}/starters")
@@ -278,25 +284,25 @@ def put_starters(
 ) -> list[StarterOut]:
     """Set the running order of a category; in a round with a quota also its starters. Starters who
     are not named come last."""
-    row = locked(session, access.gym.id, competition)
+    row = locked_competition(session, access.gym.id, competition)
     found = round_of(session, row, one)
     put_order(session, row, found, body.category_id, body.entry_ids)
     _log_order(session, access, row)
-    return _order(session, row, found)
+    return _running_order(session, row, found)
 
 
 @router.post("/gyms/{gym}/competitions/{competition}/rounds/{one}/starters/draw")
 def draw_starters(competition: UUID, one: UUID, session: Db, access: SetterMay) -> list[StarterOut]:
     """Draw a new running order while the round has no scores: by lot, or, with a quota, from the
     ranks of the round before, whose best comes last."""
-    row = locked(session, access.gym.id, competition)
+    row = locked_competition(session, access.gym.id, competition)
     found = round_of(session, row, one)
-    draw(session, row, found)
+    draw_order(session, row, found)
     _log_order(session, access, row)
-    return _order(session, row, found)
+    return _running_order(session, row, found)
 
 
-def _order(session: Session, row: Competition, one: Round) -> list[StarterOut]:
+def _running_order(session: Session, row: Competition, one: Round) -> list[StarterOut]:
     return [
         StarterOut(
             category_id=entry.category_id,

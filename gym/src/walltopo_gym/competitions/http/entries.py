@@ -19,17 +19,17 @@ from walltopo_gym.api.fields import Body, LongText, Name, Text
 from walltopo_gym.api.services import Db
 from walltopo_gym.competitions.bodies import Bib, EntryBody, Gender, Handicap, Year
 from walltopo_gym.competitions.entering import (
+    accept_text,
     add_entry,
     change_entry,
-    enter,
+    enter_person,
     entry_of,
     own_entry,
-    sign,
 )
 from walltopo_gym.competitions.history import marks_of
 from walltopo_gym.competitions.http.competitions import competition_of
 from walltopo_gym.competitions.models import Competition, Entry, ScoreEvent, WaiverSignature
-from walltopo_gym.competitions.service import locked
+from walltopo_gym.competitions.service import locked_competition
 from walltopo_gym.competitions.start_list import COLUMNS, read_start_list, take_in
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.access import Access, SetterMay, gym_rule
@@ -153,7 +153,7 @@ def list_entries(competition: UUID, session: Db, access: JudgeMay) -> list[Entry
 @router.post("/gyms/{gym}/competitions/{competition}/entries", status_code=201)
 def make_entry(competition: UUID, body: EntryBody, session: Db, access: SetterMay) -> EntryOut:
     """Add a competitor, with an account or without."""
-    row = locked(session, access.gym.id, competition)
+    row = locked_competition(session, access.gym.id, competition)
     entry = add_entry(session, row, body)
     _log(session, access, "entry.create", entry)
     return _entries_out(session, [entry])[0]
@@ -164,9 +164,9 @@ def change_competitor(
     competition: UUID, entry: UUID, body: EntryChange, session: Db, access: SetterMay
 ) -> EntryOut:
     """Change or withdraw a competitor."""
-    row = locked(session, access.gym.id, competition)
+    row = locked_competition(session, access.gym.id, competition)
     found = entry_of(session, row, entry)
-    given = _given(body)
+    given = _given_fields(body)
     change_entry(session, row, found, given)
     if "withdrawn" in given:
         found.removed = given["withdrawn"]
@@ -179,7 +179,7 @@ def import_entries(
     competition: UUID, body: StartListBody, session: Db, access: SetterMay
 ) -> StartListOut:
     """Import a start list: all of its lines that are new, or none if one has an error."""
-    row = locked(session, access.gym.id, competition)
+    row = locked_competition(session, access.gym.id, competition)
     entries, known, faults = read_start_list(session, row, body.csv, set(body.others))
     if body.really and not faults and entries:
         take_in(session, row, entries)
@@ -215,11 +215,11 @@ def sign_waiver(
     competition: UUID, entry: UUID, body: Signature, session: Db, access: JudgeMay
 ) -> EntryOut:
     """Record that a competitor accepted the text on paper."""
-    row = locked(session, access.gym.id, competition)
+    row = locked_competition(session, access.gym.id, competition)
     found = entry_of(session, row, entry)
     if not row.waiver:
         raise NotFoundError("cup-no-text")
-    sign(session, row, found, body.signed_by, access.actor.known, on_paper=True)
+    accept_text(session, row, found, body.signed_by, access.actor.known, on_paper=True)
     _log(session, access, "entry.waiver", found)
     return _entries_out(session, [found])[0]
 
@@ -229,7 +229,7 @@ def read_own_entry(competition: UUID, session: Db, access: ReaderMay) -> OwnEntr
     """Return one's own entry and results; the entry is null if one has not entered."""
     row = competition_of(session, access, competition)
     entry = own_entry(session, row, access.actor.known)
-    return _own(session, row, entry)
+    return _own_entry(session, row, entry)
 
 
 @router.put("/gyms/{gym}/competitions/{competition}/mine")
@@ -237,7 +237,7 @@ def enter_competition(
     competition: UUID, body: OwnEntryBody, session: Db, access: ClimberMay
 ) -> OwnEntry:
     """Enter a competition, or change one's entry. This accepts the text."""
-    row = locked(session, access.gym.id, competition)
+    row = locked_competition(session, access.gym.id, competition)
     competition_of(session, access, competition)
     me = session.get_one(Person, access.actor.known)
     words = EntryBody(
@@ -248,15 +248,15 @@ def enter_competition(
         birth_year=body.birth_year,
         gender=body.gender,
     )
-    entry = enter(session, row, words, me.id, body.waiver)
+    entry = enter_person(session, row, words, me.id, body.waiver)
     _log(session, access, "entry.enter", entry)
-    return _own(session, row, entry)
+    return _own_entry(session, row, entry)
 
 
 @router.delete("/gyms/{gym}/competitions/{competition}/mine", status_code=204)
 def withdraw(competition: UUID, session: Db, access: ClimberMay) -> None:
     """Withdraw from a competition; repeating it is fine. Results stay."""
-    row = locked(session, access.gym.id, competition)
+    row = locked_competition(session, access.gym.id, competition)
     competition_of(session, access, competition)
     entry = own_entry(session, row, access.actor.known)
     if entry is not None and not entry.withdrawn:
@@ -265,13 +265,13 @@ def withdraw(competition: UUID, session: Db, access: ClimberMay) -> None:
         _log(session, access, "entry.withdraw", entry)
 
 
-def _given(body: EntryChange) -> dict[str, Any]:
+def _given_fields(body: EntryChange) -> dict[str, Any]:
     """Return the given fields; only the year of birth may be set to null."""
     given = body.model_dump(exclude_unset=True)
     return {name: v for name, v in given.items() if v is not None or name == "birth_year"}
 
 
-def _own(session: Session, row: Competition, entry: Entry | None) -> OwnEntry:
+def _own_entry(session: Session, row: Competition, entry: Entry | None) -> OwnEntry:
     marks = [] if entry is None else marks_of(session, row.id, ScoreEvent.entry_id == entry.id)
     return OwnEntry(
         entry=None if entry is None else _entries_out(session, [entry])[0],

@@ -18,7 +18,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Person
-from walltopo_gym.api.documents import DocumentTurn, document
+from walltopo_gym.api.documents import DocumentTurn, document_response
 from walltopo_gym.api.fields import Digits, Moment
 from walltopo_gym.api.paging import Size
 from walltopo_gym.api.services import Db, ServicesOf
@@ -26,7 +26,7 @@ from walltopo_gym.api.tables import CsvDialectOf, CsvFile
 from walltopo_gym.api.turns import turn_for
 from walltopo_gym.competitions.board_view import BoardView
 from walltopo_gym.competitions.bodies import EventBody
-from walltopo_gym.competitions.history import marks_of, struck
+from walltopo_gym.competitions.history import marks_of, struck_events
 from walltopo_gym.competitions.http.competitions import competition_of
 from walltopo_gym.competitions.http.entries import ClimberMay, JudgeMay
 from walltopo_gym.competitions.judging import store_event
@@ -34,7 +34,7 @@ from walltopo_gym.competitions.ledger import Kind
 from walltopo_gym.competitions.live import LiveBoards
 from walltopo_gym.competitions.models import Problem, Round, ScoreEvent
 from walltopo_gym.competitions.ranking import Step
-from walltopo_gym.competitions.service import locked
+from walltopo_gym.competitions.service import locked_competition
 from walltopo_gym.competitions.tables import results_csv, results_pdf
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.access import GuestMay
@@ -110,7 +110,7 @@ def put_score_event(
     judges = access.role.covers(Role.JUDGE)
     # A whole hall writes: the transaction is as short as can be.
     with services.database.writing() as session:
-        row = locked(session, access.gym.id, competition)
+        row = locked_competition(session, access.gym.id, competition)
         competition_of(session, access, competition)
         kept, is_new = store_event(session, row, event, body, access.actor.known, judges=judges)
     response.status_code = 201 if is_new else 200
@@ -202,7 +202,7 @@ def _event_out(
     named = session.execute(select(Person.id, Person.name).where(Person.id.in_(people)))
     names: dict[UUID | None, str] = dict(named.all())
     ids = [event.id for event in events]
-    gone = struck(session, competition, ids) if ids and about else set()
+    gone = struck_events(session, competition, ids) if ids and about else set()
     return [
         EventOut.model_validate(
             {
@@ -375,7 +375,9 @@ def read_results_paper(
     begins = row.starts_at or row.created_at
     when = f"{begins.astimezone(ZoneInfo(access.gym.time_zone)):%Y-%m-%d}"
     content, missing = results_pdf(view, access.gym.name, when, _WORDS[language], size)
-    return document(request, content, "application/pdf", "results.pdf", shown=True, missing=missing)
+    return document_response(
+        request, content, "application/pdf", "results.pdf", shown=True, missing=missing
+    )
 
 
 def _fields(view: BoardView) -> dict[str, Any]:

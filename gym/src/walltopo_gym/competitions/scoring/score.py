@@ -96,7 +96,7 @@ def sums_of(tried: Iterable[AttemptedProblem]) -> Sums:
 
 def score_of(sums: Sums, points: Fraction | None, *rest: Criterion) -> Score:
     """Return a score whose first criterion is the points, if the rules have them."""
-    first = () if points is None else (Criterion("points", points, shown(points)),)
+    first = () if points is None else (Criterion("points", points, format_points(points)),)
     return Score(
         (*first, *rest),
         points,
@@ -113,6 +113,6 @@ def best_of(each: Iterable[Fraction], best: int | None) -> Fraction:
     return sum(sorted(each, reverse=True)[:best], Fraction(0))
 
 
-def shown(points: Fraction) -> str:
+def format_points(points: Fraction) -> str:
     """Return points as text, with at most two decimals."""
     return f"{float(points):.2f}".rstrip("0").rstrip(".")

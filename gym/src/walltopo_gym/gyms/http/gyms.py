@@ -20,7 +20,7 @@ from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError
 from walltopo_gym.events import DaysChanged, publish_event
 from walltopo_gym.gyms.access import Access, GuestMay, OwnerMay, gym_rule
-from walltopo_gym.gyms.grade_labels import own_label, spelled, spelled_range
+from walltopo_gym.gyms.grade_labels import own_label, spelled_labels, spelled_range
 from walltopo_gym.gyms.grade_uses import change_labels, replace_system
 from walltopo_gym.gyms.models import GradeSystem, Gym, Membership
 from walltopo_gym.gyms.roles import Role
@@ -192,7 +192,7 @@ class NewGradeSystem(Body):
 
     @model_validator(mode="after")
     def _make_sense(self) -> Self:
-        labels = spelled(self.kind, [grade.label for grade in self.grades])
+        labels = spelled_labels(self.kind, [grade.label for grade in self.grades])
         for grade, label in zip(self.grades, labels, strict=True):
             grade.label = label
             grade.low, grade.high = spelled_range(label, grade.low, grade.high)

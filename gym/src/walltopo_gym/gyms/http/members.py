@@ -20,18 +20,18 @@ from walltopo_gym.api.fields import Body, Secret, Text
 from walltopo_gym.api.paging import Cursor, Page, Size, page_by
 from walltopo_gym.api.services import Db, ServicesOf, network_of
 from walltopo_gym.errors import ForbiddenError, NotFoundError
-from walltopo_gym.events import TookPart, ask
+from walltopo_gym.events import TookPart, collect_answers
 from walltopo_gym.gyms.access import Access, OwnerMay, gym_rule
 from walltopo_gym.gyms.http.gyms import GymOut, gym_out
 from walltopo_gym.gyms.members import (
-    accept,
     add_member,
-    ban,
+    ban_from_gym,
     change_role,
     end_ban,
     invitation,
     invite,
     remove_member,
+    use_invitation,
 )
 from walltopo_gym.gyms.models import Ban, Invitation, Membership
 from walltopo_gym.gyms.roles import Role
@@ -166,9 +166,9 @@ def list_bans(session: Db, access: OwnerMay) -> list[BanOut]:
 @router.put("/gyms/{gym}/bans/{person}", status_code=204)
 def ban_person(person: UUID, body: NewBan, session: Db, access: OwnerMay) -> None:
     """Ban a person: no membership, no new ascents, no comments."""
-    if True not in ask(session, TookPart(access.gym.id, person)):
+    if True not in collect_answers(session, TookPart(access.gym.id, person)):
         raise NotFoundError("ban-stranger")
-    ban(session, access.gym.id, person, body.reason, access.actor.known)
+    ban_from_gym(session, access.gym.id, person, body.reason, access.actor.known)
 
 
 @router.delete("/gyms/{gym}/bans/{person}", status_code=204)
@@ -220,7 +220,7 @@ def drop_invitation(invitation: UUID, session: Db, access: OwnerMay) -> None:
 @router.post("/invitations/accept")
 def accept_invitation(body: Acceptance, session: Db, actor: SignedInMay) -> GymOut:
     """Use an invitation."""
-    gym, role = accept(session, body.secret, actor.known)
+    gym, role = use_invitation(session, body.secret, actor.known)
     return gym_out(gym, role)
 
 

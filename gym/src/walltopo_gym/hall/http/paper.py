@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.access import AnyoneMay
 from walltopo_gym.accounts.limits import count_document
-from walltopo_gym.api.documents import DocumentTurn, document
+from walltopo_gym.api.documents import DocumentTurn, document_response
 from walltopo_gym.api.fields import Digits, Text
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.errors import NotFoundError
@@ -21,7 +21,7 @@ from walltopo_gym.gyms.access import Access, GuestMay, SetterMay, visible_gym
 from walltopo_gym.gyms.days import today
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.hall.cards import CardPaper, Cards, CardSize
-from walltopo_gym.hall.coming import coming
+from walltopo_gym.hall.coming import planned_dates
 from walltopo_gym.hall.feeds import atom, calendar
 from walltopo_gym.hall.poster import Poster
 from walltopo_gym.hall.screen import settings_of
@@ -42,7 +42,7 @@ Days = Annotated[Digits, Query(ge=1, le=90)]
 Code = Annotated[str, Query(max_length=20)]
 
 
-def _kind(*kinds: str) -> dict[int | str, dict[str, object]]:
+def _media_response(*kinds: str) -> dict[int | str, dict[str, object]]:
     """Return the OpenAPI response of a media type other than JSON."""
     text = {"schema": {"type": "string", "format": "binary"}}
     return {200: {"content": dict.fromkeys(kinds, text)}}
@@ -56,7 +56,7 @@ class ShortLink(BaseModel):
     route_id: UUID
 
 
-@router.get("/gyms/{gym}/poster.pdf", response_class=Response, responses=_kind(_PDF))
+@router.get("/gyms/{gym}/poster.pdf", response_class=Response, responses=_media_response(_PDF))
 def read_poster(
     request: Request,
     services: ServicesOf,
@@ -81,16 +81,16 @@ def read_poster(
         [(wall, new) for wall, new in by_wall if new],
         day - timedelta(days=days - 1),
         day,
-        lambda scan: _picture(services.store, scan),
+        lambda scan: _find_picture(services.store, scan),
         services.settings.link_base,
     )
     sheet = poster.drawn(words_in(language), size)
     content = sheet.pdf()
     name = f"{gym.slug}-{day}.pdf"
-    return document(request, content, _PDF, name, shown=True, missing=sheet.missing)
+    return document_response(request, content, _PDF, name, shown=True, missing=sheet.missing)
 
 
-@router.get("/gyms/{gym}/cards.pdf", response_class=Response, responses=_kind(_PDF))
+@router.get("/gyms/{gym}/cards.pdf", response_class=Response, responses=_media_response(_PDF))
 def read_cards(
     request: Request,
     services: ServicesOf,
@@ -117,12 +117,14 @@ def read_cards(
         raise NotFoundError("cards-none")
     cards = Cards(routes, gym.name, text, services.settings.link_base)
     content, missing = cards.pdf(words_in(language), size, paper)
-    return document(
+    return document_response(
         request, content, _PDF, f"{gym.slug}-cards-{size}.pdf", shown=True, missing=missing
     )
 
 
-@router.get("/gyms/{gym}/calendar.ics", response_class=Response, responses=_kind("text/calendar"))
+@router.get(
+    "/gyms/{gym}/calendar.ics", response_class=Response, responses=_media_response("text/calendar")
+)
 def read_calendar(
     request: Request,
     session: Db,
@@ -133,15 +135,15 @@ def read_calendar(
     """Return the calendar for subscriptions: resets, strippings, competitions."""
     gym = session.get_one(Gym, access.gym.id)
     base = services.settings.link_base
-    dates = coming(session, gym)
+    dates = planned_dates(session, gym)
     content = calendar(gym, dates, words_in(language), base)
-    return document(request, content, "text/calendar", f"{gym.slug}.ics", shown=True)
+    return document_response(request, content, "text/calendar", f"{gym.slug}.ics", shown=True)
 
 
 @router.get(
     "/gyms/{gym}/new-routes.atom",
     response_class=Response,
-    responses=_kind("application/atom+xml"),
+    responses=_media_response("application/atom+xml"),
 )
 def read_new_routes(
     request: Request,
@@ -154,10 +156,12 @@ def read_new_routes(
     gym = session.get_one(Gym, access.gym.id)
     base = services.settings.link_base
     routes: list[Route] = new_routes(session, gym, settings_of(session, gym.id).days)[:200]
-    walls = _names(session, gym)
+    walls = _wall_names(session, gym)
     own = f"{base}{request.url.path}"
     content = atom(gym, routes, walls, words_in(language), base, own)
-    return document(request, content, "application/atom+xml", f"{gym.slug}.atom", shown=True)
+    return document_response(
+        request, content, "application/atom+xml", f"{gym.slug}.atom", shown=True
+    )
 
 
 @router.get("/short/{code}")
@@ -171,11 +175,11 @@ def read_short_link(code: str, session: Db, request: Request, actor: AnyoneMay) 
     return ShortLink(gym=gym.slug, wall_id=route.wall_id, route_id=route.id)
 
 
-def _names(session: Session, gym: Gym) -> dict[object, str]:
+def _wall_names(session: Session, gym: Gym) -> dict[object, str]:
     return {wall.id: wall.name for wall in session.scalars(select(Wall).filter_by(gym_id=gym.id))}
 
 
-def _picture(store: FileStore, scan: UUID) -> bytes | None:
+def _find_picture(store: FileStore, scan: UUID) -> bytes | None:
     try:
         return wall_picture(store, scan)
     except NotFoundError:

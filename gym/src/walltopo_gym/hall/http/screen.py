@@ -17,7 +17,7 @@ from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.access import GuestMay, OwnerMay, SetterMay
 from walltopo_gym.gyms.models import Gym
-from walltopo_gym.hall.coming import climbers_today, coming
+from walltopo_gym.hall.coming import climbers_today, planned_dates
 from walltopo_gym.hall.models import HallSettings
 from walltopo_gym.hall.screen import (
     KIOSK,
@@ -136,7 +136,7 @@ def read_screen(session: Db, access: GuestMay) -> ScreenOut:
     )
     lines = public_board(session, gym, _LINES)
     dates = []
-    for each in coming(session, gym)[:_DATES]:
+    for each in planned_dates(session, gym)[:_DATES]:
         is_moment = isinstance(each.at, datetime)
         dates.append(
             ScreenDate(

@@ -106,7 +106,7 @@ def make_routes(wall: UUID, body: NewRoutes, session: Db, access: PublisherMay) 
     row = wall_of(session, access.gym.id, wall)
     today = access.gym.today()
     routes = [
-        _checked(session, access, route, today, number if len(body.routes) > 1 else 0)
+        _check_route(session, access, route, today, number if len(body.routes) > 1 else 0)
         for number, route in enumerate(body.routes, 1)
     ]
     return _added(session, access, row, routes)
@@ -121,7 +121,8 @@ def import_routes(wall: UUID, body: RouteTable, session: Db, access: PublisherMa
     if is_added:
         _added(session, access, row, [line.route for line in lines])
     shown = [
-        TableRoute(line=line.line, known=line.known, **_shown(line.route.facts)) for line in lines
+        TableRoute(line=line.line, known=line.known, **_visible_facts(line.route.facts))
+        for line in lines
     ]
     return RouteTableOut(
         routes=shown,
@@ -131,11 +132,11 @@ def import_routes(wall: UUID, body: RouteTable, session: Db, access: PublisherMa
     )
 
 
-def _shown(facts: Any) -> dict[str, Any]:
+def _visible_facts(facts: Any) -> dict[str, Any]:
     return {name: value for name, value in facts.items() if name != "grade_system_id"}
 
 
-def _checked(
+def _check_route(
     session: Session, access: Access, given: NewRoute, today: date, number: int
 ) -> HandRoute:
     """Return a route to add.

@@ -39,7 +39,7 @@ from walltopo_gym.scans.distance import check_scalable, mark_points, set_distanc
 from walltopo_gym.scans.edits import check_carried_out, results_version
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.scan_out import ScanOut, scan_out
-from walltopo_gym.scans.service import State, check_in_review, move, scan_of
+from walltopo_gym.scans.service import State, change_state, check_in_review, scan_of
 from walltopo_gym.walls.lookup import wall_of
 from walltopo_gym.walls.models import Wall
 from walltopo_gym.walls.zones import queue_publications
@@ -205,7 +205,7 @@ def publish_scan(
     results = _results(services, access, scan)
     with services.database.writing() as session:
         row = scan_of(session, access.gym.id, scan)
-        entries, found = confirmed(session, access, row, body, results)
+        entries, found = confirmed_table(session, access, row, body, results)
         publish(session, row, body.revision, entries, found, access.gym.today())
         session.refresh(row)
         _log(session, access, "scan.publish", str(row.id))
@@ -218,7 +218,7 @@ def discard_scan(scan: UUID, session: Db, access: PublisherMay) -> ScanOut:
     row = scan_of(session, access.gym.id, scan)
     check_in_review(row.state)
     check_unplanned(session, row.id)
-    move(session, row.id, State.CANCELLED, before=State.REVIEW)
+    change_state(session, row.id, State.CANCELLED, before=State.REVIEW)
     session.refresh(row)
     _log(session, access, "scan.discard", str(row.id))
     return scan_out(session, row)
@@ -272,7 +272,7 @@ def _results(services: Services, access: Access, scan: UUID) -> _Results:
     return _Results(found_routes(services.store, scan), version)
 
 
-def confirmed(
+def confirmed_table(
     session: Session, access: Access, scan: Scan, body: Publication, results: _Results
 ) -> tuple[list[Entry], dict[int, Placed]]:
     """Return a setter's checked table, and the scan's routes by number.
@@ -459,7 +459,7 @@ def _plan(
     session: Session, access: Access, scan: UUID, body: NewPlan, results: _Results
 ) -> PlanOut:
     row = scan_of(session, access.gym.id, scan)
-    entries, found = confirmed(session, access, row, body, results)
+    entries, found = confirmed_table(session, access, row, body, results)
     wall = session.get_one(Wall, row.wall_id)
     if wall.revision != body.revision:
         raise ConflictError("wall-changed", "look-at-it-again")

@@ -17,7 +17,12 @@ from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.access import Access, GuestMay, PublisherMay
 from walltopo_gym.publishing.models import Placement, Route
-from walltopo_gym.publishing.service import change_facts, restore, strip, touch_wall
+from walltopo_gym.publishing.service import (
+    change_facts,
+    strip_without_scan,
+    touch_wall,
+    undo_stripping,
+)
 from walltopo_gym.publishing.versions import gym_routes, route_of, wall_routes
 from walltopo_gym.scans.pictures import route_picture, wall_picture
 from walltopo_gym.walls.lookup import wall_of
@@ -90,7 +95,7 @@ def list_routes(session: Db, access: GuestMay) -> list[RouteOut]:
 @router.get("/gyms/{gym}/routes/{route}")
 def read_route(route: UUID, session: Db, access: GuestMay) -> RouteOut:
     """Return a route, current or stripped."""
-    return _one(session, route_of(session, access.gym.id, route))
+    return _current_route(session, route_of(session, access.gym.id, route))
 
 
 @router.patch("/gyms/{gym}/routes/{route}")
@@ -98,29 +103,29 @@ def change_route(route: UUID, body: RouteChange, session: Db, access: PublisherM
     """Change a route's facts."""
     row = route_of(session, access.gym.id, route)
     change_facts(session, access.gym.id, row, body.facts(), access.actor.known)
-    return _one(session, row)
+    return _current_route(session, row)
 
 
 @router.post("/gyms/{gym}/routes/{route}/strip")
 def strip_route(route: UUID, session: Db, access: PublisherMay) -> RouteOut:
     """Strip a route without a new scan."""
     row = route_of(session, access.gym.id, route)
-    strip(session, row)
+    strip_without_scan(session, row)
     session.refresh(row)
     touch_wall(session, row.wall_id)
     _log(session, access, "route.strip", str(row.id))
-    return _one(session, row)
+    return _current_route(session, row)
 
 
 @router.post("/gyms/{gym}/routes/{route}/restore")
 def restore_route(route: UUID, session: Db, access: PublisherMay) -> RouteOut:
     """Undo the stripping of a route without a new scan."""
     row = route_of(session, access.gym.id, route)
-    restore(session, row)
+    undo_stripping(session, row)
     session.refresh(row)
     touch_wall(session, row.wall_id)
     _log(session, access, "route.restore", str(row.id))
-    return _one(session, row)
+    return _current_route(session, row)
 
 
 def routes_of(session: Session, wall: Wall) -> list[RouteOut]:
@@ -128,7 +133,7 @@ def routes_of(session: Session, wall: Wall) -> list[RouteOut]:
     return [route_out(route, placed) for route, placed in wall_routes(session, wall)]
 
 
-def _one(session: Session, row: Route) -> RouteOut:
+def _current_route(session: Session, row: Route) -> RouteOut:
     wall = session.get_one(Wall, row.wall_id)
     placed = select(Placement).where(
         Placement.route_id == row.id, Placement.scan_id == wall.published_scan_id
@@ -163,7 +168,9 @@ def read_wall_picture(wall: UUID, session: Db, services: ServicesOf, access: Gue
     scan = wall_of(session, access.gym.id, wall).published_scan_id
     if scan is None:
         raise NotFoundError("nothing-published")
-    return Picture(wall_picture(services.store, scan), headers=_caching(access.gym.visibility))
+    return Picture(
+        wall_picture(services.store, scan), headers=_cache_headers(access.gym.visibility)
+    )
 
 
 @pictures_router.get("/gyms/{gym}/routes/{route}/picture", response_class=Picture)
@@ -179,9 +186,9 @@ def read_route_picture(route: UUID, session: Db, services: ServicesOf, access: G
     if placed is None:
         raise NotFoundError("not-there-published-route")
     picture = route_picture(services.store, placed.scan_id, placed.holds)
-    return Picture(picture, headers=_caching(access.gym.visibility))
+    return Picture(picture, headers=_cache_headers(access.gym.visibility))
 
 
-def _caching(visibility: str) -> dict[str, str]:
+def _cache_headers(visibility: str) -> dict[str, str]:
     """Return headers for a day: given addresses name the version, which never changes."""
     return {"cache-control": f"{'private' if visibility == 'private' else 'public'}, max-age=86400"}

@@ -12,7 +12,7 @@ from walltopo_gym.api.fields import Body
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.gyms.access import OwnerMay
-from walltopo_gym.scans.own_network import OwnNetwork, want
+from walltopo_gym.scans.own_network import OwnNetwork, switch_training
 from walltopo_gym.scans.scan_out import NetworkResult
 
 router = APIRouter(tags=["scans"])
@@ -49,7 +49,7 @@ def change_own_network(
     offered = services.settings.own_networks
     if body.wanted and not offered:
         raise ConflictError("own-networks-off", "ask-operator")
-    row = want(session, access.gym.id, body.wanted)
+    row = switch_training(session, access.gym.id, body.wanted)
     log_change(
         session,
         "network.change",

@@ -9,7 +9,7 @@ from fastapi import APIRouter, Path, Request, Response
 from walltopo.reconstruct.scale.plate_pdf import PAPERS, draw_plate, draw_stickers, to_pdf
 from walltopo.reconstruct.scale.plates import built_in_plates
 from walltopo_gym.accounts.access import AnyoneMay
-from walltopo_gym.api.documents import document
+from walltopo_gym.api.documents import document_response
 from walltopo_gym.api.fields import Digits
 from walltopo_gym.errors import NotFoundError
 
@@ -41,7 +41,7 @@ def read_scale_plate(
         raise NotFoundError("no-such-plate", paper=paper, most=len(kinds))
     plate = kinds[number - 1]
     pdf = to_pdf([draw_plate(plate, PAPERS[paper])], PAPERS[paper], f"walltopo {plate.label}")
-    return document(request, pdf, _PDF, f"scale-plate-{paper}-{number}.pdf", shown=True)
+    return document_response(request, pdf, _PDF, f"scale-plate-{paper}-{number}.pdf", shown=True)
 
 
 @router.get(
@@ -57,4 +57,4 @@ def read_stickers(
 ) -> Response:
     """Return sheets of stickers for bare walls, to print at 100 % and cut."""
     pdf = to_pdf(draw_stickers(range(count), PAPERS[paper]), PAPERS[paper], "walltopo stickers")
-    return document(request, pdf, _PDF, f"stickers-{paper}-{count}.pdf", shown=True)
+    return document_response(request, pdf, _PDF, f"stickers-{paper}-{count}.pdf", shown=True)

@@ -24,7 +24,7 @@ from walltopo_gym.gyms.roles import Role
 from walltopo_gym.scans.amendments import amend
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.scan_out import ScanOut, scan_out
-from walltopo_gym.scans.service import State, begin, move, scan_of, start
+from walltopo_gym.scans.service import State, change_state, create_version, request_run, scan_of
 from walltopo_gym.walls.lookup import wall_of
 
 router = APIRouter(tags=["scans"])
@@ -73,7 +73,7 @@ def begin_scan(wall: UUID, session: Db, access: UploaderMay) -> ScanOut:
     """Create a version of the wall for uploads. It gets the coordinate frame of the published
     version."""
     row = wall_of(session, access.gym.id, wall)
-    scan = begin(session, row, access.actor.known)
+    scan = create_version(session, row, access.actor.known)
     _log(session, access, "scan.create", scan)
     return scan_out(session, scan)
 
@@ -138,7 +138,7 @@ def start_scan(
     """Start a scan of the photos, also after a failure or a cancellation."""
     row = scan_of(session, access.gym.id, scan)
     body = body or ScanStart()
-    start(session, row, part=body.part, colours=body.colours)
+    request_run(session, row, part=body.part, colours=body.colours)
     _log(session, access, "scan.start", row)
     return scan_out(session, row)
 
@@ -147,7 +147,7 @@ def start_scan(
 def cancel_scan(scan: UUID, session: Db, access: UploaderMay) -> ScanOut:
     """Cancel a scan; finished stages are kept for a restart."""
     row = scan_of(session, access.gym.id, scan)
-    move(session, row.id, State.CANCELLED)
+    change_state(session, row.id, State.CANCELLED)
     session.refresh(row)
     _log(session, access, "scan.cancel", row)
     return scan_out(session, row)

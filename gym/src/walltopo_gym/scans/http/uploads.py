@@ -36,7 +36,13 @@ from walltopo_gym.scans.http.scans import UploaderMay
 from walltopo_gym.scans.incoming import Incoming
 from walltopo_gym.scans.models import Photo, PhotoOverlap, Scan
 from walltopo_gym.scans.queues import photos_changed
-from walltopo_gym.scans.receiving import announce, announced_sizes, finish, is_video, kept_name
+from walltopo_gym.scans.receiving import (
+    announced_sizes,
+    finish_photo,
+    is_video,
+    kept_name,
+    photo_to_receive,
+)
 from walltopo_gym.scans.service import State, scan_of
 from walltopo_gym.walls.models import Wall
 
@@ -140,7 +146,7 @@ def announce_photo(
         raise TooLargeError("photo-too-large", kind=kind, most=most)
     row = scan_of(session, access.gym.id, scan)
     _check_open(row)
-    photo, is_new = announce(
+    photo, is_new = photo_to_receive(
         session, row.id, name, upload_length, metadata.get("sha256"), settings.max_photos
     )
     if is_new:
@@ -195,7 +201,7 @@ async def send_photo(
     offset = _offset(services, row)
     if offset == row.size:
         arguments = (services.database, services.store, services.get(Incoming), photo)
-        await to_thread.run_sync(finish, *arguments)
+        await to_thread.run_sync(finish_photo, *arguments)
     response.headers["upload-offset"] = str(offset)
 
 
@@ -254,7 +260,7 @@ def _finish_whole(services: Services, photo: UUID) -> None:
     """Store a photo whose bytes were complete when database or store went away; its sender sends no
     more."""
     with suppress(ContentError):  # not what was announced: it is forgotten
-        finish(services.database, services.store, services.get(Incoming), photo)
+        finish_photo(services.database, services.store, services.get(Incoming), photo)
 
 
 def _offset(services: Services, photo: Photo) -> int:
