@@ -40,7 +40,7 @@ from walltopo_gym.database.engine import Database
 from walltopo_gym.jobs import running, worker
 from walltopo_gym.jobs.place import Place
 from walltopo_gym.jobs.queue import Job, Task
-from walltopo_gym.jobs.worker import working
+from walltopo_gym.jobs.worker import run_jobs
 from walltopo_gym.settings import load_settings
 
 def run(number):
@@ -53,7 +53,7 @@ def run(number):
 settings = load_settings({"data": sys.argv[1], "database": sys.argv[2]}, {})
 database = Database(settings.database_url)
 job = Job("test-job", waits=(0.0, 0.0), poll_s=0.05)
-with Place(settings, database) as place, working(database, place, [Task(job, run)]):
+with Place(settings, database) as place, run_jobs(database, place, [Task(job, run)]):
     sys.stdin.read()
 """
 
