@@ -71,12 +71,14 @@ def _row(
 ) -> str:
     odds = fit_ordered(calibration[0], calibration[1].astype(np.int64))
     errors = errors_of(*calibration)
-    place, grade = measured
+    difficulty, grade = measured
     true = grade.astype(np.int64)
     return (
         f"| {name} | {what} | "
-        + _shares(odds.likely(place), odds.middle(place), odds.within_one(place), true)
-        + _ranges(place, true, errors)
+        + _shares(
+            odds.likely(difficulty), odds.middle(difficulty), odds.within_one(difficulty), true
+        )
+        + _ranges(difficulty, true, errors)
     )
 
 
@@ -89,8 +91,8 @@ def _shares(likely: Ints, middle: Ints, near: Ints, true: Ints) -> str:
     return f"{exact:.3f} | {one:.3f} | {mae:.2f} | {v_exact:.3f} | {v_one:.3f} | "
 
 
-def _ranges(place: Floats, true: Ints, errors: Errors) -> str:
-    ends = np.array([range_of(float(p), errors.bound) for p in place])
+def _ranges(difficulty: Floats, true: Ints, errors: Errors) -> str:
+    ends = np.array([range_of(float(p), errors.bound) for p in difficulty])
     inside = (ends[:, 0] <= true) & (true <= ends[:, 1])
     return f"{inside.mean():.3f} | {(ends[:, 1] - ends[:, 0] + 1).mean():.1f} |"
 
@@ -162,8 +164,8 @@ def carried(found: dict[str, TrainingBoard]) -> list[str]:
             "number of holds and angle": _counted(source, board),
             "movement": _other(found, name).predict(board.plain[ok]),
         }
-        for what, place in rows.items():
-            off = np.abs(np.round(place) - true)
+        for what, difficulty in rows.items():
+            off = np.abs(np.round(difficulty) - true)
             lines.append(
                 f"| {other} | {name} | {what} | {(off == 0).mean():.3f} | "
                 f"{(off <= 1).mean():.3f} | {off.mean():.2f} |"
@@ -194,7 +196,7 @@ def both(found: dict[str, TrainingBoard]) -> list[str]:
                 sources = [
                     (found[name], found[name].reached & (found[name].part == 1)) for name in names
                 ]
-                place = np.concatenate(
+                difficulty = np.concatenate(
                     [model.predict(getattr(source, which)[held]) for source, held in sources]
                 )
                 grade = np.concatenate([source.grade[held] for source, held in sources])
@@ -202,7 +204,7 @@ def both(found: dict[str, TrainingBoard]) -> list[str]:
                     _row(
                         tested,
                         f"{' and '.join(names)}, {words}",
-                        (place, grade),
+                        (difficulty, grade),
                         (model.predict(getattr(board, which)[measured]), board.grade[measured]),
                     )
                 )
@@ -220,20 +222,20 @@ def gym(found: dict[str, TrainingBoard]) -> list[str]:
         source = next(other for key, other in found.items() if key != name)
         held = source.reached & (source.part == 1)
         errors = errors_of(model.predict(source.plain[held]), source.grade[held])
-        place = model.predict(board.plain[board.reached])
+        difficulty = model.predict(board.plain[board.reached])
         grade = board.grade[board.reached]
-        lines += [_with_grades(name, count, place, grade, errors) for count in _GIVEN]
+        lines += [_with_grades(name, count, difficulty, grade, errors) for count in _GIVEN]
     return lines
 
 
-def _with_grades(name: str, count: int, place: Floats, grade: Floats, errors: Errors) -> str:
+def _with_grades(name: str, count: int, difficulty: Floats, grade: Floats, errors: Errors) -> str:
     rows = []
     for draw in range(_DRAWS):
-        order = np.random.default_rng(draw).permutation(len(place))
+        order = np.random.default_rng(draw).permutation(len(difficulty))
         given, others = order[:count], order[count : count + 2000]
-        fitted = calibrate([Known(float(place[k]), float(grade[k])) for k in given], errors)
-        middles = np.array([fitted.place(float(place[k]))[0] for k in others])
-        ends = [fitted.range(float(place[k])) for k in others]
+        fitted = calibrate([Known(float(difficulty[k]), float(grade[k])) for k in given], errors)
+        middles = np.array([fitted.grade_at(float(difficulty[k]))[0] for k in others])
+        ends = [fitted.range(float(difficulty[k])) for k in others]
         true = grade[others]
         off = np.abs(np.round(middles) - true)
         inside = [one.low <= t <= one.high for one, t in zip(ends, true, strict=True)]

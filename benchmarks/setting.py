@@ -81,7 +81,7 @@ class Row:
 
     requested: float
     tops: bool
-    place: float
+    difficulty: float
     range: Range
     fits: bool
     alike: float
@@ -96,9 +96,9 @@ def judge(pool: Pool, one: Proposal, spec: ProblemSpec, scale: Scale) -> Row:
     requested = parse_grade(spec.grade)
     assert climbed is not None
     assert requested is not None
-    place = float(scale.model.places(climbed.features[None])[0])
-    found = scale.range(place, climbed.known)
-    return Row(requested, tops, place, found, not one.violations, one.alike)
+    difficulty = float(scale.model.difficulties(climbed.features[None])[0])
+    found = scale.range(difficulty, climbed.known)
+    return Row(requested, tops, difficulty, found, not one.violations, one.alike)
 
 
 def main(arguments: list[str]) -> int:
@@ -135,7 +135,7 @@ def main(arguments: list[str]) -> int:
 
 def _line(name: str, rows: Sequence[Row], seconds: Sequence[float]) -> str:
     inside = [one.range.low <= round(one.requested) <= one.range.high for one in rows]
-    off: npt.NDArray[np.float64] = np.array([abs(one.place - one.requested) for one in rows])
+    off: npt.NDArray[np.float64] = np.array([abs(one.difficulty - one.requested) for one in rows])
     wanted_count = 3 * len(seconds)
     return (
         f"| {name} | {len(rows)} of {wanted_count} | {np.mean([one.fits for one in rows]):.2f} | "

@@ -30,5 +30,6 @@ def ultralytics(tmp_path_factory: pytest.TempPathFactory) -> Any:
 @pytest.fixture(scope="session")
 def tiny_gym(once: Callable[..., Path]) -> Path:
     """A small rendered gym with its truth: `photos/` and `truth/`; nobody changes it."""
+    from walltopo_lab.synth import write_tiny_gym
 
     return once("tiny-gym", write_tiny_gym)

@@ -9,7 +9,7 @@ from walltopo.scans.folder import ScanFolder, write_moves
 from walltopo.scans.moves import GradeRow, Moves, RouteMoves, moves_basis
 from walltopo_climb.grades.font import FONT
 from walltopo_climb.grades.model import shipped_model
-from walltopo_climb.grades.of_scan import grade_routes, place_routes
+from walltopo_climb.grades.of_scan import grade_routes, rate_routes
 from walltopo_climb.movement.body import BODIES, Body
 from walltopo_climb.movement.rows import climber_rows
 from walltopo_climb.wall_files import read_wall
@@ -28,7 +28,7 @@ def find_moves(scan: Path, bodies: Mapping[str, Body]) -> Moves:
     """
     holds, routes, unit = read_wall(scan)
     model = shipped_model()
-    ranges = grade_routes(place_routes(routes, holds, unit, model), model)
+    ranges = grade_routes(rate_routes(routes, holds, unit, model), model)
     rows = []
     for route in routes:
         found = ranges.get(route.id)

@@ -8,7 +8,7 @@ from walltopo_climb.grades.font import FONT, V_OF, grade_ends, parse_grade
 
 
 @pytest.mark.parametrize(
-    ("text", "place"),
+    ("text", "index"),
     [
         *((name, float(k)) for k, name in enumerate(FONT)),
         ("6a+", 6.0),
@@ -27,8 +27,8 @@ from walltopo_climb.grades.font import FONT, V_OF, grade_ends, parse_grade
         ("6A-", 5.0),
     ],
 )
-def test_grades_are_read_in_any_spelling(text: str, place: float | None) -> None:
-    assert parse_grade(text) == place
+def test_grades_are_read_in_any_spelling(text: str, index: float | None) -> None:
+    assert parse_grade(text) == index
 
 
 def test_grades_have_one_v_grade_each_and_never_fall() -> None:

@@ -20,14 +20,16 @@ def rows(**changed: float) -> np.ndarray:
 @pytest.mark.parametrize("name", [name for name, sign in FEATURES.items() if sign])
 def test_grades_go_the_way_that_there_is_no_doubt_about(name: str) -> None:
     model = shipped_model()
-    places = [model.places(rows(**{name: value}))[0] for value in np.linspace(0, 12, 25)]
-    assert (np.diff(places) * FEATURES[name] >= -1e-5).all()
+    difficulties = [
+        model.difficulties(rows(**{name: value}))[0] for value in np.linspace(0, 12, 25)
+    ]
+    assert (np.diff(difficulties) * FEATURES[name] >= -1e-5).all()
 
 
 def test_grades_take_holds_of_unknown_quality() -> None:
     unknown = rows(**{name: np.nan for name in FEATURES if name.startswith("quality")})
-    assert np.isfinite(shipped_model().places(unknown)).all()
-    assert shipped_model().places(np.zeros((0, len(FEATURES)), np.float32)).shape == (0,)
+    assert np.isfinite(shipped_model().difficulties(unknown)).all()
+    assert shipped_model().difficulties(np.zeros((0, len(FEATURES)), np.float32)).shape == (0,)
 
 
 def test_grades_ranges_are_open_where_nothing_was_learnt() -> None:

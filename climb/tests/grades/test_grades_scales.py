@@ -7,7 +7,7 @@ import itertools
 import pytest
 
 from walltopo_climb.grades.font import grade_ends
-from walltopo_climb.grades.scales import SCALES, french_place
+from walltopo_climb.grades.scales import SCALES, french_difficulty
 
 
 @pytest.mark.parametrize(
@@ -60,15 +60,15 @@ def test_a_grade_is_spelled_as_its_scale_does(scale: str, text: str, label: str 
 def test_the_usual_grades_read_as_themselves_and_get_harder(scale: str) -> None:
     found = [SCALES[scale].read(label) for label in SCALES[scale].labels]
     assert [one and one.label for one in found] == list(SCALES[scale].labels)
-    places = [one.place for one in found if one is not None]
-    assert all(low < high for low, high in itertools.pairwise(places))
+    difficulties = [one.difficulty for one in found if one is not None]
+    assert all(low < high for low, high in itertools.pairwise(difficulties))
 
 
 def test_roman_and_arabic_grades_of_uiaa_are_the_same() -> None:
     roman, arabic = SCALES["uiaa"].read("VI+/VII-"), SCALES["uiaa"].read("6+/7-")
     assert roman is not None
     assert arabic is not None
-    assert (roman.key, roman.place) == (arabic.key, arabic.place)
+    assert (roman.key, roman.difficulty) == (arabic.key, arabic.difficulty)
 
 
 @pytest.mark.parametrize(
@@ -79,7 +79,7 @@ def test_uiaa_grades_lie_beside_french_ones(uiaa: str, french: str) -> None:
     one, other = SCALES["uiaa"].read(uiaa), SCALES["french"].read(french)
     assert one is not None
     assert other is not None
-    assert abs(french_place("uiaa", one.place) - other.place) <= 1
+    assert abs(french_difficulty("uiaa", one.difficulty) - other.difficulty) <= 1
 
 
 @pytest.mark.parametrize(

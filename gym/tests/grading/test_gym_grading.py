@@ -141,7 +141,7 @@ def test_figures_equal_a_plain_recount(hall: Any, grades: Any, votes: Any) -> No
     assert found.keys() == {routes[number].id for number in wanted}
     for number, one in wanted.items():
         its = found[routes[number].id]
-        assert (its.place, its.votes) == (one.place, one.votes)
+        assert (its.difficulty, its.votes) == (one.difficulty, one.votes)
         # Rounded, two equal figures can differ: 0.4999995 and a bit less.
         assert (its.grade, its.width) == pytest.approx((one.grade, one.width), abs=1e-6)
 

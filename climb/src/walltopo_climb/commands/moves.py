@@ -113,12 +113,12 @@ def _grade(args: argparse.Namespace) -> int:
     from walltopo.scans.routes import route_name
     from walltopo_climb.grades.font import FONT
     from walltopo_climb.grades.model import shipped_model
-    from walltopo_climb.grades.of_scan import grade_routes, place_routes
+    from walltopo_climb.grades.of_scan import grade_routes, rate_routes
     from walltopo_climb.wall_files import read_wall
 
     holds, routes, unit = read_wall(args.scan)
     model = shipped_model()
-    ranges = grade_routes(place_routes(routes, holds, unit, model), model)
+    ranges = grade_routes(rate_routes(routes, holds, unit, model), model)
     rows: list[dict[str, Any]] = []
     for route in routes:
         found = ranges.get(route.id)

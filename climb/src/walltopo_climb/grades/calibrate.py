@@ -1,7 +1,7 @@
 """Calibrate the model to a gym's own scale, by its setters' grades and its climbers' votes.
 
 Each gym grades a little softer or harder than a board, and stretches the scale its own way. The
-gym's grade is therefore a linear function of the model's place, with a prior of "as on the board"
+grade of a gym is therefore linear in the model's difficulty, with a prior of "as on the board"
 (normal, conjugate: Gelman et al., "Bayesian Data Analysis", 14.2 and 14.8). Without any grade the
 prior remains. Each grade moves the line by its weight, votes by their number.
 """
@@ -35,12 +35,12 @@ class Known:
 
     Parameters
     ----------
-    place : the model's place. grade : as a place in `FONT`.
+    difficulty : the model's difficulty. grade : as an index into `FONT`.
     votes : number of votes behind the grade; 0 for a setter's.
     width : steps from the easiest to the hardest grade that the label may mean, as for a circuit.
     """
 
-    place: float
+    difficulty: float
     grade: float
     votes: int = 0
     width: float = 0.0
@@ -59,7 +59,7 @@ class Gym:
 
     Parameters
     ----------
-    centre : of the model's places. line : (2,) grade at the centre, and slope.
+    centre : of the model's difficulties. line : (2,) grade at the centre, and slope.
     covariance : (2, 2) of the line. errors : the model's errors on climbs of this gym.
     widths : half width of a range over the predicted standard deviation.
     graded : number of climbs behind the calibration.
@@ -72,15 +72,15 @@ class Gym:
     widths: float
     graded: int
 
-    def place(self, place: float) -> tuple[float, float]:
-        """Return the gym's grade as a place in `FONT`, and its standard deviation."""
-        at = np.array([1.0, place - self.centre])
+    def grade_at(self, difficulty: float) -> tuple[float, float]:
+        """Return the gym's grade as an index into `FONT`, and its standard deviation."""
+        at = np.array([1.0, difficulty - self.centre])
         variance = self.errors.spread**2 + float(at @ self.covariance @ at)
         return float(at @ self.line), math.sqrt(variance)
 
-    def range(self, place: float) -> Range:
+    def range(self, difficulty: float) -> Range:
         """Return the grade range of a climb of this gym."""
-        middle, deviation = self.place(place)
+        middle, deviation = self.grade_at(difficulty)
         low, high = range_of(middle, self.widths * deviation)
         return Range(low, high, self.errors.coverage, self.graded)
 
@@ -114,21 +114,21 @@ def leave_one_out(known: Sequence[Known], errors: Errors) -> tuple[Range, ...]:
 
 @dataclass(frozen=True)
 class _GradeSums:
-    """(N,) graded climbs: places from the centre, grades, weights; and the model's spread."""
+    """(N,) graded climbs: difficulties from the centre, grades, weights; and the model's spread."""
 
     centre: float
-    place: Floats
+    difficulty: Floats
     grade: Floats
     weight: Floats
     spread: float
 
     @classmethod
     def of(cls, known: Sequence[Known], errors: Errors) -> _GradeSums:
-        place = np.array([one.place for one in known], float)
-        centre = float(place.mean()) if len(known) else _MIDDLE
+        difficulty = np.array([one.difficulty for one in known], float)
+        centre = float(difficulty.mean()) if len(known) else _MIDDLE
         noise = errors.spread**2 + np.array([one.variance for one in known], float)
         grade = np.array([one.grade for one in known], float)
-        return cls(centre, place - centre, grade, 1 / noise, errors.spread)
+        return cls(centre, difficulty - centre, grade, 1 / noise, errors.spread)
 
     def line(self) -> tuple[Floats, Floats]:
         """Return posterior mean and covariance of the grade at the centre and the slope."""
@@ -138,7 +138,7 @@ class _GradeSums:
 
     def leave_one_out(self) -> tuple[Floats, Floats]:
         """Return (N,) grade of each climb from the line without it, and its standard deviation."""
-        at = np.stack([np.ones_like(self.place), self.place], axis=1)
+        at = np.stack([np.ones_like(self.difficulty), self.difficulty], axis=1)
         precision, pull = self._sums()
         own = self.weight[:, None] * at
         covariance = np.linalg.inv(precision - own[:, :, None] * at[:, None, :])
@@ -148,7 +148,7 @@ class _GradeSums:
 
     def _sums(self) -> tuple[Floats, Floats]:
         """Return precision and precision times mean, of the prior and all known grades."""
-        at = np.stack([np.ones_like(self.place), self.place], axis=1)
+        at = np.stack([np.ones_like(self.difficulty), self.difficulty], axis=1)
         prior = np.diag([_OFFSET**-2, _SLOPE**-2])
         precision = prior + (self.weight[:, None] * at).T @ at
         pull = prior @ np.array([self.centre, 1.0]) + at.T @ (self.weight * self.grade)

@@ -69,7 +69,7 @@ def features(climb: Climb, sequence: Sequence, known: bool) -> npt.NDArray[np.fl
 
 def _of_moves(climb: Climb, sequence: Sequence) -> dict[str, float]:
     height = sequence.body.height
-    place = climb.grips.position
+    position = climb.grips.position
     hands: list[float] = []
     feet: list[float] = []
     ways: list[float] = []
@@ -81,7 +81,7 @@ def _of_moves(climb: Climb, sequence: Sequence) -> dict[str, float]:
         cuts += move.to == NONE
         (hands if limb < 2 else feet).append(move.effort)
         if limb < 2:
-            step = place[move.to] - place[before.limbs[limb]]
+            step = position[move.to] - position[before.limbs[limb]]
             ways.append(float(np.linalg.norm(step)) / height)
             sideways.append(float(np.linalg.norm(step[:2])) / height)
     hardest = sorted(hands, reverse=True) + [0.0] * 3
@@ -111,11 +111,13 @@ def _of_holds(climb: Climb, sequence: Sequence) -> dict[str, float]:
     height = sequence.body.height
     grips = climb.grips
     hands = grips.hand > 0
-    place = grips.position[hands] / height
+    position = grips.position[hands] / height
     used = {move.limbs[k] for move in sequence.moves for k in range(2)}
-    order = np.argsort(place[:, 2], kind="stable")
-    gaps = np.linalg.norm(np.diff(place[order], axis=0), axis=1) if len(order) > 1 else np.zeros(1)
-    tall = float(np.ptp(place[:, 2]))
+    order = np.argsort(position[:, 2], kind="stable")
+    gaps = (
+        np.linalg.norm(np.diff(position[order], axis=0), axis=1) if len(order) > 1 else np.zeros(1)
+    )
+    tall = float(np.ptp(position[:, 2]))
     up = grips.wall[hands].mean(axis=0)[2]
     return {
         "climbed": tall,
@@ -124,8 +126,8 @@ def _of_holds(climb: Climb, sequence: Sequence) -> dict[str, float]:
         "unused": int(hands.sum()) - len(used),
         "gap_most": float(gaps.max()),
         "gap_mean": float(gaps.mean()),
-        "spread": float(np.linalg.norm(place[:, :2].std(axis=0))),
-        "low_holds": int((place[:, 2] < place[:, 2].min() + 0.4).sum()),
+        "spread": float(np.linalg.norm(position[:, :2].std(axis=0))),
+        "low_holds": int((position[:, 2] < position[:, 2].min() + 0.4).sum()),
         "steepness": math.degrees(math.asin(max(-1.0, min(1.0, -float(up))))),
     }
 

@@ -16,14 +16,14 @@ _FONT = re.compile(r"(?:font|fb)?\s*([3-9])\s*([ABC])?\s*(\+)?", re.IGNORECASE)
 
 
 def parse_grade(text: str) -> float | None:
-    """Return a grade's place in `FONT` (halves between two), or None if it is no boulder grade.
+    """Return a grade's index into `FONT` (halves between two), or None if it is no boulder grade.
 
     Accepts Font grades in any spelling (6a+, fb 6A+, 5), V grades, and ranges such as "6A-6B".
     """
     parts = [part for part in re.split(r"\s*(?:-|–|/|to)\s*", text.strip()) if part]
-    places = [_parse_label(part) for part in parts]
-    known = [place for place in places if place is not None]
-    if not known or len(known) != len(places) or len(known) > 2:
+    indices = [_parse_label(part) for part in parts]
+    known = [index for index in indices if index is not None]
+    if not known or len(known) != len(indices) or len(known) > 2:
         return None
     return sum(known) / len(known)
 
@@ -45,7 +45,7 @@ def v_label(text: str) -> str | None:
 
 
 def grade_ends(label: str) -> tuple[int, int] | None:
-    """Return the first and last place in `FONT` of a Font or V grade in its usual spelling.
+    """Return the first and last index into `FONT` of a Font or V grade in its usual spelling.
 
     Slash grades (6A+/6B, V4-5) cover both grades. Return None if the label is neither.
     """
@@ -57,13 +57,13 @@ def grade_ends(label: str) -> tuple[int, int] | None:
     if label in FONT:
         return FONT.index(label), FONT.index(label)
     if font_label(label) == label:
-        place = parse_grade(label)
-        return None if place is None else (math.floor(place), math.ceil(place))
+        index = parse_grade(label)
+        return None if index is None else (math.floor(index), math.ceil(index))
     number = "0" if label.upper() == "VB" else label[1:]
     if label[:1].upper() != "V" or not number.isdecimal():
         return None
-    places = [k for k, value in enumerate(V_OF) if value == int(number)]
-    return (places[0], places[-1]) if places else None
+    indices = [k for k, value in enumerate(V_OF) if value == int(number)]
+    return (indices[0], indices[-1]) if indices else None
 
 
 def _font_name(text: str) -> str | None:

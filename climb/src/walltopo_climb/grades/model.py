@@ -1,6 +1,6 @@
-"""The grade model: from features to a place on the Font scale, with an error bound.
+"""The grade model: from features to a difficulty on the Font scale, with an error bound.
 
-The place comes from monotone gradient boosting (an ONNX tree ensemble, trained by
+The difficulty comes from monotone gradient boosting (an ONNX tree ensemble, trained by
 `walltopo_lab.train.grades`). The range around it is split conformal (Vovk et al. 2005; Lei et al.
 2018): as wide as needed to cover the stated share of held-out problems.
 """
@@ -32,7 +32,7 @@ class Range:
 
     Parameters
     ----------
-    low, high : places in `FONT`, both included.
+    low, high : indices into `FONT`, both included.
     coverage : share of climbs whose grade such ranges contain.
     graded : number of the gym's grades behind the calibration.
     """
@@ -58,12 +58,12 @@ class Errors(msgspec.Struct, frozen=True):
 
 
 class Learnt(msgspec.Struct, frozen=True):
-    """The training range and errors of a model: enough for a range around a place.
+    """The training range and errors of a model: enough for a range around a difficulty.
 
     Parameters
     ----------
     known, plain : errors with known quality of the holds, and with their positions alone.
-    easiest, hardest : places in `FONT` of the easiest and hardest grade of the training data.
+    easiest, hardest : indices into `FONT` of the easiest and hardest grade of the training data.
     """
 
     known: Errors
@@ -75,16 +75,16 @@ class Learnt(msgspec.Struct, frozen=True):
         """Return the expected errors; `known`: whether the holds' quality is known."""
         return self.known if known else self.plain
 
-    def bounded(self, place: float, known: bool) -> Range:
+    def bounded(self, difficulty: float, known: bool) -> Range:
         """Return the range of a climb without any grades of the gym.
 
         The range is open at the ends of the training data: a board has no easy problems.
         """
         errors = self.errors(known)
-        low, high = range_of(place, errors.bound)
-        if place - errors.bound <= self.easiest:
+        low, high = range_of(difficulty, errors.bound)
+        if difficulty - errors.bound <= self.easiest:
             low = 0
-        if place + errors.bound >= self.hardest:
+        if difficulty + errors.bound >= self.hardest:
             high = len(FONT) - 1
         return Range(low, high, errors.coverage)
 
@@ -120,8 +120,8 @@ class GradeModel:
             raise InputError(f"{path}: not a grade model ({error})") from error
         return cls(network, Learnt(known, plain, easiest, hardest))
 
-    def places(self, features: npt.NDArray[np.float32]) -> Floats:
-        """Return the (N,) fractional place in `FONT` of (N, F) features."""
+    def difficulties(self, features: npt.NDArray[np.float32]) -> Floats:
+        """Return (N,) difficulties, fractional indices into `FONT` of (N, F) features."""
         if not len(features):
             return np.zeros(0)
         name = self.network.session.get_inputs()[0].name
@@ -129,11 +129,11 @@ class GradeModel:
         return np.asarray(found, float).ravel()
 
 
-def range_of(place: float, bound: float) -> tuple[int, int]:
-    """Return the grades within `bound` of a place, at least one."""
-    low, high = int(np.ceil(place - bound)), int(np.floor(place + bound))
+def range_of(difficulty: float, bound: float) -> tuple[int, int]:
+    """Return the grades within `bound` of a difficulty, at least one."""
+    low, high = int(np.ceil(difficulty - bound)), int(np.floor(difficulty + bound))
     if low > high:
-        low = high = round(place)
+        low = high = round(difficulty)
     last = len(FONT) - 1
     return min(max(low, 0), last), min(max(high, 0), last)
 

@@ -30,11 +30,11 @@ class Graded:
 
     Parameters
     ----------
-    place : the model's place, a fractional index into `FONT`. known : see `features`.
+    difficulty : the model's difficulty, a fractional index into `FONT`. known : see `features`.
     """
 
     route: Route
-    place: float
+    difficulty: float
     known: bool
 
 
@@ -77,10 +77,10 @@ def climb_route(route: Route, holds: Sequence[Hold], unit: float) -> Climbed | N
     return Climbed(used, climb, moves, sum(typed) >= _MIN_TYPED * len(typed))
 
 
-def place_routes(
+def rate_routes(
     routes: Sequence[Route], holds: Sequence[Hold], unit: float, model: GradeModel
 ) -> tuple[Graded, ...]:
-    """Return the routes that an adult can climb, with the model's place; others are omitted."""
+    """Return the routes that an adult can climb, each with its difficulty; omit the others."""
     kept, table = [], []
     for route in routes:
         found = climb_route(route, holds, unit)
@@ -88,10 +88,12 @@ def place_routes(
             continue
         kept.append((route, found.known))
         table.append(found.features)
-    places = model.places(np.array(table, np.float32).reshape(len(table), len(FEATURES)))
+    difficulties = model.difficulties(
+        np.array(table, np.float32).reshape(len(table), len(FEATURES))
+    )
     return tuple(
-        Graded(route, float(place), known)
-        for (route, known), place in zip(kept, places, strict=True)
+        Graded(route, float(difficulty), known)
+        for (route, known), difficulty in zip(kept, difficulties, strict=True)
     )
 
 
@@ -101,7 +103,7 @@ def grade_routes(graded: Sequence[Graded], model: GradeModel) -> dict[int, Range
     A route's own grade is excluded: the range would only repeat it.
     """
     return {
-        one.route.id: Scale.of(graded, model, one.route.id).range(one.place, one.known)
+        one.route.id: Scale.of(graded, model, one.route.id).range(one.difficulty, one.known)
         for one in graded
     }
 
@@ -117,7 +119,7 @@ class Scale:
     def of(cls, graded: Sequence[Graded], model: GradeModel, without: int = 0) -> Scale:
         """Return the scale from the setters' grades, excluding the route with id `without`."""
         gym_grades = (
-            Known(one.place, grade)
+            Known(one.difficulty, grade)
             for one in graded
             if one.route.id != without and (grade := parse_grade(one.route.grade)) is not None
         )
@@ -127,10 +129,10 @@ class Scale:
     def _scale(self) -> GymScale:
         return GymScale(self.model.learnt, self.gym_grades)
 
-    def grade(self, place: float, known: bool) -> float:
-        """Return the grade at a model's place, as a fractional place in `FONT`."""
-        return self._scale.grade(place, known)
+    def grade(self, difficulty: float, known: bool) -> float:
+        """Return the grade at a model's difficulty, as a fractional index into `FONT`."""
+        return self._scale.grade(difficulty, known)
 
-    def range(self, place: float, known: bool) -> Range:
-        """Return the range of grades around a model's place."""
-        return self._scale.range(place, known)
+    def range(self, difficulty: float, known: bool) -> Range:
+        """Return the range of grades around a model's difficulty."""
+        return self._scale.range(difficulty, known)

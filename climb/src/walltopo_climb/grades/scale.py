@@ -1,4 +1,4 @@
-"""The grade scale of a gym, computed from places without the model itself."""
+"""The grade scale of a gym, computed from difficulties without the model itself."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class GymScale:
 
     Parameters
     ----------
-    learnt : of the model that gave all places.
+    learnt : of the model that gave all difficulties.
     """
 
     learnt: Learnt
@@ -29,13 +29,17 @@ class GymScale:
     def _others(self) -> dict[bool, tuple[Range, ...]]:
         return {k: leave_one_out(self.graded, self.learnt.errors(k)) for k in (False, True)}
 
-    def grade(self, place: float, known: bool) -> float:
-        """Return the grade at a model's place, as a fractional place in `FONT`."""
-        return self._gyms[known].place(place)[0] if self.graded else place
+    def grade(self, difficulty: float, known: bool) -> float:
+        """Return the grade at a model's difficulty, as a fractional index into `FONT`."""
+        return self._gyms[known].grade_at(difficulty)[0] if self.graded else difficulty
 
-    def range(self, place: float, known: bool) -> Range:
-        """Return the range of grades around a model's place."""
-        return self._gyms[known].range(place) if self.graded else self.learnt.bounded(place, known)
+    def range(self, difficulty: float, known: bool) -> Range:
+        """Return the range of grades around a model's difficulty."""
+        return (
+            self._gyms[known].range(difficulty)
+            if self.graded
+            else self.learnt.bounded(difficulty, known)
+        )
 
     def range_by_others(self, number: int, known: bool) -> Range:
         """Return the range of graded climb `number`, calibrated by all others."""

@@ -34,8 +34,8 @@ _UIAA_GRADE: Final = re.compile(
     r"(?:uiaa)?\s*([IVX]{1,4}|[1-9]|1[0-2])\s*([-\u2212+])?", re.IGNORECASE
 )
 _LETTERED_FROM: Final = 6  # French grades below it may lack the letter
-FRENCH_6A: Final = 36  # place of 6a among the French grades
-_UIAA_6_PLUS: Final = 19  # place of VI+ among those of UIAA
+FRENCH_6A: Final = 36  # difficulty of 6a among the French grades
+_UIAA_6_PLUS: Final = 19  # difficulty of VI+ among those of UIAA
 
 
 class ScaleGrade(NamedTuple):
@@ -44,12 +44,12 @@ class ScaleGrade(NamedTuple):
     Parameters
     ----------
     label : as the scale spells it.
-    place : grows with difficulty; in steps of its own scale.
+    difficulty : greater is harder; in steps of its own scale.
     key : the same for two spellings of one grade ("VI+" and "6+" of UIAA).
     """
 
     label: str
-    place: float
+    difficulty: float
     key: str
 
 
@@ -82,16 +82,16 @@ class Scale:
             return None
         low = self.single(parts[0])
         high = self.single(parts[1]) or self.single(f"{parts[0][:1]}{parts[1]}")
-        if low is None or high is None or not low.place < high.place:
+        if low is None or high is None or not low.difficulty < high.difficulty:
             return None
         label, key = self.joined(low.label, high.label), f"{low.key}/{high.key}"
-        return ScaleGrade(label, (low.place + high.place) / 2, key)
+        return ScaleGrade(label, (low.difficulty + high.difficulty) / 2, key)
 
 
 def _read_font(text: str) -> ScaleGrade | None:
     label = font_label(text)
-    place = None if label is None else parse_grade(label)
-    return None if label is None or place is None else ScaleGrade(label, place, label)
+    difficulty = None if label is None else parse_grade(label)
+    return None if label is None or difficulty is None else ScaleGrade(label, difficulty, label)
 
 
 def _read_v(text: str) -> ScaleGrade | None:
@@ -118,8 +118,8 @@ def _read_uiaa(text: str) -> ScaleGrade | None:
     if not number.isdecimal() and number not in _ROMAN:
         return None
     roman = _ROMAN[int(number) - 1] if number.isdecimal() else number
-    place = 3 * (_ROMAN.index(roman) + 1) + {"-": -1, "": 0, "+": 1}[sign]
-    return ScaleGrade(f"{number}{sign}", place, f"{roman}{sign}")
+    difficulty = 3 * (_ROMAN.index(roman) + 1) + {"-": -1, "": 0, "+": 1}[sign]
+    return ScaleGrade(f"{number}{sign}", difficulty, f"{roman}{sign}")
 
 
 _SLASHED: Final = re.compile(r"\s*(?:/|-|\u2013|\bto\b)\s*")
@@ -134,9 +134,9 @@ SCALES: Final[Mapping[str, Scale]] = {
 }
 
 
-def french_place(scale: str, place: float) -> float:
-    """Return a place of the French or UIAA scale on the French one.
+def french_difficulty(scale: str, difficulty: float) -> float:
+    """Return a difficulty of the French or UIAA scale on the French one.
 
     UIAA VI+ is 6a, VIII 7a, X 8a to 8a+ and XI+ 9a (the usual tables within half a letter).
     """
-    return FRENCH_6A + 1.2 * (place - _UIAA_6_PLUS) if scale == "uiaa" else place
+    return FRENCH_6A + 1.2 * (difficulty - _UIAA_6_PLUS) if scale == "uiaa" else difficulty

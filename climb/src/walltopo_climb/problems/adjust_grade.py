@@ -48,7 +48,7 @@ def adjust_grade(
             f"route {route.id} ({route_name(route)}): found no sequence to its top",
             "Check its start, its top and the roles of its holds in the editor.",
         )
-    place = _scale_position(before, scale)
+    difficulty = _difficulty_of(before, scale)
     wanted = -1.0 if direction == "easier" else 1.0
     found: list[tuple[float, Route, Tweak]] = []
     tried = 0
@@ -58,20 +58,20 @@ def adjust_grade(
         after = climb_route(changed, pool.near(changed.holds), pool.unit)
         if after is None or not after.moves.reached:
             continue
-        by = scale.grade(_scale_position(after, scale), after.known) - scale.grade(
-            place, before.known
+        by = scale.grade(_difficulty_of(after, scale), after.known) - scale.grade(
+            difficulty, before.known
         )
         effort = _effort(after) - _effort(before)
         if by * wanted < _MIN_CHANGE or effort * wanted <= 0:
             continue
         on = next((r.id for r in routes if hold in r.holds and r.id != route.id), 0)
         crux, eases = _crux(before, after)
-        row = grade_row(scale.range(_scale_position(after, scale), after.known))
+        row = grade_row(scale.range(_difficulty_of(after, scale), after.known))
         tweak = Tweak(do, hold, on, round(by, 2), row, crux, eases, ())
         found.append((abs(by - wanted) + _penalty(tweak), changed, tweak))
     found.sort(key=lambda item: (item[0], item[2].hold))
     shown = tuple(_with_climbers(pool, changed, tweak) for _, changed, tweak in found[:_MAX_SHOWN])
-    now = grade_row(scale.range(place, before.known))
+    now = grade_row(scale.range(difficulty, before.known))
     return Tweaks(pool.unit, route.id, now, tried, shown)
 
 
@@ -91,10 +91,10 @@ def _additions(pool: Pool, route: Route) -> Iterator[tuple[Do, int, Route]]:
     if not own:
         return
     near = np.flatnonzero(pool.apart[own].min(axis=0) < _NEAR)
-    top = max(pool.place[pool.row_of[number], 2] for number in route.top)
+    top = max(pool.position[pool.row_of[number], 2] for number in route.top)
     for row in near:
         number = int(pool.ids[row])
-        if number in route.holds or pool.place[row, 2] > top:
+        if number in route.holds or pool.position[row, 2] > top:
             continue
         wider = replace(route, holds=(*route.holds, number))
         yield "add a foothold", number, replace(wider, footholds=(*route.footholds, number))
@@ -116,8 +116,8 @@ def _removals(route: Route) -> Iterator[tuple[Do, int, Route]]:
         )
 
 
-def _scale_position(climbed: Climbed, scale: Scale) -> float:
-    return float(scale.model.places(climbed.features[None])[0])
+def _difficulty_of(climbed: Climbed, scale: Scale) -> float:
+    return float(scale.model.difficulties(climbed.features[None])[0])
 
 
 def _effort(climbed: Climbed) -> float:

@@ -106,7 +106,7 @@ class Sampler:
     def _second(self, begin: int) -> Floats:
         """Return the weights of holds for the other hand's start, beside the first one."""
         apart = self._pool.apart[begin]
-        level = np.abs(self._pool.place[:, 2] - self._pool.place[begin, 2])
+        level = np.abs(self._pool.position[:, 2] - self._pool.position[begin, 2])
         height = self._body.height
         near = (apart > 0.05 * height) & (apart < 0.45 * height) & (level < 0.2 * height)
         return np.where(self._starts & near, self._weights, 0.0)
@@ -114,7 +114,7 @@ class Sampler:
     def _higher(self, hands: list[int], step: float) -> Floats:
         """Return the weights of holds for the lower hand, above the resting hand."""
         stays, goes = hands[-1], hands[-2] if len(hands) > 1 else hands[-1]
-        z = self._pool.place[:, 2]
+        z = self._pool.position[:, 2]
         height = self._body.height
         max_reach = _REACH * self._body.span
         can = (z > z[goes] + 0.08 * height) & (z > z[stays] - 0.05 * height)
@@ -184,8 +184,8 @@ class Sampler:
         pool, height = self._pool, self._body.height
         hands = [pool.row_of[number] for number in candidate.hands]
         at = hands[int(self._random.integers(len(hands)))]
-        below = pool.place[at, 2] - pool.place[:, 2]
-        side = np.linalg.norm(pool.place[:, :2] - pool.place[at, :2], axis=1)
+        below = pool.position[at, 2] - pool.position[:, 2]
+        side = np.linalg.norm(pool.position[:, :2] - pool.position[at, :2], axis=1)
         can = (below > _FEET_BELOW * height) & (below < 0.75 * height) & (side < _BESIDE * height)
         can[[pool.row_of[number] for number in candidate.holds]] = False
         found = self._pick(np.where(can, np.where(pool.hands, 0.3, 1.0), 0.0))

@@ -33,13 +33,13 @@ class Judged:
     Parameters
     ----------
     off : distance from the specification, in grades.
-    place, grade : see `walltopo_climb.grades.of_scan`.
+    difficulty, grade : see `walltopo_climb.grades.of_scan`.
     moves : number of hand moves. used : holds that an adult, and the requested body, use.
     """
 
     candidate: Candidate
     off: float
-    place: float
+    difficulty: float
     grade: float
     known: bool
     moves: int
@@ -90,8 +90,8 @@ class Judge:
             return Judged(
                 candidate, _STUCK + left, 0.0, 0.0, False, 0, frozenset(), False, ("top",)
             )
-        place = float(self._scale.model.places(climbed.features[None])[0])
-        grade = self._scale.grade(place, climbed.known)
+        difficulty = float(self._scale.model.difficulties(climbed.features[None])[0])
+        grade = self._scale.grade(difficulty, climbed.known)
         own = climbed.moves if self._body == ADULT else find_sequence(climbed.climb, self._body)
         used = _used_holds(climbed, climbed.moves) | (
             _used_holds(climbed, own) if own else frozenset()
@@ -110,9 +110,11 @@ class Judge:
         idle = _UNUSED * len(candidate.holds - used) + self._shape(candidate)
         off = sum(prices.values()) + idle
         violations = self._violations(
-            prices, grade, moves, self._scale.range(place, climbed.known).low == 0
+            prices, grade, moves, self._scale.range(difficulty, climbed.known).low == 0
         )
-        return Judged(candidate, off, place, grade, climbed.known, moves, used, True, violations)
+        return Judged(
+            candidate, off, difficulty, grade, climbed.known, moves, used, True, violations
+        )
 
     def _grade(self, grade: float, moves: Sequence) -> float:
         low, high = self._low, self._high
@@ -146,15 +148,15 @@ class Judge:
 
     def _shape(self, candidate: Candidate) -> float:
         """Return the price of a problem that does not rise, or does not end at its highest hold."""
-        heights = [self._pool.place[self._pool.row_of[number], 2] for number in candidate.hands]
+        heights = [self._pool.position[self._pool.row_of[number], 2] for number in candidate.hands]
         low = _RISE * self._body.height - (heights[-1] - heights[0])
         return 2 * max(low, 0.0) + 2 * max(max(heights) - heights[-1], 0.0)
 
     def _missing(self, climbed: Climbed, moves: Sequence) -> float:
         """Return the metres from the lower hand's last hold to the top."""
-        place = climbed.climb.grips.position[:, 2]
+        height = climbed.climb.grips.position[:, 2]
         last = moves.moves[-1].limbs
-        return max(0.0, float(place[climbed.climb.top[0]] - min(place[last[0]], place[last[1]])))
+        return max(0.0, float(height[climbed.climb.top[0]] - min(height[last[0]], height[last[1]])))
 
     def _violations(
         self, prices: dict[str, float], grade: float, moves: int, is_open: bool

@@ -59,7 +59,7 @@ class Pool:
         return {int(number): k for k, number in enumerate(self.ids)}
 
     @cached_property
-    def place(self) -> Floats:
+    def position(self) -> Floats:
         """Return (N, 3) positions in metres, the floor at z = 0."""
         places = np.array([self.by_id[int(i)].position for i in self.ids]).reshape(-1, 3)
         places[:, 2] -= self.floor
@@ -68,7 +68,7 @@ class Pool:
     @cached_property
     def apart(self) -> Floats:
         """Return (N, N) metres from hold to hold."""
-        return np.asarray(np.linalg.norm(self.place[:, None] - self.place[None], axis=2))
+        return np.asarray(np.linalg.norm(self.position[:, None] - self.position[None], axis=2))
 
     @cached_property
     def hands(self) -> npt.NDArray[np.bool_]:
@@ -82,7 +82,7 @@ class Pool:
 
     def starts(self, body: Body) -> npt.NDArray[np.bool_]:
         """Return (N,) whether this body may start there with a hand."""
-        z = self.place[:, 2]
+        z = self.position[:, 2]
         return self.hands & (z > _LOW * body.height) & (z < _HIGH * body.height)
 
     def weights(self, spec: ProblemSpec) -> Floats:

@@ -123,7 +123,7 @@ def _make_proposal(
         start=candidate.route.start,
         top=candidate.route.top,
         feet=candidate.feet,
-        grade=grade_row(scale.range(judged.place, judged.known)),
+        grade=grade_row(scale.range(judged.difficulty, judged.known)),
         moves=judged.moves,
         violations=judged.violations,
         alike=round(max(others, default=0.0), 3),

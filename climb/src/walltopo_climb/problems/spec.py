@@ -69,10 +69,10 @@ class ProblemSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Return the lowest and the highest grade, as places in `FONT`."""
+        """Return the lowest and the highest grade, as indices into `FONT`."""
         parts = self.grade.replace("–", "-").split("-")
-        places = [parse_grade(part) for part in parts]
-        known = [place for place in places if place is not None]
+        indices = [parse_grade(part) for part in parts]
+        known = [index for index in indices if index is not None]
         if len(known) != len(parts) or len(known) > 2:
             raise InputError(
                 f"{self.grade!r} is not a boulder grade",

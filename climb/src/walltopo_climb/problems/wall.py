@@ -9,7 +9,7 @@ from walltopo.core import InputError
 from walltopo.scans.holds import Hold
 from walltopo.scans.routes import Route
 from walltopo_climb.grades.model import shipped_model
-from walltopo_climb.grades.of_scan import Scale, place_routes
+from walltopo_climb.grades.of_scan import Scale, rate_routes
 from walltopo_climb.problems.adjust_grade import Direction, adjust_grade
 from walltopo_climb.problems.pool import Pool
 from walltopo_climb.problems.rows import Proposals, Tweaks
@@ -51,5 +51,5 @@ class SetWall:
 
     def _scale(self, without: int = 0) -> Scale:
         model = shipped_model()
-        graded = place_routes(self.routes, self.pool.rows, self.pool.unit, model)
+        graded = rate_routes(self.routes, self.pool.rows, self.pool.unit, model)
         return Scale.of(graded, model, without)

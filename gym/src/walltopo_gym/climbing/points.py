@@ -18,7 +18,7 @@ from typing import Any, Final
 import numpy as np
 
 from walltopo_climb.grades.font import FONT
-from walltopo_climb.grades.scales import FRENCH_6A, SCALES, V_SCALE, french_place
+from walltopo_climb.grades.scales import FRENCH_6A, SCALES, V_SCALE, french_difficulty
 
 BEST: Final = 10
 
@@ -87,8 +87,8 @@ def _font_steps(kind: str, grades: Sequence[Mapping[str, Any]], label: str) -> f
     """Return the number of Font steps above 3."""
     labels = [grade["label"] for grade in grades]
     if label in labels:
-        place = labels.index(label)
-        ends = [_on_scale("", grades[place].get(name) or "") for name in ("low", "high")]
+        index = labels.index(label)
+        ends = [_on_scale("", grades[index].get(name) or "") for name in ("low", "high")]
         if ends[0] is not None and ends[1] is not None:
             return (ends[0] + ends[1]) / 2
     known = _on_scale(kind, label)
@@ -98,7 +98,7 @@ def _font_steps(kind: str, grades: Sequence[Mapping[str, Any]], label: str) -> f
         return 0.0
     if len(labels) == 1:
         return (_OWN_FROM + _OWN_TO) / 2
-    return _OWN_FROM + (_OWN_TO - _OWN_FROM) * place / (len(labels) - 1)
+    return _OWN_FROM + (_OWN_TO - _OWN_FROM) * index / (len(labels) - 1)
 
 
 def _on_scale(kind: str, label: str) -> float | None:
@@ -108,10 +108,10 @@ def _on_scale(kind: str, label: str) -> float | None:
         if grade is None or grade.label != label:
             continue
         if name == "font":
-            return grade.place
+            return grade.difficulty
         if name == "v":
-            return float(np.interp(grade.place, range(len(_OF_V)), _OF_V))
-        return max(0.0, french_place(name, grade.place) - FRENCH_6A + FONT.index("6A"))
+            return float(np.interp(grade.difficulty, range(len(_OF_V)), _OF_V))
+        return max(0.0, french_difficulty(name, grade.difficulty) - FRENCH_6A + FONT.index("6A"))
     return None
 
 

@@ -21,7 +21,7 @@ from sqlalchemy.orm import Session
 from walltopo.core import InputError
 from walltopo.scans.folder import ScanFolder
 from walltopo_climb.grades.model import shipped_identity, shipped_model
-from walltopo_climb.grades.of_scan import Graded, place_routes
+from walltopo_climb.grades.of_scan import Graded, rate_routes
 from walltopo_climb.wall_files import read_wall
 from walltopo_gym.database.engine import Database
 from walltopo_gym.errors import NotFoundError
@@ -87,7 +87,9 @@ class Placing:
             session.merge(row)
             session.flush()
             session.add_all(
-                PlacedRoute(scan_id=one, number=each.route.id, place=each.place, known=each.known)
+                PlacedRoute(
+                    scan_id=one, number=each.route.id, place=each.difficulty, known=each.known
+                )
                 for each in found
             )
 
@@ -101,4 +103,4 @@ class Placing:
         except (NotFoundError, InputError) as error:
             _LOG.warning("scan %s: its routes are not placed (%s)", scan, error)
             return ()
-        return place_routes(routes, holds, unit, shipped_model())
+        return rate_routes(routes, holds, unit, shipped_model())

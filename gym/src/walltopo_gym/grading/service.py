@@ -124,14 +124,14 @@ def scale_routes(session: Session, gym: UUID, model: str) -> list[ScaleRoute]:
 
 
 def _known_grade(
-    place: float, span: Span | None, votes: _Votes | None, off: float | None
+    difficulty: float, span: Span | None, votes: _Votes | None, off: float | None
 ) -> Known | None:
     """Return the votes' grade with enough votes, else the setter's grade."""
     if votes is None:
-        return None if span is None else Known(place, span.middle, width=span.width)
+        return None if span is None else Known(difficulty, span.middle, width=span.width)
     # Without a setter's grade there is nothing that they could be harder than.
     grade = votes.mean if span is None or off is None else span.middle + off
-    return Known(place, grade, votes.number, votes.width)
+    return Known(difficulty, grade, votes.number, votes.width)
 
 
 def _spans(session: Session, gym: UUID) -> dict[UUID, dict[str, Span]]:

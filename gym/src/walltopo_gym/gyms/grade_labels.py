@@ -46,7 +46,7 @@ def spelled_labels(kind: str, labels: Sequence[str]) -> list[str]:
     twice = sorted(grade.label for grade in grades if keys[grade.key] > 1)
     if twice:
         raise RequestError("grades-twice", grade=twice[0])
-    if sorted(grades, key=lambda grade: grade.place) != grades:
+    if sorted(grades, key=lambda grade: grade.difficulty) != grades:
         raise RequestError("grades-order")
     return [grade.label for grade in grades]
 
@@ -71,7 +71,7 @@ def spelled_range(label: str, low: str | None, high: str | None) -> tuple[str | 
     for scale in (SCALES["font"], SCALES["v"]):
         first, last = scale.read(low or ""), scale.read(high or "")
         if first is not None and last is not None:
-            if first.place > last.place:
+            if first.difficulty > last.difficulty:
                 raise RequestError("grades-range-order", label=label, low=low, high=high)
             return first.label, last.label
     raise RequestError("grades-range", label=label, low=low, high=high)

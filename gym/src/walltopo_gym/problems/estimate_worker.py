@@ -14,7 +14,7 @@ import msgspec
 from walltopo.scans.holds import Hold
 from walltopo.scans.routes import Route
 from walltopo_climb.grades.model import shipped_model
-from walltopo_climb.grades.of_scan import place_routes
+from walltopo_climb.grades.of_scan import rate_routes
 from walltopo_climb.movement.reach import reaching_heights
 
 
@@ -42,11 +42,11 @@ class PlacedProblem(msgspec.Struct, frozen=True):
 
 def estimate_problem(request: EstimateRequest) -> PlacedProblem:
     """Return the estimate of a problem."""
-    found = place_routes([request.route], request.holds, request.unit, shipped_model())
+    found = rate_routes([request.route], request.holds, request.unit, shipped_model())
     heights = reaching_heights(request.route, request.holds, request.unit) or ()
     if not found:
         return PlacedProblem(None, known=False, heights=heights)
-    return PlacedProblem(found[0].place, found[0].known, heights)
+    return PlacedProblem(found[0].difficulty, found[0].known, heights)
 
 
 # Compiles or loads the kernels, before the time of the first request runs.

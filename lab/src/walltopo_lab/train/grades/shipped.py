@@ -39,11 +39,11 @@ def fit_on(boards: Sequence[TrainingBoard]) -> HistGradientBoostingRegressor:
     return regressor().fit(np.concatenate(table), np.concatenate([grade, grade]))
 
 
-def errors_of(place: Floats, grade: Floats) -> Errors:
+def errors_of(difficulty: Floats, grade: Floats) -> Errors:
     """Return the errors on problems outside the training part (split conformal)."""
-    off = np.sort(np.abs(place - grade))
+    off = np.sort(np.abs(difficulty - grade))
     rank = int(np.ceil(COVERAGE * (len(off) + 1)))
-    return Errors(float(np.std(place - grade)), float(off[min(rank, len(off)) - 1]), COVERAGE)
+    return Errors(float(np.std(difficulty - grade)), float(off[min(rank, len(off)) - 1]), COVERAGE)
 
 
 def write_model(
@@ -55,8 +55,8 @@ def write_model(
         rows: list[tuple[Features, npt.NDArray[np.bool_], TrainingBoard]] = [
             (getattr(board, which), (board.part == 1) & board.reached, board) for board in boards
         ]
-        place = np.concatenate([model.predict(table[mine]) for table, mine, _ in rows])
-        return errors_of(place, np.concatenate([board.grade[mine] for _, mine, board in rows]))
+        difficulty = np.concatenate([model.predict(table[mine]) for table, mine, _ in rows])
+        return errors_of(difficulty, np.concatenate([board.grade[mine] for _, mine, board in rows]))
 
     grades = np.concatenate([board.grade for board in boards])
     about = {
