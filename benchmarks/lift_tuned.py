@@ -38,7 +38,7 @@ from walltopo_lab.evaluate.overlap import Labelled
 from walltopo_lab.evaluate.semantics import class_of_faces, confusion, semantic_metrics
 from walltopo_lab.synth.params import gym_preset
 from walltopo_lab.synth.recipe import Recipe, generate
-from walltopo_lab.tune.lift_problem import LiftProblem, LiftWall, load_lift_wall
+from walltopo_lab.tune.lift_task import LiftTask, LiftWall, load_lift_wall
 from walltopo_lab.tune.study import open_study, run_trials, study_results
 from walltopo_lab.tune.walls import Wall
 
@@ -111,11 +111,11 @@ def _tuned(
     plan: Plan, preset: str, method: str, train: Sequence[LiftWall], val: Sequence[LiftWall]
 ) -> Row:
     """Search settings on the train gyms and return the choice of the validation gym."""
-    problem, judge = LiftProblem(train, method), LiftProblem(val, method)
+    task, judge = LiftTask(train, method), LiftTask(val, method)
     name = f"{preset}-{method}-{plan.photos}-{detector_hash()}"
-    study = open_study(problem, f"sqlite:///{plan.work / 'tuning.db'}", name, 0)
-    run_trials(study, problem, plan.trials)
-    found = study_results(study, problem)
+    study = open_study(task, f"sqlite:///{plan.work / 'tuning.db'}", name, 0)
+    run_trials(study, task, plan.trials)
+    found = study_results(study, task)
     best = sorted((t for t in found.trials if t.walls), key=lambda t: (-t.figure, t.number))
     candidates = [found.default, *best[:SHORT_LIST]]
     on_val = [float(np.mean(list(judge.evaluate(t.values).values()))) for t in candidates]

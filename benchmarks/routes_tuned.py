@@ -16,7 +16,7 @@ import numpy as np
 from benchmarks.lift_tuned import FIRST_SEED, PRESETS, USES
 from walltopo.describe.routes.proxy import PROXY_FACES, build_proxy
 from walltopo_lab.synth.set_gyms import set_gym
-from walltopo_lab.tune.routes_problem import RoutesProblem, RoutesWall, load_routes_wall
+from walltopo_lab.tune.routes_task import RoutesTask, RoutesWall, load_routes_wall
 from walltopo_lab.tune.study import open_study, run_trials, study_results
 from walltopo_lab.tune.walls import Wall
 
@@ -40,14 +40,14 @@ def main() -> None:
     parser.add_argument("--trials", type=int, default=30)
     args = parser.parse_args()
     args.work.mkdir(parents=True, exist_ok=True)
-    train = RoutesProblem([_set_wall(p, k) for p in PRESETS for k in range(len(USES))])
+    train = RoutesTask([_set_wall(p, k) for p in PRESETS for k in range(len(USES))])
     study = open_study(train, f"sqlite:///{args.work / 'tuning.db'}", "routes", 0)
     run_trials(study, train, args.trials)
     found = study_results(study, train)
     given = ("gym-a", "gym-a-reset")
     walls = [load_routes_wall(Wall(name, "test", args.data / name)) for name in given]
     walls += [_set_wall(p, len(USES) + k) for p in PRESETS for k in range(args.gyms)]
-    judge = RoutesProblem(walls)
+    judge = RoutesTask(walls)
     default, tuned = judge.evaluate(found.default.values), judge.evaluate(found.best.values)
     print("| wall | ARI, default | tuned |")
     print("|---|---|---|")

@@ -15,7 +15,7 @@ from walltopo.segment.lift.blocks import blocks_of
 from walltopo.segment.lift.evidence import Sampling, gather_evidence
 from walltopo.segment.lift.label_image import drawing_order
 from walltopo.segment.lift.settings import Method
-from walltopo_lab.tune.lift_problem import LiftProblem, LiftWall, load_lift_wall
+from walltopo_lab.tune.lift_task import LiftTask, LiftWall, load_lift_wall
 from walltopo_lab.tune.lifted import Lifted
 from walltopo_lab.tune.seen import SeenOnce
 from walltopo_lab.tune.walls import Wall
@@ -86,13 +86,13 @@ def test_a_remembered_lift_is_the_lift(wall: LiftWall, method: Method) -> None:
 
 def test_a_trial_costs_what_it_changes(wall: LiftWall) -> None:
     """Counted, not timed: how often each step is computed for each setting that changes."""
-    problem = LiftProblem([wall], "literal")
-    defaults = {r.name: r.default for r in problem.ranges}
+    task = LiftTask([wall], "literal")
+    defaults = {r.name: r.default for r in task.ranges}
 
     def cost(**changed: float) -> set[str]:
-        before = problem.lifted[0].done.copy()
-        problem.evaluate({**defaults, **changed})
-        return set(problem.lifted[0].done - before)
+        before = task.lifted[0].done.copy()
+        task.evaluate({**defaults, **changed})
+        return set(task.lifted[0].done - before)
 
     assert cost() == {"look", "weigh", "compare", "cluster", "decide"}
     assert cost() == {"decide"}
@@ -100,28 +100,28 @@ def test_a_trial_costs_what_it_changes(wall: LiftWall) -> None:
     assert cost(resolution=4.0) == {"cluster", "decide"}
     assert cost(easing_power=0.5) == {"weigh", "compare", "cluster", "decide"}
     assert cost(visibility_distance=2.5) == {"weigh", "compare", "cluster", "decide"}
-    assert problem.lifted[0].done["look"] == 1
+    assert task.lifted[0].done["look"] == 1
 
 
 def test_a_robust_trial_costs_what_it_changes(wall: LiftWall) -> None:
-    problem = LiftProblem([wall], "robust")
-    defaults = {r.name: r.default for r in problem.ranges}
+    task = LiftTask([wall], "robust")
+    defaults = {r.name: r.default for r in task.ranges}
 
     def cost(**changed: float) -> set[str]:
-        before = problem.lifted[0].done.copy()
-        problem.evaluate({**defaults, **changed})
-        return set(problem.lifted[0].done - before)
+        before = task.lifted[0].done.copy()
+        task.evaluate({**defaults, **changed})
+        return set(task.lifted[0].done - before)
 
     assert cost() == {"look", "weigh", "compare", "decide"}
     assert cost(threshold=0.3, cohesion=0.5, min_support=0.3) == {"decide"}
     assert cost(border_band=9.0) == {"weigh", "decide"}
     assert cost(visibility_distance=2.5) == {"weigh", "compare", "decide"}
-    assert problem.lifted[0].done["look"] == 1
+    assert task.lifted[0].done["look"] == 1
 
 
 def test_two_scans_of_one_wall_are_kept_apart(wall: LiftWall) -> None:
     nothing_seen: tuple[View, ...] = tuple(view.with_masks(view.masks[:1]) for view in wall.views)
-    problem = LiftProblem([wall, replace(wall, views=nothing_seen)], "literal", "ap25")
-    figures = problem.evaluate({r.name: r.default for r in problem.ranges})
+    task = LiftTask([wall, replace(wall, views=nothing_seen)], "literal", "ap25")
+    figures = task.evaluate({r.name: r.default for r in task.ranges})
     assert set(figures) == {"a #1", "a #2"}
     assert figures["a #1"] > 3 * figures["a #2"]

@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from walltopo.core import InputError, SettingsError
 from walltopo.pipeline.settings import load_settings
 from walltopo_lab.cli import tune as commands
-from walltopo_lab.tune.problem import Range
 from walltopo_lab.tune.report import merge_settings, write_report, write_slices
 from walltopo_lab.tune.study import open_study, run_trials, study_results
+from walltopo_lab.tune.task import Range
 from walltopo_lab.tune.walls import read_walls
 
 

@@ -72,14 +72,14 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     add_detector(kinds)
 
 
-def _problem(what: str, walls: list[Any], method: str, figure: str) -> Any:
+def _make_task(what: str, walls: list[Any], method: str, figure: str) -> Any:
     if what == "lift":
-        from walltopo_lab.tune.lift_problem import LiftProblem, load_lift_wall
+        from walltopo_lab.tune.lift_task import LiftTask, load_lift_wall
 
-        return LiftProblem([load_lift_wall(wall) for wall in walls], method, figure)
-    from walltopo_lab.tune.routes_problem import RoutesProblem, load_routes_wall
+        return LiftTask([load_lift_wall(wall) for wall in walls], method, figure)
+    from walltopo_lab.tune.routes_task import RoutesTask, load_routes_wall
 
-    return RoutesProblem([load_routes_wall(wall) for wall in walls])
+    return RoutesTask([load_routes_wall(wall) for wall in walls])
 
 
 def _work(args: argparse.Namespace, storage: str, name: str, seed: int) -> None:
@@ -89,8 +89,8 @@ def _work(args: argparse.Namespace, storage: str, name: str, seed: int) -> None:
 
     train = [wall for wall in read_walls(args.walls) if wall.use == "train"]
     method, figure = getattr(args, "method", ""), getattr(args, "figure", "")
-    problem = _problem(args.what, train, method, figure)
-    run_trials(open_study(problem, storage, name, seed, wall_hashes(train)), problem, args.trials)
+    task = _make_task(args.what, train, method, figure)
+    run_trials(open_study(task, storage, name, seed, wall_hashes(train)), task, args.trials)
 
 
 def _needs(args: argparse.Namespace) -> dict[str, str]:
@@ -115,8 +115,8 @@ def _run(args: argparse.Namespace) -> int:
     storage = args.storage or f"sqlite:///{args.output / 'study.db'}"
     method, figure = getattr(args, "method", ""), getattr(args, "figure", "")
     name = args.study or "-".join(part for part in (args.what, method, figure) if part)
-    problem = _problem(args.what, train, method, figure)
-    study = open_study(problem, storage, name, args.seed, wall_hashes(train))
+    task = _make_task(args.what, train, method, figure)
+    study = open_study(task, storage, name, args.seed, wall_hashes(train))
     context = multiprocessing.get_context("spawn")
     others = [
         context.Process(target=_work, args=(args, storage, name, args.seed + k))
@@ -125,25 +125,25 @@ def _run(args: argparse.Namespace) -> int:
     for process in others:
         process.start()
     with TerminalListener(console) as listener:
-        run_trials(study, problem, args.trials, listener)
+        run_trials(study, task, args.trials, listener)
     for process in others:
         process.join()
-    found = study_results(study, problem)
+    found = study_results(study, task)
     test = None
     if held_out:
-        judge = _problem(args.what, held_out, method, figure)
+        judge = _make_task(args.what, held_out, method, figure)
         before = judge.evaluate(found.default.values)
         after = judge.evaluate(found.best.values)
         test = {wall: (before[wall], after[wall]) for wall in before}
     merge_settings(
         args.output / "walltopo.toml",
-        problem.section,
-        {**problem.fixed, **{k: round(v, 6) for k, v in found.best.values.items()}},
+        task.section,
+        {**task.fixed, **{k: round(v, 6) for k, v in found.best.values.items()}},
     )
-    write_slices(args.output / "slices.png", problem, found)
-    write_report(args.output / "report.md", problem, found, test)
+    write_slices(args.output / "slices.png", task, found)
+    write_report(args.output / "report.md", task, found, test)
     console.print(
-        f"{problem.figure} on train walls: {found.default.figure:.3f} -> {found.best.figure:.3f}"
+        f"{task.figure} on train walls: {found.default.figure:.3f} -> {found.best.figure:.3f}"
     )
     if test is None:
         console.print("no test walls: this says nothing about other walls", style="yellow")

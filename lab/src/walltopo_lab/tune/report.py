@@ -8,8 +8,8 @@ from typing import Any
 
 from walltopo.core.files import atomic_path, read_toml
 from walltopo_lab.plots import make_panels, save_figure
-from walltopo_lab.tune.problem import Problem
 from walltopo_lab.tune.study import Found
+from walltopo_lab.tune.task import Task
 
 
 def _toml_value(value: Any) -> str:
@@ -43,14 +43,14 @@ def merge_settings(path: Path, section: str, values: Mapping[str, Any]) -> None:
         temporary.write_text("\n".join(lines), encoding="utf-8")
 
 
-def write_slices(path: Path, problem: Problem, found: Found) -> None:
+def write_slices(path: Path, task: Task, found: Found) -> None:
     """Plot the metric of every trial over each setting, one panel per setting."""
     real = [t for t in found.trials if t.walls]
-    figure, axes = make_panels(len(problem.ranges))
-    for panel, r in zip(axes, problem.ranges, strict=True):
+    figure, axes = make_panels(len(task.ranges))
+    for panel, r in zip(axes, task.ranges, strict=True):
         share = found.importance.get(r.name)
         title = r.name if share is None else f"{r.name} (importance {share:.2f})"
-        panel.set(title=title, xlabel=r.name, ylabel=problem.figure, xlim=(r.low, r.high))
+        panel.set(title=title, xlabel=r.name, ylabel=task.figure, xlim=(r.low, r.high))
         for name, trials in (
             ("trial", real),
             ("default", [found.default]),
@@ -64,7 +64,7 @@ def write_slices(path: Path, problem: Problem, found: Found) -> None:
 
 def write_report(
     path: Path,
-    problem: Problem,
+    task: Task,
     found: Found,
     test: Mapping[str, tuple[float, float]] | None,
 ) -> None:
@@ -76,8 +76,8 @@ def write_report(
         walls;
     the report then states that its metrics are those of the tuning walls.
     """
-    lines = [f"# Tuning of `{problem.section}`", ""]
-    lines += [f"{len(found.trials)} trials; the figure is {problem.figure}, mean over walls.", ""]
+    lines = [f"# Tuning of `{task.section}`", ""]
+    lines += [f"{len(found.trials)} trials; the figure is {task.figure}, mean over walls.", ""]
     if test is None:
         lines += [
             "**No test walls were given. The figures below are on the very walls that were tuned "
@@ -104,7 +104,7 @@ def write_report(
         "| setting | range | default | tuned | importance |",
         "|---|---|---|---|---|",
     ]
-    for r in problem.ranges:
+    for r in task.ranges:
         share = found.importance.get(r.name)
         lines.append(
             f"| {r.name} | {r.low:g} to {r.high:g} | {found.default.values[r.name]:g} | "

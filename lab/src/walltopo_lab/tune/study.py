@@ -14,7 +14,7 @@ import numpy as np
 
 from walltopo.core import InputError, Progress, SettingsError, Silent
 from walltopo_lab.extras import need_optuna
-from walltopo_lab.tune.problem import Problem
+from walltopo_lab.tune.task import Task
 
 # Random trials before the Gaussian process takes over, including the default.
 STARTUP = 10
@@ -51,7 +51,7 @@ class Found:
 
 
 def open_study(
-    problem: Problem, storage: str, name: str, seed: int, walls: Mapping[str, str] | None = None
+    task: Task, storage: str, name: str, seed: int, walls: Mapping[str, str] | None = None
 ) -> Any:
     """Open or create a study.
 
@@ -73,11 +73,11 @@ def open_study(
         warnings.simplefilter("ignore")  # GPSampler is marked experimental
         sampler = optuna.samplers.GPSampler(seed=seed, n_startup_trials=STARTUP)
         study = _create(optuna, storage, name, sampler)
-    mine = {r.name: [r.low, r.high, r.curve] for r in problem.ranges}
+    mine = {r.name: [r.low, r.high, r.curve] for r in task.ranges}
     mine_text = {
         "ranges": mine,
-        "figure": problem.figure,
-        "fixed": dict(problem.fixed),
+        "figure": task.figure,
+        "fixed": dict(task.fixed),
         "walls": dict(walls or {}),
     }
     before = study.user_attrs.get("problem")
@@ -89,7 +89,7 @@ def open_study(
     if before is None:
         study.set_user_attr("problem", mine_text)
         # The first trial has the current defaults, so that the result is never worse than they are.
-        study.enqueue_trial({r.name: r.share(r.default) for r in problem.ranges})
+        study.enqueue_trial({r.name: r.share(r.default) for r in task.ranges})
     return study
 
 
@@ -121,13 +121,13 @@ def _without_password(storage: str) -> str:
     return re.sub(r"(://[^:/@]*):[^@]*@", r"\1:***@", storage)
 
 
-def _objective(problem: Problem) -> Callable[[Any], float]:
+def _objective(task: Task) -> Callable[[Any], float]:
     worker = f"{socket.gethostname()}:{os.getpid()}"
 
     def evaluate(trial: Any) -> float:
-        values = {r.name: r.value(trial.suggest_float(r.name, 0.0, 1.0)) for r in problem.ranges}
+        values = {r.name: r.value(trial.suggest_float(r.name, 0.0, 1.0)) for r in task.ranges}
         try:
-            walls = problem.evaluate(values)
+            walls = task.evaluate(values)
         except SettingsError:
             # Incompatible values score 0, so that the search avoids them.
             trial.set_user_attr("impossible", True)
@@ -139,7 +139,7 @@ def _objective(problem: Problem) -> Callable[[Any], float]:
     return evaluate
 
 
-def run_trials(study: Any, problem: Problem, trials: int, progress: Progress | None = None) -> None:
+def run_trials(study: Any, task: Task, trials: int, progress: Progress | None = None) -> None:
     """Run trials until the study has this many complete ones, including those of other workers."""
     optuna = need_optuna()
     listener = progress or Silent()
@@ -155,10 +155,10 @@ def run_trials(study: Any, problem: Problem, trials: int, progress: Progress | N
         listener.detail(f"trial {trial.number}: {value} {trial.params}")
 
     stop = optuna.study.MaxTrialsCallback(trials, states=done)
-    study.optimize(_objective(problem), callbacks=[stop, tell])
+    study.optimize(_objective(task), callbacks=[stop, tell])
 
 
-def study_results(study: Any, problem: Problem, seed: int = 0) -> Found:
+def study_results(study: Any, task: Task, seed: int = 0) -> Found:
     """Return the best trial, the default's, and the importance of each setting.
 
     Raises
@@ -170,7 +170,7 @@ def study_results(study: Any, problem: Problem, seed: int = 0) -> Found:
     trials = tuple(
         Trial(
             t.number,
-            {r.name: r.value(t.params[r.name]) for r in problem.ranges},
+            {r.name: r.value(t.params[r.name]) for r in task.ranges},
             float(t.value),
             dict(t.user_attrs.get("walls", {})),
             t.duration.total_seconds() if t.duration else 0.0,
@@ -181,11 +181,11 @@ def study_results(study: Any, problem: Problem, seed: int = 0) -> Found:
     if not real:
         raise InputError("no trial of the study is complete")
     best = max(real, key=lambda t: (t.figure, -t.number))
-    defaults = {r.name: r.default for r in problem.ranges}
+    defaults = {r.name: r.default for r in task.ranges}
     same = (t for t in real if all(abs(t.values[k] - v) < 1e-9 for k, v in defaults.items()))
     default = next(same, None)
     if default is None:
-        walls = problem.evaluate(defaults)
+        walls = task.evaluate(defaults)
         default = Trial(-1, defaults, float(np.mean(list(walls.values()))), walls, 0.0)
     importance: dict[str, float] = {}
     if len(trials) >= STARTUP and len({t.figure for t in trials}) > 1:

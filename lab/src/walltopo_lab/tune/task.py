@@ -1,4 +1,4 @@
-"""Interface of a tuning problem: named settings with ranges, and a metric on labelled walls."""
+"""Interface of a tuning task: named settings with ranges, and a metric on labelled walls."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Range:
         return float(((value - self.low) / (self.high - self.low)) ** (1 / self.curve))
 
 
-class Problem(Protocol):
+class Task(Protocol):
     """A set of settings to tune, with the metric that they maximise."""
 
     @property

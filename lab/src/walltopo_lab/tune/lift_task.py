@@ -19,7 +19,7 @@ from walltopo_lab.evaluate.overlap import Labelled, Overlap
 from walltopo_lab.evaluate.scan import is_metric, scan_views
 from walltopo_lab.evaluate.truth import Truth, read_truth
 from walltopo_lab.tune.lifted import Lifted
-from walltopo_lab.tune.problem import Range
+from walltopo_lab.tune.task import Range
 from walltopo_lab.tune.walls import Wall, scan_names
 
 # The published ranges. The robust method has no easing and, with its own objective, no resolution;
@@ -80,7 +80,7 @@ def load_lift_wall(wall: Wall, within: float = 0.02) -> LiftWall:
     return LiftWall(wall.name, mesh, posed, truth, carried, normalised)
 
 
-class LiftProblem:
+class LiftTask:
     """Instance AP (mean of the classes) as a function of the lift's settings.
 
     Visibility is computed once per wall. A trial repeats only the steps whose settings changed (see

@@ -22,7 +22,7 @@ from walltopo_lab.evaluate.carry import carry_truth, overlap_with_missing
 from walltopo_lab.evaluate.routes import grouping_scores, match_pairs
 from walltopo_lab.evaluate.scan import is_metric, measured_labels, scan_views
 from walltopo_lab.evaluate.truth import Truth, read_truth
-from walltopo_lab.tune.problem import Range
+from walltopo_lab.tune.task import Range
 from walltopo_lab.tune.walls import Wall, scan_names
 
 
@@ -92,7 +92,7 @@ def _of_scan(scan: ScanFolder, truth: Truth) -> tuple[Mesh, list[tuple[Hold, int
     ]
 
 
-class RoutesProblem:
+class RoutesTask:
     """ARI as a function of the four route parameters, in the published ranges.
 
     The simplified wall is computed once per wall. Paths are measured per trial, because the ratio

@@ -7,7 +7,7 @@ import pytest
 
 from walltopo.core import Mesh
 from walltopo.describe.routes.proxy import PROXY_FACES, build_proxy
-from walltopo_lab.tune.routes_problem import RoutesProblem, RoutesWall
+from walltopo_lab.tune.routes_task import RoutesTask, RoutesWall
 from walltopo_lab.tune.walls import scan_names
 
 
@@ -24,8 +24,8 @@ def flat_wall(name: str, routes: tuple[int, ...]) -> RoutesWall:
 
 
 def test_two_scans_of_one_wall_are_two_figures() -> None:
-    problem = RoutesProblem([flat_wall("a", (0, 0, 1, 1)), flat_wall("a", (0, 1, 0, 1))])
-    figures = problem.evaluate({})
+    task = RoutesTask([flat_wall("a", (0, 0, 1, 1)), flat_wall("a", (0, 1, 0, 1))])
+    figures = task.evaluate({})
     assert figures["a #1"] == pytest.approx(1.0)
     assert figures["a #2"] < 0.1
 
