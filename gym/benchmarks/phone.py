@@ -30,7 +30,7 @@ from gym.tests.running import Process
 from sqlalchemy import select
 
 from walltopo.core.parallel import available_cores
-from walltopo_gym.cli.place import database_of
+from walltopo_gym.cli.gym_data import database_of
 from walltopo_gym.demo.hall import SLUG
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.publishing.models import Route

@@ -10,9 +10,9 @@ from typing import Any
 from gym.tests.running import wait_for
 from gym.tests.worlds import Server
 
-from walltopo_gym.jobs.place import Place
 from walltopo_gym.jobs.queue import Task
 from walltopo_gym.jobs.worker import run_jobs
+from walltopo_gym.jobs.worker_slot import WorkerSlot
 
 _WAITING = ["ENQUEUED", "DELAYED", "PENDING"]
 
@@ -24,8 +24,8 @@ def at_work(server: Server, *tasks: Task) -> Iterator[None]:
         replace(task, job=replace(task.job, waits=(0.0,) * len(task.job.waits), poll_s=0.05))
         for task in tasks
     ]
-    place = Place(server.settings, server.database)
-    with place, run_jobs(server.database, place, hurried):
+    slot = WorkerSlot(server.settings, server.database)
+    with slot, run_jobs(server.database, slot, hurried):
         yield
 
 

@@ -12,9 +12,9 @@ from uuid import UUID
 from walltopo_gym.climbing.counting import RECOUNTS, recount_gym
 from walltopo_gym.database.engine import Database
 from walltopo_gym.features import features_on
-from walltopo_gym.jobs.place import Place
 from walltopo_gym.jobs.queue import Task
-from walltopo_gym.jobs.worker import Chore, delete_old_jobs, run_jobs, watch
+from walltopo_gym.jobs.worker import Chore, delete_old_jobs, keep_slot, run_jobs
+from walltopo_gym.jobs.worker_slot import WorkerSlot
 from walltopo_gym.publishing import moves, plans
 from walltopo_gym.publishing.moves import SuggestedMoves
 from walltopo_gym.scans import overlap, own_network, photo_checks
@@ -34,15 +34,15 @@ def work(
     settings: GymSettings, database: Database, store: FileStore, stop: threading.Event
 ) -> None:
     """Work until `stop`; running scans resume when a worker starts again."""
-    with Place(settings, database) as place:
-        steps = ScanSteps(settings, database, store, settings.data / "work" / place.name)
+    with WorkerSlot(settings, database) as slot:
+        steps = ScanSteps(settings, database, store, settings.data / "work" / slot.name)
         tasks = tasks_of(steps)
         moves.queue_missing(database)
         for feature in features_on(settings):
             feature.start(database)
-        with run_jobs(database, place, tasks, chores_of(steps)):
+        with run_jobs(database, slot, tasks, chores_of(steps)):
             try:
-                watch(place, stop, steps.keep)
+                keep_slot(slot, stop, steps.keep)
             finally:
                 steps.stop()
 

@@ -23,9 +23,9 @@ from sqlalchemy.exc import OperationalError
 
 from walltopo_gym.clock import now
 from walltopo_gym.jobs import running, worker
-from walltopo_gym.jobs.place import Place, count_living_workers
 from walltopo_gym.jobs.queue import Failure, Job, NotYetError, Task, enqueue
-from walltopo_gym.jobs.worker import Chore, delete_old_jobs, run_jobs, watch
+from walltopo_gym.jobs.worker import Chore, delete_old_jobs, keep_slot, run_jobs
+from walltopo_gym.jobs.worker_slot import WorkerSlot, count_living_workers
 from walltopo_gym.operating.jobs import job_lines
 
 pytestmark = pytest.mark.both_databases("queues and locks")
@@ -38,7 +38,7 @@ DEADLY = """
 import os, sys, time
 from walltopo_gym.database.engine import Database
 from walltopo_gym.jobs import running, worker
-from walltopo_gym.jobs.place import Place
+from walltopo_gym.jobs.worker_slot import WorkerSlot
 from walltopo_gym.jobs.queue import Job, Task
 from walltopo_gym.jobs.worker import run_jobs
 from walltopo_gym.settings import load_settings
@@ -53,7 +53,7 @@ def run(number):
 settings = load_settings({"data": sys.argv[1], "database": sys.argv[2]}, {})
 database = Database(settings.database_url)
 job = Job("test-job", waits=(0.0, 0.0), poll_s=0.05)
-with Place(settings, database) as place, run_jobs(database, place, [Task(job, run)]):
+with WorkerSlot(settings, database) as slot, run_jobs(database, slot, [Task(job, run)]):
     sys.stdin.read()
 """
 
@@ -160,8 +160,8 @@ def test_a_job_that_waits_for_its_next_try_holds_no_place(server: Server) -> Non
 
     job = Job("test-job", at_once=1, of_one_gym=1, waits=(3600.0,), poll_s=0.05)
     put(server, 1, 2, job=job)
-    place = Place(server.settings, server.database)
-    with place, run_jobs(server.database, place, [Task(job, run)]):
+    slot = WorkerSlot(server.settings, server.database)
+    with slot, run_jobs(server.database, slot, [Task(job, run)]):
         wait_for(done.is_set)
         wait_for(lambda: waiting(server, job.name) == [(1,)])
 
@@ -199,12 +199,12 @@ def test_the_jobs_of_a_killed_worker_go_on_here(server: Server) -> None:
     with elsewhere(server) as child:
         assert child.stdout is not None
         assert child.stdout.readline() == "2\n"
-        place = Place(server.settings, server.database)
-        with place, run_jobs(server.database, place, [Task(JOB, lambda _: done.set())]):
+        slot = WorkerSlot(server.settings, server.database)
+        with slot, run_jobs(server.database, slot, [Task(JOB, lambda _: done.set())]):
             assert count_living_workers(server.settings, server.database) == 2
-            place.recover()
+            slot.recover()
             assert not done.wait(3)  # that one lives
-            watcher = threading.Thread(target=watch, args=(place, stop, lambda _: None))
+            watcher = threading.Thread(target=keep_slot, args=(slot, stop, lambda _: None))
             watcher.start()
             child.send_signal(signal.SIGKILL)
             assert done.wait(60)
@@ -217,15 +217,15 @@ def test_the_jobs_of_a_killed_worker_go_on_here(server: Server) -> None:
 def test_a_worker_whose_lock_was_lost_keeps_what_is_still_its_own(server: Server) -> None:
     if server.database.is_sqlite:
         pytest.skip("a lock of a file is lost with its process alone")
-    with Place(server.settings, server.database) as place:
+    with WorkerSlot(server.settings, server.database) as slot:
         kept: list[set[str]] = []
-        place.hold(kept.append)
+        slot.hold(kept.append)
         assert kept == []
         end = text("SELECT pg_terminate_backend(pid) FROM pg_locks WHERE locktype = 'advisory'")
         with server.database.writing() as session:
             session.execute(end)
         wait_for(lambda: count_living_workers(server.settings, server.database) == 0)
-        place.hold(kept.append)
+        slot.hold(kept.append)
         assert kept == [set()]
         assert count_living_workers(server.settings, server.database) == 1
 
@@ -233,14 +233,14 @@ def test_a_worker_whose_lock_was_lost_keeps_what_is_still_its_own(server: Server
 @pytest.mark.slow
 def test_a_chore_runs_by_the_clock_until_it_is_none(server: Server) -> None:
     done = threading.Event()
-    place = Place(server.settings, server.database)
+    slot = WorkerSlot(server.settings, server.database)
     chore = Chore("test-chore", "* * * * * *", done.set)
-    with place, run_jobs(server.database, place, [], [chore]):
+    with slot, run_jobs(server.database, slot, [], [chore]):
         wait_for(done.is_set)
         assert [row["schedule_name"] for row in server.database.jobs.list_schedules()] == [
             "test-chore"
         ]
-    with place, run_jobs(server.database, place, []):
+    with slot, run_jobs(server.database, slot, []):
         assert server.database.jobs.list_schedules() == []
 
 

@@ -19,7 +19,7 @@ from PIL import Image
 
 from walltopo.pipeline.plan import names_of_plan
 from walltopo.scans.colmap_model import open_model
-from walltopo_gym.jobs.place import count_living_workers
+from walltopo_gym.jobs.worker_slot import count_living_workers
 
 
 def _manifest(data: Path, scan: str) -> dict[str, Any]:

@@ -156,7 +156,7 @@ def test_slow_work_in_the_transaction_of_an_endpoint_is_reported(
     found: list[str] = []
     monkeypatch.setattr(lock, "log_slow_work", found.append)
     app = FastAPI()
-    app.state.services, app.state.places = server.services, CapacityLimiter(1)
+    app.state.services, app.state.transaction_slots = server.services, CapacityLimiter(1)
 
     @app.put("/slow")
     def slow(session: Db) -> None:

@@ -96,7 +96,7 @@ def _batch(args: argparse.Namespace) -> int:
             console.print(
                 f"{len(outcomes)}/{len(jobs)} {outcome.out}: {outcome.state}", soft_wrap=True
             )
-    order = {job.out: place for place, job in enumerate(jobs)}
+    order = {job.out: index for index, job in enumerate(jobs)}
     outcomes.sort(key=lambda outcome: order[outcome.out])
     if args.json:
         console.print(msgspec.json.encode(outcomes).decode(), soft_wrap=True)

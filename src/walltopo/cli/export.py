@@ -96,9 +96,9 @@ def _export(args: argparse.Namespace) -> int:
     if args.route is not None:
         name = f"{name}-route-{args.route}"
     path = args.output or Path(name + (FORMATS[args.format] or f"-{args.format}"))
-    place = output_target(args, path, f"export {args.format}")
+    output = output_target(args, path, f"export {args.format}")
     with (
-        written_folder(place) if args.format in FOLDERS else written_file(place) as made,
+        written_folder(output) if args.format in FOLDERS else written_file(output) as made,
         TerminalListener(console) as progress,
     ):
         wall = read_wall(scan)

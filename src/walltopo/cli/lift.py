@@ -82,8 +82,8 @@ def run(args: argparse.Namespace) -> int:
     from walltopo.segment.lift_matching import attach_masks
     from walltopo.segment.lift_nothing import explain_nothing
 
-    place = output_target(args, args.output, "lift", inputs=(args.mesh, args.cameras, args.masks))
-    with written_folder(place) as out:
+    output = output_target(args, args.output, "lift", inputs=(args.mesh, args.cameras, args.masks))
+    with written_folder(output) as out:
         masks = read_masks(args.masks)
         cameras, models = find_cameras(args.cameras)
         if cameras != args.cameras:

@@ -138,13 +138,13 @@ def output_target(
     return Target(path, flag, command, args.overwrite, given, _refuse_scan)
 
 
-def _refuse_scan(place: Path) -> None:
+def _refuse_scan(path: Path) -> None:
     from walltopo.scans.folder import owning_scan
 
-    scan = owning_scan(place)
+    scan = owning_scan(path)
     if scan is not None:
         raise InputError(
-            f"{place}: belongs to the scan {scan.root}",
+            f"{path}: belongs to the scan {scan.root}",
             "Only `walltopo scan` writes there: choose another path.",
         )
 

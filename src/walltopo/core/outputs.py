@@ -64,15 +64,15 @@ class Target:
     check: Callable[[Path], None] = _accept_any
 
     @property
-    def place(self) -> Path:
+    def location(self) -> Path:
         """Return the absolute path with links resolved."""
         return Path(os.path.realpath(self.path))
 
-    def display_path(self, place: Path) -> Path:
+    def display_path(self, location: Path) -> Path:
         """Return a path within or beside the target as the user would write it."""
-        if place.is_relative_to(self.place):
-            return self.path / place.relative_to(self.place)
-        return self.path.parent / place.name
+        if location.is_relative_to(self.location):
+            return self.path / location.relative_to(self.location)
+        return self.path.parent / location.name
 
 
 @contextmanager
@@ -84,15 +84,15 @@ def written_file(target: Target) -> Iterator[Path]:
     InputError : a file would be replaced; nothing was changed.
     EnvironmentLacksError : the folder cannot be written.
     """
-    place = target.place
-    _check_file(place, target)
-    with scratch_beside(place.parent) as holder:
-        yield holder / place.name
-        made = sorted(holder.iterdir(), key=lambda path: path.name == place.name)
+    location = target.location
+    _check_file(location, target)
+    with scratch_beside(location.parent) as holder:
+        yield holder / location.name
+        made = sorted(holder.iterdir(), key=lambda path: path.name == location.name)
         for path in made:
-            _check_file(place.parent / path.name, target)
+            _check_file(location.parent / path.name, target)
         for path in made:
-            path.replace(place.parent / path.name)
+            path.replace(location.parent / path.name)
 
 
 @contextmanager
@@ -106,20 +106,22 @@ def written_folder(target: Target) -> Iterator[Path]:
     EnvironmentLacksError : the folder cannot be written.
     """
     known = _check_folder(target)
-    changed = sorted(_listed_files(target.place, known) - _unchanged_files(target.place, known))
+    changed = sorted(
+        _listed_files(target.location, known) - _unchanged_files(target.location, known)
+    )
     if changed and not target.overwrite:
-        raise _refusal(target, target.place / changed[0], "was changed since walltopo wrote it")
-    is_new = not target.place.exists()
+        raise _refusal(target, target.location / changed[0], "was changed since walltopo wrote it")
+    is_new = not target.location.exists()
     try:
-        with scratch_beside(target.place) as holder:
-            made = holder / target.place.name
+        with scratch_beside(target.location) as holder:
+            made = holder / target.location.name
             made.mkdir()
             yield made
             _publish(made, target, known)
     except BaseException:
         if is_new:
             with suppress(OSError):  # not empty: another process wrote a file
-                target.place.rmdir()
+                target.location.rmdir()
         raise
 
 
@@ -133,39 +135,39 @@ def claimed_folder(target: Target) -> Path:
     """
     _check_folder(target)
     try:
-        target.place.mkdir(parents=True, exist_ok=True)
+        target.location.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise EnvironmentLacksError(f"cannot create {target.path}: {error.strerror}") from error
     _write_marker(target, None)
     return target.path
 
 
-def _refusal(target: Target, place: Path, what: str, allowed: bool = True) -> InputError:
+def _refusal(target: Target, location: Path, what: str, allowed: bool = True) -> InputError:
     """Return the error for an occupied path; `allowed`: --overwrite would help."""
     ways = f"Give another {target.flag}" + (", or --overwrite to replace it" if allowed else "")
-    return InputError(f"{target.display_path(place)}: {what}", f"{ways}; nothing was changed.")
+    return InputError(f"{target.display_path(location)}: {what}", f"{ways}; nothing was changed.")
 
 
-def _check_file(place: Path, target: Target, own: bool = False) -> None:
+def _check_file(location: Path, target: Target, own: bool = False) -> None:
     """Raise InputError if this command may not write a path; `own`: the file there is its own."""
-    target.check(place)
-    if not os.path.lexists(place):
+    target.check(location)
+    if not os.path.lexists(location):
         return
     never = {
-        "is a link; it is neither replaced nor followed": place.is_symlink(),
-        "is a device, a pipe or a socket; no file can replace it": is_special(place),
-        "is a folder, expected a file to write": place.is_dir(),
-        "is what this command reads; it cannot replace it": _is_input(place, target),
+        "is a link; it is neither replaced nor followed": location.is_symlink(),
+        "is a device, a pipe or a socket; no file can replace it": is_special(location),
+        "is a folder, expected a file to write": location.is_dir(),
+        "is what this command reads; it cannot replace it": _is_input(location, target),
     }
     for what, found in never.items():
         if found:
-            raise _refusal(target, place, what, allowed=False)
+            raise _refusal(target, location, what, allowed=False)
     if not own and not target.overwrite:
-        raise _refusal(target, place, "is there already")
+        raise _refusal(target, location, "is there already")
 
 
-def _is_input(place: Path, target: Target) -> bool:
-    return any(place.is_relative_to(os.path.realpath(given)) for given in target.inputs)
+def _is_input(location: Path, target: Target) -> bool:
+    return any(location.is_relative_to(os.path.realpath(given)) for given in target.inputs)
 
 
 def _check_folder(target: Target) -> Mapping[str, str]:
@@ -175,16 +177,16 @@ def _check_folder(target: Target) -> Mapping[str, str]:
     ------
     InputError : the folder is not empty, belongs to another command, and `overwrite` is not set.
     """
-    place = target.place
-    target.check(place)
-    if os.path.lexists(place) and not place.is_dir():
-        raise _refusal(target, place, "is not a folder", allowed=False)
-    if not place.is_dir():
+    location = target.location
+    target.check(location)
+    if os.path.lexists(location) and not location.is_dir():
+        raise _refusal(target, location, "is not a folder", allowed=False)
+    if not location.is_dir():
         return {}
-    marker = _read_marker(place)
+    marker = _read_marker(location)
     if marker is not None and marker.command == target.command:
         return marker.files or {}
-    if _has_files(place) and not target.overwrite:
+    if _has_files(location) and not target.overwrite:
         whose = "other files" if marker is None else f"the results of `walltopo {marker.command}`"
         raise InputError(
             f"{target.path}: is not empty: it holds {whose}",
@@ -207,7 +209,7 @@ def _read_marker(folder: Path) -> _Marker | None:
 
 def _write_marker(target: Target, files: dict[str, str] | None) -> None:
     marker = _Marker(1, target.command, files)
-    write_json(target.place / MARKER, msgspec.to_builtins(marker))
+    write_json(target.location / MARKER, msgspec.to_builtins(marker))
 
 
 def _has_files(folder: Path) -> bool:
@@ -250,28 +252,28 @@ def _unchanged_files(folder: Path, known: Mapping[str, str]) -> set[str]:
 
 def _publish(made: Path, target: Target, known: Mapping[str, str]) -> None:
     """Move the results into the target, and remove own files that are no longer produced."""
-    place = target.place
-    own = _unchanged_files(place, known)
+    location = target.location
+    own = _unchanged_files(location, known)
     names = sorted(_files(made))
     for name in names:
-        _check_parents(place / name, target)
-        _check_file(place / name, target, own=name in own)
-    stale = {name for name in own - set(names) if not _is_input(place / name, target)}
+        _check_parents(location / name, target)
+        _check_file(location / name, target, own=name in own)
+    stale = {name for name in own - set(names) if not _is_input(location / name, target)}
     hashes = {_marker_name(name): hash_path(made / name) for name in names}
     # Write the marker first: after a crash, files without a matching hash count as foreign.
     _write_marker(target, {_marker_name(n): known[_marker_name(n)] for n in own - stale} | hashes)
     for name in names:
-        (place / name).parent.mkdir(parents=True, exist_ok=True)
-        (made / name).replace(place / name)
+        (location / name).parent.mkdir(parents=True, exist_ok=True)
+        (made / name).replace(location / name)
     for name in sorted(stale):
-        (place / name).unlink()
-        _remove_empty((place / name).parent, place)
+        (location / name).unlink()
+        _remove_empty((location / name).parent, location)
 
 
-def _check_parents(place: Path, target: Target) -> None:
+def _check_parents(location: Path, target: Target) -> None:
     """Raise InputError if a parent folder is a file or a link."""
-    for parent in place.parents:
-        if parent == target.place:
+    for parent in location.parents:
+        if parent == target.location:
             return
         if os.path.lexists(parent) and (parent.is_symlink() or not parent.is_dir()):
             raise _refusal(target, parent, "is not a folder", allowed=False)

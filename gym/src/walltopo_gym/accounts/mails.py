@@ -76,14 +76,14 @@ def requested_mail(session: Session, kind: Kind, to: str, base: str, language: L
     words = mail_templates()[language]
     match kind, find_person(session, to) is not None:
         case "sign-up", False:
-            name, place = "sign-up", f"sign-up#{new_link(session, kind, to)}"
+            name, path = "sign-up", f"sign-up#{new_link(session, kind, to)}"
         case "sign-up", True:
-            name, place = "sign-up-known", "sign-in"
+            name, path = "sign-up-known", "sign-in"
         case "reset", True:
-            name, place = "reset", f"new-password#{new_link(session, kind, to)}"
+            name, path = "reset", f"new-password#{new_link(session, kind, to)}"
         case _:
-            name, place = "reset-unknown", "sign-up"
-    text = f"{words[name]['text']}\n\n{base}/{place}\n\n{words['unasked']['text']}\n"
+            name, path = "reset-unknown", "sign-up"
+    text = f"{words[name]['text']}\n\n{base}/{path}\n\n{words['unasked']['text']}\n"
     return Mail(to, words[name]["subject"], text)
 
 

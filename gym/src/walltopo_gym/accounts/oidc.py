@@ -65,7 +65,7 @@ class Provider:
     callback: str
 
     @property
-    def places(self) -> dict[str, Any]:
+    def discovery(self) -> dict[str, Any]:
         """Return the provider's discovery document, of at most some minutes ago.
 
         Raises
@@ -121,7 +121,7 @@ class Provider:
         """Return the provider's current public keys."""
         from joserfc.jwk import KeySet
 
-        return KeySet.import_key_set(self._get(self.places["jwks_uri"]))  # type: ignore[arg-type]
+        return KeySet.import_key_set(self._get(self.discovery["jwks_uri"]))  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,7 @@ def begin_sign_in(provider: Provider) -> Attempt:
     """Return a new attempt to sign in."""
     state, nonce, verifier = (new_secret()[0] for _ in range(3))
     url, _ = provider.client().create_authorization_url(
-        provider.places["authorization_endpoint"],
+        provider.discovery["authorization_endpoint"],
         state=state,
         nonce=nonce,
         code_verifier=verifier,
@@ -193,7 +193,7 @@ def _fetch_id_token(provider: Provider, code: str, verifier: str) -> str:
     check_unlocked(_WORK)
     try:
         token = provider.client().fetch_token(
-            provider.places["token_endpoint"],
+            provider.discovery["token_endpoint"],
             grant_type="authorization_code",
             code=code,
             code_verifier=verifier,
@@ -211,7 +211,7 @@ def _verify_id_token(provider: Provider, token: str, nonce: str) -> Claims:
 
     wanted = jwt.JWTClaimsRegistry(
         leeway=60,
-        iss={"essential": True, "value": provider.places["issuer"]},
+        iss={"essential": True, "value": provider.discovery["issuer"]},
         aud={"essential": True, "value": provider.client_id},
         exp={"essential": True},
         sub={"essential": True},

@@ -111,8 +111,8 @@ class BodyLimit:
                 raise
 
     def _limit_of(self, scope: Scope) -> int:
-        place = f"{scope['method']} {scope['path']}"
-        return next((most for form, most in self._longer if form.fullmatch(place)), LONGEST_BODY)
+        endpoint = f"{scope['method']} {scope['path']}"
+        return next((most for form, most in self._longer if form.fullmatch(endpoint)), LONGEST_BODY)
 
 
 def _too_large() -> Response:

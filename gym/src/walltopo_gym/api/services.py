@@ -75,7 +75,7 @@ async def _wait_for_slot(request: Request) -> AsyncIterator[None]:
     endpoint. If as many as the pool has connections could begin one, others would wait for a
     connection in all of the threads, and none would get on.
     """
-    async with request.app.state.places:
+    async with request.app.state.transaction_slots:
         yield
 
 

@@ -32,7 +32,7 @@ def _demo(args: argparse.Namespace) -> int:
     import logging.config
 
     from walltopo.cli.console import console
-    from walltopo_gym.cli.place import database_of
+    from walltopo_gym.cli.gym_data import database_of
     from walltopo_gym.demo.hall import SLUG, Hall
     from walltopo_gym.server.request_log import log_config
     from walltopo_gym.server.run import serve

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from walltopo.core import InputError
 from walltopo_gym.cli import demo, operator
-from walltopo_gym.cli.options import add_place, in_words
+from walltopo_gym.cli.options import add_gym_data_options, in_words
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -37,16 +37,16 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     gym.set_defaults(run=lambda args: _help(gym))
     inner = gym.add_subparsers(title="commands", metavar="COMMAND")
     serve = inner.add_parser("serve", help="serve the platform until Ctrl-C")
-    add_place(serve)
+    add_gym_data_options(serve)
     serve.add_argument("--host", help="address to listen on (default 127.0.0.1)")
     serve.add_argument("--port", help="port to listen on; 0: any free one (default 8080)")
     serve.add_argument("--address", help="the address as people type it, e.g. https://gym.example")
     serve.set_defaults(run=_serve)
     worker = inner.add_parser("worker", help="work on scans, on this or another machine")
-    add_place(worker)
+    add_gym_data_options(worker)
     worker.set_defaults(run=_worker)
     migrate = inner.add_parser("migrate", help="bring the database to this version (serve does it)")
-    add_place(migrate)
+    add_gym_data_options(migrate)
     migrate.set_defaults(run=_migrate)
     user = inner.add_parser(
         "user",
@@ -56,7 +56,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     user.add_argument("email")
     user.add_argument("--name", help="(add) as others see it; default: what stands before the @")
     user.add_argument("--operator", action="store_true", help="(add) may open gyms")
-    add_place(user)
+    add_gym_data_options(user)
     user.set_defaults(run=_user)
     demo.register(inner)
     operator.register(inner)
@@ -102,7 +102,7 @@ def _worker(args: argparse.Namespace) -> int:
     import threading
 
     from walltopo.cli.console import console
-    from walltopo_gym.cli.place import database_of_options, settings_of
+    from walltopo_gym.cli.gym_data import database_of_options, settings_of
     from walltopo_gym.server.request_log import log_config
     from walltopo_gym.storage.files import open_store
     from walltopo_gym.work import work
@@ -117,7 +117,7 @@ def _worker(args: argparse.Namespace) -> int:
 
 def _migrate(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo_gym.cli.place import database_of_options
+    from walltopo_gym.cli.gym_data import database_of_options
 
     with database_of_options(args):
         console.print("the database is of this version")
@@ -129,7 +129,7 @@ def _user(args: argparse.Namespace) -> int:
     from walltopo_gym.accounts import second_factor
     from walltopo_gym.accounts.passwords import Passwords, check_password
     from walltopo_gym.accounts.people import add_person, one_spelling, set_password
-    from walltopo_gym.cli.place import database_of_options, read_password
+    from walltopo_gym.cli.gym_data import database_of_options, read_password
     from walltopo_gym.operating.own_data import delete_account
 
     email = one_spelling(args.email)

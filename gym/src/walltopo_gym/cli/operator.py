@@ -8,7 +8,7 @@ from uuid import UUID
 
 from walltopo.cli.options import add_overwrite
 from walltopo.core import EnvironmentLacksError, InputError, SettingsError
-from walltopo_gym.cli.options import add_place
+from walltopo_gym.cli.options import add_gym_data_options
 
 
 def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -42,12 +42,12 @@ def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     mail.add_argument("to", metavar="ADDRESS", help="who gets it")
     mail.set_defaults(run=_mail)
     for command in (mail, doctor, backup, restore, purge, gyms, jobs, again):
-        add_place(command)
+        add_gym_data_options(command)
 
 
 def _doctor(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo_gym.cli.place import settings_of
+    from walltopo_gym.cli.gym_data import settings_of
     from walltopo_gym.operating.doctor import examine
 
     sign = {"well": "✓", "look": "!", "bad": "✗"}
@@ -61,7 +61,7 @@ def _doctor(args: argparse.Namespace) -> int:
 
 def _mail(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo_gym.cli.place import settings_of
+    from walltopo_gym.cli.gym_data import settings_of
     from walltopo_gym.mail import Mail, SmtpMailer, sender_of
 
     settings = settings_of(args)
@@ -81,7 +81,7 @@ def _mail(args: argparse.Namespace) -> int:
 
 def _backup(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo_gym.cli.place import check_there, database_of_options, settings_of
+    from walltopo_gym.cli.gym_data import check_there, database_of_options, settings_of
     from walltopo_gym.operating.backup import back_up
     from walltopo_gym.storage.files import open_store
 
@@ -97,7 +97,7 @@ def _backup(args: argparse.Namespace) -> int:
 
 def _restore(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo_gym.cli.place import settings_of
+    from walltopo_gym.cli.gym_data import settings_of
     from walltopo_gym.operating.backup import restore
     from walltopo_gym.storage.files import open_store
 
@@ -109,7 +109,7 @@ def _restore(args: argparse.Namespace) -> int:
 
 def _purge(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo_gym.cli.place import database_of_options, settings_of
+    from walltopo_gym.cli.gym_data import database_of_options, settings_of
     from walltopo_gym.operating.purge import purge
     from walltopo_gym.storage.files import open_store
 
@@ -127,7 +127,7 @@ def _recount(args: argparse.Namespace) -> int:
     from sqlalchemy import select
 
     from walltopo.cli.console import console
-    from walltopo_gym.cli.place import database_of_options
+    from walltopo_gym.cli.gym_data import database_of_options
     from walltopo_gym.climbing.counting import recount_gym
     from walltopo_gym.gyms.models import Gym
 
@@ -150,7 +150,7 @@ def _gym(args: argparse.Namespace) -> int:
 
     from walltopo.cli.console import console
     from walltopo_gym.accounts.people import find_person, one_spelling
-    from walltopo_gym.cli.place import database_of_options
+    from walltopo_gym.cli.gym_data import database_of_options
     from walltopo_gym.gyms.models import Gym
     from walltopo_gym.gyms.service import open_gym
 
@@ -170,7 +170,7 @@ def _gym(args: argparse.Namespace) -> int:
 
 def _jobs(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo_gym.cli.place import database_of_options
+    from walltopo_gym.cli.gym_data import database_of_options
     from walltopo_gym.operating.jobs import cancel_scan, job_lines, retry_scan
 
     with database_of_options(args) as database:

@@ -8,7 +8,7 @@ from functools import wraps
 from pathlib import Path
 
 
-def add_place(parser: argparse.ArgumentParser) -> None:
+def add_gym_data_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that locate the gym."""
     parser.add_argument("--data", type=Path, metavar="DIR", help="the folder of everything")
     parser.add_argument("--database", metavar="URL", help="PostgreSQL instead of SQLite in DIR")

@@ -92,11 +92,11 @@ def board(
     counted = _join_profiles(select(func.count(), *better).select_from(Standing), gym).where(*seen)
     of, *above = session.execute(counted).one()
     lines: list[Line] = []
-    for place, row in enumerate(rows):
+    for index, row in enumerate(rows):
         if lines and lines[-1].points == row.points:
             rank = lines[-1].rank
         else:
-            rank = 1 + (skip + place if place else above[0])
+            rank = 1 + (skip + index if index else above[0])
         lines.append(Line(rank, *row))
     own = None if mine is None else Line(1 + above[-1], *mine)
     return BoardPart(lines, of, own)

@@ -19,7 +19,7 @@ from walltopo_gym.competitions.board_view import (
     Team,
 )
 from walltopo_gym.competitions.ranking import (
-    Place,
+    Rank,
     Standing,
     Step,
     compared_criteria,
@@ -91,19 +91,19 @@ class Leaderboard:
             team: best_of((points for points, _ in all_of), self.sheet.team_size)
             for team, all_of in members.items()
         }
-        places = ranks_by_key({team: (points,) for team, points in sums.items()})
+        ranks = ranks_by_key({team: (points,) for team, points in sums.items()})
         return [
             Team(
-                places[team].rank,
-                places[team].tied,
+                ranks[team].rank,
+                ranks[team].tied,
                 team,
                 format_points(sums[team]),
                 sorted(name for _, name in members[team]),
             )
-            for team in sorted(sums, key=lambda team: (places[team].rank, team))
+            for team in sorted(sums, key=lambda team: (ranks[team].rank, team))
         ]
 
-    def ranks_in(self, one: RoundSheet, category: UUID) -> dict[UUID, Place]:
+    def ranks_in(self, one: RoundSheet, category: UUID) -> dict[UUID, Rank]:
         """Return the ranks in a round of those who climbed in it."""
         number = self.sheet.rounds.index(one) + 1
         standings = {
@@ -131,7 +131,7 @@ class Leaderboard:
     def _ranked_lines(self, category: UUID) -> list[Line]:
         who = self._of(category)
         standings = {one.id: self._standing(one) for one in who}
-        places = ranks_by_key({of: s.key for of, s in standings.items() if s is not None})
+        overall = ranks_by_key({of: s.key for of, s in standings.items() if s is not None})
         in_rounds = [(one, self.ranks_in(one, category)) for one in self.sheet.rounds]
         lines = [
             Line(
@@ -140,8 +140,8 @@ class Leaderboard:
                 name=one.name,
                 team=one.team,
                 club=one.club,
-                rank=places[one.id].rank if one.id in places else None,
-                tied=one.id in places and places[one.id].tied,
+                rank=overall[one.id].rank if one.id in overall else None,
+                tied=one.id in overall and overall[one.id].tied,
                 out=self.results.outs.get(one.id),
                 points=self._points(standings[one.id]),
                 rounds=[self._round_line(one, of, ranks) for of, ranks in in_rounds],
@@ -189,15 +189,15 @@ class Leaderboard:
         return {one.id: scores.get(one.id) or self.results.empty(one) for one in self.sheet.rounds}
 
     def _round_line(
-        self, who: Competitor, one: RoundSheet, ranks: Mapping[UUID, Place]
+        self, who: Competitor, one: RoundSheet, ranks: Mapping[UUID, Rank]
     ) -> RoundLine:
         score = self.results.score(one, who)
         found = score or self.results.empty(one)
-        place = ranks.get(who.id)
+        rank = ranks.get(who.id)
         marks = self.results.marks_in(one, who.id) if len(one.problems) <= _FEW else {}
         return RoundLine(
             round_id=one.id,
-            rank=None if place is None else place.rank,
+            rank=None if rank is None else rank.rank,
             started=score is not None,
             points="" if found.points is None or score is None else format_points(found.points),
             tops=found.tops,

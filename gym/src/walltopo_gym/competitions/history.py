@@ -92,7 +92,7 @@ def marks_of(session: Session, competition: UUID, about: ColumnElement[bool]) ->
     """
     facts, ledger = _with_strikers(session, competition, about)
     found = []
-    for entry, problem in dict.fromkeys(fact.place for fact in facts):
+    for entry, problem in dict.fromkeys(fact.mark_key for fact in facts):
         if problem is None:
             continue
         mark = ledger.mark(entry, problem)

@@ -34,7 +34,7 @@ JUDGED = frozenset({Kind.OUT, Kind.DECISION})  # sent by judges alone
 # An appeal and a decision name an event and leave it as it is.
 STRIKING = SCORED | {Kind.VOID, Kind.OUT}
 
-Place = tuple[UUID, UUID | None]  # entry, problem
+MarkKey = tuple[UUID, UUID | None]  # entry, problem
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ class Fact:
     text: str = ""
 
     @property
-    def place(self) -> Place:
+    def mark_key(self) -> MarkKey:
         """Return the entry and the problem of the event."""
         return self.entry, self.problem
 
@@ -71,10 +71,10 @@ class Ledger:
     def __init__(self) -> None:
         self._facts: dict[UUID, Fact] = {}
         self._strikers = Counter[UUID]()  # counting strikers, by the event that they strike
-        self._at: dict[Place, list[UUID]] = defaultdict(list)
+        self._at: dict[MarkKey, list[UUID]] = defaultdict(list)
 
-    def add(self, facts: Iterable[Fact]) -> set[Place]:
-        """Add events in order of arrival and return the places whose marks they may change.
+    def add(self, facts: Iterable[Fact]) -> set[MarkKey]:
+        """Add events in order of arrival and return the keys of the marks that they may change.
 
         Linear in the number of events if all come in one call: from last to first, so that the
         strikers of most events are known before them. An event that comes later, alone, costs up to
@@ -85,17 +85,17 @@ class Ledger:
             if fact.id not in self._facts:
                 new.setdefault(fact.id, fact)
         for fact in new.values():
-            self._at[fact.place].append(fact.id)
-        touched = {fact.place for fact in new.values()}
+            self._at[fact.mark_key].append(fact.id)
+        touched = {fact.mark_key for fact in new.values()}
         for fact in reversed(new.values()):
             self._facts[fact.id] = fact
             if self.counts(fact.id):
                 touched |= self._strike(fact)
         return touched
 
-    def _strike(self, fact: Fact) -> set[Place]:
+    def _strike(self, fact: Fact) -> set[MarkKey]:
         """Count the strike of an event that counts now, and what follows along its chain; return
-        the places in which other events count, or no longer count."""
+        the marks for which other events count, or no longer count."""
         touched = set()
         change, target = 1, fact.strikes
         while target is not None:
@@ -105,7 +105,7 @@ class Ledger:
             if target not in self._facts or is_counting == was_counting:
                 break
             struck = self._facts[target]
-            touched.add(struck.place)
+            touched.add(struck.mark_key)
             change, target = 1 if is_counting else -1, struck.strikes
         return touched
 
@@ -133,6 +133,6 @@ class Ledger:
         return outs[-1].text if outs else None
 
     def counting(self, entry: UUID, problem: UUID | None) -> list[Fact]:
-        """Return the counting events of a place in order of arrival."""
+        """Return the counting events of a mark in order of arrival."""
         events = self._at.get((entry, problem), ())
         return [self._facts[event] for event in events if self.counts(event)]

@@ -24,9 +24,9 @@ from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
 
 
 def starters(session: Session, row: Competition, one: Round) -> list[tuple[Entry, int]]:
-    """Return the starters of a round, by category and in running order, with places from 1.
+    """Return the starters of a round, by category and in running order, with positions from 1.
 
-    In an open round, entries without a place come last, by bib.
+    In an open round, entries without a drawn position come last, by bib.
     """
     own = and_(Starter.entry_id == Entry.id, Starter.round_id == one.id)
     rows = (
@@ -36,11 +36,11 @@ def starters(session: Session, row: Competition, one: Round) -> list[tuple[Entry
         .where(Entry.competition_id == row.id, Entry.withdrawn.is_(False))
         .order_by(Category.place, Starter.place.is_(None), Starter.place, Entry.bib)
     )
-    places = defaultdict[UUID, int](int)
+    positions = defaultdict[UUID, int](int)
     in_order = []
     for entry in session.scalars(rows):
-        places[entry.category_id] += 1
-        in_order.append((entry, places[entry.category_id]))
+        positions[entry.category_id] += 1
+        in_order.append((entry, positions[entry.category_id]))
     return in_order
 
 

@@ -30,7 +30,7 @@ class Standing(NamedTuple):
         return tuple(criterion.value for _, criterion in self.criteria)
 
 
-class Place(NamedTuple):
+class Rank(NamedTuple):
     """A rank, and whether it is shared."""
 
     rank: int
@@ -91,10 +91,10 @@ def standing_in_league(scores: Iterable[Score], league_best: int | None, handica
     )
 
 
-def ranks_by_key(keys: Mapping[Who, tuple[Fraction, ...]]) -> dict[Who, Place]:
+def ranks_by_key(keys: Mapping[Who, tuple[Fraction, ...]]) -> dict[Who, Rank]:
     """Return ranks by keys, greater first. Equal keys share a rank, and the next rank skips as
     many."""
-    found: dict[Who, Place] = {}
+    found: dict[Who, Rank] = {}
     ordered = sorted(keys, key=lambda who: keys[who], reverse=True)
     first = 0
     while first < len(ordered):
@@ -102,7 +102,7 @@ def ranks_by_key(keys: Mapping[Who, tuple[Fraction, ...]]) -> dict[Who, Place]:
         while last + 1 < len(ordered) and keys[ordered[last + 1]] == keys[ordered[first]]:
             last += 1
         for who in ordered[first : last + 1]:
-            found[who] = Place(first + 1, last > first)
+            found[who] = Rank(first + 1, last > first)
         first = last + 1
     return found
 

@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterable
 from uuid import UUID
 
-from walltopo_gym.competitions.ledger import Fact, Ledger, Place
+from walltopo_gym.competitions.ledger import Fact, Ledger, MarkKey
 from walltopo_gym.competitions.scoring.rules import Rules
 from walltopo_gym.competitions.scoring.score import NOTHING, AttemptedProblem, Mark, Score
 from walltopo_gym.competitions.sheet import Competitor, RoundSheet, Sheet
@@ -21,7 +21,7 @@ class Results:
 
     def __init__(self, sheet: Sheet) -> None:
         self._ledger = Ledger()
-        self._places: set[Place] = set()
+        self._mark_keys: set[MarkKey] = set()
         self.touched: set[UUID] = set()
         self.use(sheet)
 
@@ -36,14 +36,14 @@ class Results:
         self._tops: dict[tuple[UUID, UUID], set[UUID]] = defaultdict(set)
         self._zones: dict[tuple[UUID, UUID], set[UUID]] = defaultdict(set)
         self.outs: dict[UUID, str] = {}
-        for entry, problem in sorted(self._places, key=str):
+        for entry, problem in sorted(self._mark_keys, key=str):
             self._look(entry, problem)
         self.touched = {category for category, _ in sheet.categories}
 
     def add(self, facts: Iterable[Fact]) -> None:
         """Add events in any order; all at once costs less than one by one."""
         for entry, problem in self._ledger.add(facts):
-            self._places.add((entry, problem))
+            self._mark_keys.add((entry, problem))
             self._look(entry, problem)
 
     def mark(self, entry: UUID, problem: UUID) -> Mark:

@@ -250,7 +250,7 @@ class Hall:
         """Publish the missing scans as a setter would: each route gets a name and a grade."""
         found = {scan: found_routes(self.store, scan) for scan in scans}
         named = name_routes(list(found.values()))
-        for place, (scan, facts) in enumerate(zip(scans, named, strict=True)):
+        for index, (scan, facts) in enumerate(zip(scans, named, strict=True)):
             if scan not in missing:
                 continue
             with self.database.writing() as session:
@@ -259,7 +259,7 @@ class Hall:
                 system = session.scalars(
                     select(GradeSystem).where(GradeSystem.gym_id == wall.gym_id)
                 ).one()
-                days = _SET[place % len(_SET)]
+                days = _SET[index % len(_SET)]
                 entries = [
                     Entry(
                         number,
@@ -286,12 +286,12 @@ def name_routes(walls: Sequence[Mapping[int, FoundRoute]]) -> list[dict[int, dic
     every.sort(key=lambda each: each[1].steepness_deg / 10 + each[1].largest_move)
     scale = FONT[FONT.index(_EASIEST) : FONT.index(_HARDEST) + 1]
     named: list[dict[int, dict[str, object]]] = [{} for _ in walls]
-    for place, (wall, route) in enumerate(every):
-        turn, name = divmod(place, len(_NAMES))
+    for index, (wall, route) in enumerate(every):
+        turn, name = divmod(index, len(_NAMES))
         named[wall][route.id] = {
             "name": f"{_NAMES[name]} {turn + 1}" if turn else _NAMES[name],
-            "grade": scale[round(place * (len(scale) - 1) / max(1, len(every) - 1))],
+            "grade": scale[round(index * (len(scale) - 1) / max(1, len(every) - 1))],
             "colour": route.colour,
-            "setter": _SETTERS[place % len(_SETTERS)],
+            "setter": _SETTERS[index % len(_SETTERS)],
         }
     return named

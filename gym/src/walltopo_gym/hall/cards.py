@@ -63,13 +63,13 @@ class Cards:
         across, down = _GRID[size]
         width, height = sheet[0] / across, sheet[1] / down
         for number, route in enumerate(self.routes):
-            place = number % (across * down)
-            if place == 0:
+            slot = number % (across * down)
+            if slot == 0:
                 if number:
                     canvas.showPage()
                 _draw_cuts(canvas, sheet, across, down)
             canvas.saveState()
-            canvas.translate(place % across * width, sheet[1] - (place // across + 1) * height)
+            canvas.translate(slot % across * width, sheet[1] - (slot // across + 1) * height)
             _Card(self, route, words, letters, width, height).draw(canvas)
             canvas.restoreState()
         canvas.save()

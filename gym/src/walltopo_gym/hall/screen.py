@@ -82,7 +82,7 @@ def public_board(session: Session, gym: Gym, size: int) -> list[Line] | None:
         .limit(size)
     )
     lines: list[Line] = []
-    for place, row in enumerate(rows, 1):
+    for rank, row in enumerate(rows, 1):
         same = lines and lines[-1].points == row.points
-        lines.append(Line(lines[-1].rank if same else place, *row))
+        lines.append(Line(lines[-1].rank if same else rank, *row))
     return lines

@@ -1,7 +1,7 @@
-"""Run jobs: each try is a workflow of DBOS; a retry is queued with a delay, so it holds no place
+"""Run jobs: each try is a workflow of DBOS; a retry is queued with a delay, so it holds no slot
 while it waits.
 
-A job whose worker was killed is restarted (`jobs/place.py`). Restarts count as tries, so that an
+A job whose worker was killed is restarted (`worker_slot.py`). Restarts count as tries, so that an
 item that kills its worker is set aside, too.
 """
 

@@ -14,9 +14,9 @@ from dbos import DBOS, DBOSConfig
 
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import APPLICATION, Database
-from walltopo_gym.jobs.place import Place
 from walltopo_gym.jobs.queue import Task
 from walltopo_gym.jobs.running import open_queue, register_job
+from walltopo_gym.jobs.worker_slot import WorkerSlot
 
 _LOG = logging.getLogger("walltopo_gym.jobs")
 # Raised when a job changes so that a workflow cannot go on under the new one.
@@ -49,13 +49,13 @@ class Chore:
 
 @contextmanager
 def run_jobs(
-    database: Database, place: Place, tasks: Sequence[Task], chores: Sequence[Chore] = ()
+    database: Database, slot: WorkerSlot, tasks: Sequence[Task], chores: Sequence[Chore] = ()
 ) -> Iterator[None]:
     """Run jobs and chores in this process for the duration of the block."""
     config: DBOSConfig = {
         "name": APPLICATION,
         "system_database_url": database.url,
-        "executor_id": place.name,
+        "executor_id": slot.name,
         "application_version": _SHAPE,
         "log_level": "WARNING",
         "enable_otlp": False,
@@ -77,12 +77,14 @@ def run_jobs(
         DBOS.destroy(destroy_registry=True, workflow_completion_timeout_sec=_LAST_WORDS_S)
 
 
-def watch(place: Place, stop: threading.Event, regained: Callable[[set[str]], None]) -> None:
-    """Hold this worker's place until `stop`, and restart the jobs of dead workers."""
+def keep_slot(
+    slot: WorkerSlot, stop: threading.Event, regained: Callable[[set[str]], None]
+) -> None:
+    """Hold this worker's slot until `stop`, and restart the jobs of dead workers."""
     while not stop.wait(_LOOK_S):
         try:
-            place.hold(regained)
-            place.recover()
+            slot.hold(regained)
+            slot.recover()
         except Exception:  # a database that is away for a while shall not end the worker
             _LOG.exception("the worker goes on")
 

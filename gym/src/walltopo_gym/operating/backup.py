@@ -67,7 +67,7 @@ def back_up(
     with (
         lock_data_folder(settings.data),
         written_file(target) as temporary,
-        tempfile.TemporaryDirectory(dir=target.place.parent) as name,
+        tempfile.TemporaryDirectory(dir=target.location.parent) as name,
         _private_file(temporary).open("wb") as out,
         tarfile.open(fileobj=out, mode="w") as tar,
     ):
@@ -101,16 +101,16 @@ def _own_files(settings: GymSettings) -> list[Path]:
     return own
 
 
-def _refuse_own(own: Sequence[Path], place: Path) -> None:
+def _refuse_own(own: Sequence[Path], backup: Path) -> None:
     """Refuse a path among the gym's own files.
 
     Raises
     ------
     InputError : it is one.
     """
-    if any(place.is_relative_to(os.path.realpath(path)) for path in own):
+    if any(backup.is_relative_to(os.path.realpath(path)) for path in own):
         raise InputError(
-            f"{place}: belongs to the gym itself", "Write the backup outside of its data folder."
+            f"{backup}: belongs to the gym itself", "Write the backup outside of its data folder."
         )
 
 

@@ -17,7 +17,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from walltopo.core import WalltopoError
 from walltopo.pipeline.settings import load_settings
 from walltopo_gym.database.engine import Database
-from walltopo_gym.jobs.place import count_living_workers
+from walltopo_gym.jobs.worker_slot import count_living_workers
 from walltopo_gym.mail import SmtpMailer
 from walltopo_gym.migrations.run import NEWER_HINT, Age, age_of
 from walltopo_gym.scans.models import Scan

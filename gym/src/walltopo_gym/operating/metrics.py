@@ -11,7 +11,7 @@ from prometheus_client.registry import Collector
 from sqlalchemy import func, select
 
 from walltopo_gym.api.services import Services
-from walltopo_gym.jobs.place import count_living_workers
+from walltopo_gym.jobs.worker_slot import count_living_workers
 from walltopo_gym.scans.models import Photo, Scan
 from walltopo_gym.scans.service import State
 

@@ -102,8 +102,8 @@ def median_of(
     if graded:
         system = Counter(used for used, _ in graded).most_common(1)[0][0]
         labels = systems[system]
-        places = [labels.index(label) for used, label in graded if used == system]
-        grade = labels[median_low(places)]
+        indices = [labels.index(label) for used, label in graded if used == system]
+        grade = labels[median_low(indices)]
     return ProposalMedian(
         len(proposals),
         system,

@@ -183,8 +183,8 @@ def _store_result(
             "sharpness": sharpest.sharpness,
             "frames": len(done.photos),
         }
-        places = np.linspace(0, len(done.photos) - 1, min(len(done.photos), MAX_THUMBNAILS))
-        shown = [made / done.photos[place].file for place in places.round().astype(int).tolist()]
+        indices = np.linspace(0, len(done.photos) - 1, min(len(done.photos), MAX_THUMBNAILS))
+        shown = [made / done.photos[index].file for index in indices.round().astype(int).tolist()]
         for number, path in enumerate(shown):
             store.put(photo.thumbnail_of(number), _thumbnail(path))
         facts["plate_frames"] = _frames_with_plate(shown)

@@ -96,7 +96,7 @@ def build_app(services: Services) -> FastAPI:
         generate_unique_id_function=lambda route: route.name,
     )
     app.state.services = services
-    app.state.places = CapacityLimiter(CONNECTIONS)
+    app.state.transaction_slots = CapacityLimiter(CONNECTIONS)
     app.state.turns = {}
     app.state.metrics = Metrics(services)
     for routers in _CORE:

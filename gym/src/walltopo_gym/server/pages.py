@@ -150,9 +150,9 @@ def read_short_address(code: str, request: Request, services: ServicesOf) -> Res
             return read_page(f"r/{code}", request, services)
     if gym.visibility == "private":
         return read_page(f"r/{code}", request, services)
-    place = f"/g/{gym.slug}/w/{route.wall_id}/r/{route.id}"
+    path = f"/g/{gym.slug}/w/{route.wall_id}/r/{route.id}"
     # Not for ever: the route may come to hang on another wall.
-    return RedirectResponse(place, 302, {"cache-control": "no-cache"})
+    return RedirectResponse(path, 302, {"cache-control": "no-cache"})
 
 
 @router.api_route("/{place:path}", methods=_READING, response_class=HTMLResponse)
@@ -196,23 +196,23 @@ class _Preview:
     tiers: tuple[str, ...] = ()
 
 
-def head_of(services: Services, place: str, viewer: str, *, indexed: bool) -> str:
+def head_of(services: Services, path: str, viewer: str, *, indexed: bool) -> str:
     """Return the HTML of a page's title and tags.
 
     Parameters
     ----------
-    place : path of the page, without a leading slash.
+    path : path of the page, without a leading slash.
     viewer : address of the viewer's script.
     indexed : whether search engines may index the page.
     """
-    parts = place.strip("/").split("/")
+    parts = path.strip("/").split("/")
     with services.database.reading() as session:
         shown = _preview(session, parts)
     base = services.settings.link_base
     tags = [f"<title>{escape(shown.title)}</title>"]
     if not (indexed and shown.listed):
         tags.append('<meta name="robots" content="noindex">')
-    meta = {"site_name": _SITE, "type": "website", "title": shown.title, "url": f"{base}/{place}"}
+    meta = {"site_name": _SITE, "type": "website", "title": shown.title, "url": f"{base}/{path}"}
     if shown.line:
         meta["description"] = shown.line
     if shown.picture:

@@ -49,9 +49,9 @@ def serve(settings: GymSettings, tell: Callable[[str], None]) -> None:
         )
         host, port = listener.getsockname()[:2]
         tell(f"http://{host}:{port}")
-        place = services.settings, services.database, services.store
+        resources = services.settings, services.database, services.store
         # Without workers here the scans are left to `walltopo gym worker`.
-        with at_work(*place) if settings.workers else nullcontext():
+        with at_work(*resources) if settings.workers else nullcontext():
             uvicorn.Server(config).run(sockets=[listener])
     finally:
         services.close()

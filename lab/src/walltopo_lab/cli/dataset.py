@@ -189,14 +189,14 @@ def _convert(args: argparse.Namespace) -> int:
     from walltopo.core.outputs import written_folder
     from walltopo_lab.datasets.read import write_dataset
 
-    place = output_target(
+    output = output_target(
         args,
         args.target,
         f"dataset convert --to {args.to}",
         flag="DIR",
         inputs=(args.source, args.photos),
     )
-    with written_folder(place) as made:
+    with written_folder(output) as made:
         dataset = _read(args.source, args.photos)
         if args.classes:
             dataset = dataset.reclassed(_classes(args.classes))
@@ -224,8 +224,8 @@ def _show(args: argparse.Namespace) -> int:
     from walltopo_lab.datasets.sheet import write_sheet
 
     dataset = _read(args.source, args.photos)
-    place = output_target(args, args.output, "dataset show", inputs=(args.source, args.photos))
-    with written_file(place) as made:
+    output = output_target(args, args.output, "dataset show", inputs=(args.source, args.photos))
+    with written_file(output) as made:
         drawn = write_sheet(made, dataset, args.photo, args.count)
     console.print(f"{drawn} photos on {args.output}")
     return 0
@@ -251,10 +251,10 @@ def _split(args: argparse.Namespace) -> int:
             )
     dataset = _read(args.source, args.photos)
     parts = split(dataset, shares, args.seed, lambda photo: group_of_photo(photo, args.pattern))
-    place = output_target(
+    output = output_target(
         args, args.target, "dataset split", flag="DIR", inputs=(args.source, args.photos)
     )
-    with written_folder(place) as made:
+    with written_folder(output) as made:
         for name, part in parts.items():
             write_dataset(made / name, part, args.to)
     for name, part in parts.items():
@@ -283,8 +283,10 @@ def _stats(args: argparse.Namespace) -> int:
         table.add_row(name, *(str(row[k]) for k in ("objects", "photos", "with_shape")), size)
     console.print(table)
     if args.output:
-        place = output_target(args, args.output, "dataset stats", inputs=(args.source, args.photos))
-        with written_file(place) as made:
+        output = output_target(
+            args, args.output, "dataset stats", inputs=(args.source, args.photos)
+        )
+        with written_file(output) as made:
             write_stats_plot(made, dataset)
     return 0
 
@@ -375,10 +377,10 @@ def _project(args: argparse.Namespace) -> int:
             photos,
             args.min_pixels,
         )
-    place = output_target(
+    output = output_target(
         args, args.output, "dataset project", inputs=(args.mesh, cameras, photos, args.legend)
     )
-    with written_folder(place) as made:
+    with written_folder(output) as made:
         dataset = _refined(dataset, args.refine, args.sam)
         write_coco(made / "annotations.json", dataset)
         write_coco(made / "rle" / "annotations.json", dataset, rle=True)

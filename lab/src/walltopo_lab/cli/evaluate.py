@@ -140,8 +140,8 @@ def _evaluate_scan(args: argparse.Namespace) -> int:
     fits += [True] if args.align or not metric else []
     folder = args.output or scan.root / "evaluation"
     results = []
-    place = output_target(args, folder, "evaluate scan", inputs=[args.truth])
-    with written_folder(place) as made:
+    output = output_target(args, folder, "evaluate scan", inputs=[args.truth])
+    with written_folder(output) as made:
         with console.status("comparing with truth"):
             for similarity in fits:
                 results.append(

@@ -24,7 +24,7 @@ _BYTES: Final = 5
 def is_leaked(password: str) -> bool:
     """Return whether a password is among them, regardless of case."""
     marks, wanted = _leaked_hashes(), _hash_password(password)
-    at = bisect_left(range(len(marks) // _BYTES), wanted, key=lambda place: _hash_at(marks, place))
+    at = bisect_left(range(len(marks) // _BYTES), wanted, key=lambda index: _hash_at(marks, index))
     return _hash_at(marks, at) == wanted
 
 
@@ -42,8 +42,8 @@ def _hash_password(password: str) -> bytes:
     return hashlib.sha256(password.casefold().encode()).digest()[:_BYTES]
 
 
-def _hash_at(marks: bytes, place: int) -> bytes:
-    return marks[place * _BYTES : (place + 1) * _BYTES]
+def _hash_at(marks: bytes, index: int) -> bytes:
+    return marks[index * _BYTES : (index + 1) * _BYTES]
 
 
 @cache

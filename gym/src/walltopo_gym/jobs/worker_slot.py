@@ -1,4 +1,4 @@
-"""A worker's place: its name, and the locks by which others know that it lives.
+"""A worker's slot: its name, and the locks by which others know that it lives.
 
 A lock is held exactly as long as its process lives, whatever ends it, so no heartbeat is needed: a
 worker that gets the lock of another one knows that it is gone, and has DBOS restart its workflows.
@@ -30,7 +30,7 @@ _KEEPALIVE: Final = (
 )
 
 
-class Place:
+class WorkerSlot:
     """A worker's name, unique among living workers and the same after a restart: the first free one
     of the numbered lock files in the data folder.
 
@@ -45,7 +45,7 @@ class Place:
         self._connection: Connection | None = None
         self.name = ""
 
-    def __enter__(self) -> Place:
+    def __enter__(self) -> WorkerSlot:
         number = 0
         while not self._take(number):
             number += 1
