@@ -171,7 +171,7 @@ def compare(
             f"(holds and volumes alone {_share(away[on_hold] < 10)})",
             "holds over 5 cm with over half of their seen area within 15 mm": f"{present} of {total}",
             "mesh": f"{report.faces / 1e6:.2f} M faces, {report.area:.0f} m², median edge {edge:.1f} mm",
-            "problems in `mesh check`": ", ".join(report.problems) or "none",
+            "problems in `mesh check`": ", ".join(report.defects) or "none",
         }
         | _gaps(mesh)
         | _guesses(whole, truth, seen)

@@ -113,7 +113,7 @@ class Fault:
 
     line: int
     column: str
-    problem: RequestError
+    error: RequestError
 
 
 def read_table(

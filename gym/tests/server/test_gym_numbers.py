@@ -86,4 +86,4 @@ def test_days_and_periods_are_written_in_digits(world: World) -> None:
     for cell in ("٢٠٢٦-03-01", "1. ٣. 2026", "１/03/2026"):
         wrong: list[Any] = []
         assert _parse_day(cell, "set_on", "dmy", wrong) is None
-        assert [one.problem.key for one in wrong] == ["cell-no-day"]
+        assert [one.error.key for one in wrong] == ["cell-no-day"]

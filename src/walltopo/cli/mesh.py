@@ -39,16 +39,16 @@ def _check(args: argparse.Namespace) -> int:
     report = check_mesh(read_mesh(args.file), read_views(args.cameras) if args.cameras else ())
     if args.json:
         console.print_json(json.dumps(report.as_dict()))
-        return 1 if report.problems else 0
+        return 1 if report.defects else 0
     facts = report.as_dict()
     facts.pop("problems")
     for name, value in facts.items():
         if value is not None:
             shown = f"{value:.5g}" if isinstance(value, float) else f"{value:,}"
             console.print(f"{name.replace('_', ' '):>24}  {shown}")
-    for problem in report.problems:
-        console.print(Text.assemble(("problem", "red"), f": {problem}"))
-    if not report.problems:
+    for defect in report.defects:
+        console.print(Text.assemble(("problem", "red"), f": {defect}"))
+    if not report.defects:
         detail = ": manifold, no degenerate faces, no floaters"
         console.print(Text.assemble(("no problems", "green"), detail))
-    return 1 if report.problems else 0
+    return 1 if report.defects else 0

@@ -24,7 +24,7 @@ _INWARD_SHARE = 0.2
 
 @dataclass(frozen=True)
 class MeshReport:
-    """The properties of a mesh; `problems` lists its faults.
+    """The properties of a mesh; `defects` lists what is wrong with it.
 
     Lengths and areas are in the mesh's unit (metres in a scaled scan).
     """
@@ -48,7 +48,7 @@ class MeshReport:
     inward_share: float | None = None
 
     @property
-    def problems(self) -> list[str]:
+    def defects(self) -> list[str]:
         """Return one line per fault."""
         found = [
             (self.edges_of_many_faces, "edges with more than two faces (not manifold)"),
@@ -66,8 +66,8 @@ class MeshReport:
         return lines
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the report and its problems as a JSON-serialisable dictionary."""
-        return {**asdict(self), "problems": self.problems}
+        """Return the report and its defects as a JSON-serialisable dictionary."""
+        return {**asdict(self), "problems": self.defects}
 
 
 def check_mesh(mesh: Mesh, views: Sequence[View] = ()) -> MeshReport:

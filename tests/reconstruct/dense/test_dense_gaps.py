@@ -44,7 +44,7 @@ def test_a_long_thin_gap_is_closed_and_a_wide_one_and_the_rim_are_not() -> None:
     whole = sheet()
     thin, wide = slot(whole, (0.05, 0.05), (0.55, 0.07)), slot(whole, (0.1, 0.2), (0.5, 0.25))
     sewn = sew_gaps(torn(whole, thin | wide), WIDEST)
-    assert check_mesh(sewn).problems == []
+    assert check_mesh(sewn).defects == []
     # The ball does not reach into the corners of the wide one: a triangle each.
     left = 0.4 * 0.05 - 4 * EDGE**2 / 2
     assert sewn.areas.sum() == pytest.approx(whole.areas.sum() - left, rel=1e-6)

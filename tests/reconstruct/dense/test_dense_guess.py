@@ -58,7 +58,7 @@ def guessed(mesh: Mesh, scene: Scene = BLIND, largest: float = 1.0) -> Guesses:
     back = whole.without_guesses()
     assert np.array_equal(back.vertices, mesh.vertices)
     assert np.array_equal(back.faces, mesh.faces)
-    assert check_mesh(whole).problems == check_mesh(mesh).problems == []
+    assert check_mesh(whole).defects == check_mesh(mesh).defects == []
     return found
 
 

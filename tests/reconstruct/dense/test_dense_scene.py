@@ -143,7 +143,7 @@ def test_the_mesh_is_accurate_complete_and_sound() -> None:
     assert np.median(gaps) < 0.75 * pixel
     assert np.percentile(gaps, 90) < 2.5 * pixel
     report = check_mesh(mesh, scene()[0].views)
-    assert report.problems == []
+    assert report.defects == []
     assert report.edge_length_median == pytest.approx(2.0 * pixel, rel=0.3)
     # the box's front and the wall beside it
     for x, y, z in ((-0.1, 0.0, -0.15), (0.4, 0.1, 0.0), (-0.5, -0.1, 0.0)):
@@ -224,7 +224,7 @@ def test_levelling_makes_photos_of_different_exposure_agree() -> None:
 def test_the_preview_is_coarse_and_sound() -> None:
     world, _, _ = scene()
     mesh = preview_mesh(world, DenseSettings(), 2.0 * median_pixel_size(world), 1.0, Silent())
-    assert check_mesh(mesh, world.views).problems == []
+    assert check_mesh(mesh, world.views).defects == []
     assert len(mesh.faces) < len(reconstructed().faces) / 8
     assert np.percentile(distance_to_truth(mesh.vertices), 80) < 0.05
 

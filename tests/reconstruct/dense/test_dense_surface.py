@@ -62,7 +62,7 @@ def test_the_table_covers_every_configuration() -> None:
 def test_a_ball_is_closed_and_turned_outwards() -> None:
     mesh = ball()
     report = check_mesh(mesh)
-    assert report.problems == []
+    assert report.defects == []
     assert report.border_edges == 0
     assert enclosed(mesh) == pytest.approx(4 / 3 * np.pi * 0.7**3, rel=0.02)
 
@@ -86,7 +86,7 @@ def test_collapsing_short_edges_keeps_the_surface() -> None:
     shortest = before.edge_length_median * 0.7
     after = collapse_short_edges(mesh, shortest)
     report = check_mesh(after)
-    assert report.problems == []
+    assert report.defects == []
     assert report.border_edges == 0
     assert report.edge_length_p05 > 2 * before.edge_length_p05
     assert np.linalg.norm(after.vertices, axis=1) == pytest.approx(0.7, abs=0.02)
@@ -96,7 +96,7 @@ def test_collapsing_leaves_the_rim_of_a_sheet() -> None:
     mesh = ball()
     sheet = Mesh(mesh.vertices, mesh.faces[mesh.centroids[:, 2] > 0.1])
     after = collapse_short_edges(split_fans(sheet), 0.06)
-    assert check_mesh(after).problems == []
+    assert check_mesh(after).defects == []
     assert len(boundary_loops(after.faces)) == 1
 
 
@@ -121,7 +121,7 @@ def test_crumbs_go_and_doubled_faces_go() -> None:
     )
     clean = drop_fragments(make_manifold(both), 0.1)
     assert len(clean.faces) == len(mesh.faces)
-    assert check_mesh(clean).problems == []
+    assert check_mesh(clean).defects == []
 
 
 def test_three_faces_at_an_edge_become_two() -> None:
@@ -161,4 +161,4 @@ def test_the_check_tells_which_side_the_cameras_were() -> None:
     inside_out = Mesh(front.vertices, front.faces[:, ::-1])
     view = View("a.jpg", camera, pose)
     assert check_mesh(front, [view]).inward_share == pytest.approx(0.0, abs=0.1)
-    assert "normals point away" in check_mesh(inside_out, [view]).problems[-1]
+    assert "normals point away" in check_mesh(inside_out, [view]).defects[-1]

@@ -45,7 +45,7 @@ def scan(openmvs: Path, tiny_photos: Path, tmp_path_factory: pytest.TempPathFact
 @pytest.mark.slow
 def test_the_mesh_is_what_later_stages_trust(scan: ScanFolder) -> None:
     report = check_mesh(read_mesh(scan.mesh))
-    assert not report.problems
+    assert not report.defects
     assert 0.7 * EDGE < report.edge_length_median < 1.3 * EDGE
     # The wall has 2.4 x 2.2 m and mats before it.
     assert report.area > 5.0

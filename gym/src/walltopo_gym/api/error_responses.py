@@ -78,7 +78,7 @@ class FaultOut(BaseModel):
     @classmethod
     def of(cls, fault: Fault) -> FaultOut:
         """Return it as the API has it."""
-        error = fault.problem
+        error = fault.error
         facts = {
             "line": fault.line,
             "column": fault.column,

@@ -41,7 +41,7 @@ class FactError(NamedTuple):
     """An error in a fact of a route."""
 
     column: str
-    problem: RequestError
+    error: RequestError
 
 
 class Grades:
@@ -97,10 +97,8 @@ def check_facts(facts: Mapping[str, Any]) -> list[FactError]:
         wrong.append(FactError("name", RequestError("route-no-name", "route-name-it")))
     strips: date | None = facts["strip_on"]
     if strips is not None and strips < facts["set_on"]:
-        problem = RequestError(
-            "strip-before-set", "strip-later", day=strips, set_on=facts["set_on"]
-        )
-        wrong.append(FactError("strip_on", problem))
+        error = RequestError("strip-before-set", "strip-later", day=strips, set_on=facts["set_on"])
+        wrong.append(FactError("strip_on", error))
     return wrong
 
 

@@ -102,29 +102,29 @@ def _parse_facts(
         try:
             system = cells.get("grade_system", "")
             facts["grade_system_id"], facts["grade"] = grades.find(cells["grade"], system)
-        except RequestError as problem:
-            is_system = problem.key == "cell-no-system"
-            wrong.append(FactError("grade_system" if is_system else "grade", problem))
+        except RequestError as fault:
+            is_system = fault.key == "cell-no-system"
+            wrong.append(FactError("grade_system" if is_system else "grade", fault))
     if not wrong:
         wrong = check_facts(facts)
     return facts, wrong
 
 
 def _parse_text(cell: str, name: str, most: int, wrong: list[FactError]) -> str:
-    problem = check_cell(cell, most)
-    if problem is not None:
-        wrong.append(FactError(name, problem))
+    fault = check_cell(cell, most)
+    if fault is not None:
+        wrong.append(FactError(name, fault))
     return cell
 
 
 def _parse_tags(cell: str, wrong: list[FactError]) -> list[str]:
     """Return the tags of a cell, which commas, semicolons or vertical bars separate."""
     tags = [tag.strip() for tag in re.split(r"[,;|]", cell) if tag.strip()]
-    problem = next((found for tag in tags if (found := check_cell(tag, _MAX_TAG))), None)
+    fault = next((found for tag in tags if (found := check_cell(tag, _MAX_TAG))), None)
     if len(tags) > _MAX_TAGS:
-        problem = RequestError("cell-many-tags", most=_MAX_TAGS)
-    if problem is not None:
-        wrong.append(FactError("tags", problem))
+        fault = RequestError("cell-many-tags", most=_MAX_TAGS)
+    if fault is not None:
+        wrong.append(FactError("tags", fault))
     return tags
 
 
@@ -155,6 +155,6 @@ def _parse_day(cell: str, name: str, order: str, wrong: list[FactError]) -> date
             with suppress(ValueError):
                 if values["y"] in _YEARS:
                     return date(values["y"], values["m"], values["d"])
-    problem = RequestError("cell-no-day", "cell-write-day", cell=cell[:MAX_SHOWN])
-    wrong.append(FactError(name, problem))
+    fault = RequestError("cell-no-day", "cell-write-day", cell=cell[:MAX_SHOWN])
+    wrong.append(FactError(name, fault))
     return None

@@ -80,10 +80,10 @@ class PlateFrame:
 
 @dataclass
 class _Outcome:
-    """The fits and problems of all plates so far."""
+    """The fits and faults of all plates so far."""
 
     fits: list[PlateFit] = field(default_factory=list[PlateFit])
-    problems: dict[str, str] = field(default_factory=dict[str, str])
+    faults: dict[str, str] = field(default_factory=dict[str, str])
     duplicated: list[str] = field(default_factory=list[str])
 
 
@@ -125,13 +125,13 @@ def frame_from_plates(
         if _is_present(own):
             _fit_plate(plate, own, by_name, way, outcome)
     _reject_outliers(outcome, tolerance)
-    good = [fit for fit in outcome.fits if fit.plate.label not in outcome.problems]
+    good = [fit for fit in outcome.fits if fit.plate.label not in outcome.faults]
     reports = _reports(outcome, good)
-    notes = tuple(f"plate {label}: {problem}" for label, problem in outcome.problems.items())
+    notes = tuple(f"plate {label}: {fault}" for label, fault in outcome.faults.items())
     if not good:
         if outcome.duplicated:
             raise StageError(
-                f"plate {outcome.duplicated[0]}: {outcome.problems[outcome.duplicated[0]]}",
+                f"plate {outcome.duplicated[0]}: {outcome.faults[outcome.duplicated[0]]}",
                 "Print plates with different ids (`walltopo measure print --number 2`), or set "
                 "scale.method=none to go on without metres.",
             )
@@ -159,7 +159,7 @@ def _fit_plate(
     way: str,
     outcome: _Outcome,
 ) -> None:
-    """Fit one plate and record the fit or the problem in `outcome`."""
+    """Fit one plate and record the fit or the fault in `outcome`."""
     label = plate.label
     used = [Sighting(views[d.photo], d) for d in detections if d.photo in views]
     photos = sorted({s.detection.photo for s in used})
@@ -170,17 +170,17 @@ def _fit_plate(
             if photos
             else (f"only in photos that are not registered ({', '.join(seen[:3])})")
         )
-        outcome.problems[label] = f"seen {where}; take 3 or more photos of it from around"
+        outcome.faults[label] = f"seen {where}; take 3 or more photos of it from around"
         return
     if listing := _duplicate_marker(used):
-        outcome.problems[label] = listing
+        outcome.faults[label] = listing
         outcome.duplicated.append(label)
         return
     fits = [fit for attempt in _ESTIMATORS[way] if (fit := attempt(plate, used)) is not None]
     if way != "published":
         fits = [refine(fit, used) for fit in fits]
     if not fits:
-        outcome.problems[label] = (
+        outcome.faults[label] = (
             f"seen in {len(photos)} photos, but from too nearly one place to measure it"
         )
         return
@@ -188,7 +188,7 @@ def _fit_plate(
     best = min(fits, key=lambda fit: round(fit.error_px, 2))
     outcome.fits.append(best)
     if best.residual_mm > _MAX_RESIDUAL_MM:
-        outcome.problems[label] = (
+        outcome.faults[label] = (
             f"its corners miss their places by {best.residual_mm:.1f} mm (root mean square; at "
             f"most {_MAX_RESIDUAL_MM:g}): bent, moved between photos, or not of this shape"
         )
@@ -223,7 +223,7 @@ def _is_at_two_places(seen: Sequence[Sighting]) -> bool:
 
 def _reject_outliers(outcome: _Outcome, tolerance: float) -> None:
     """Reject plates whose scale differs from the majority; raise StageError without a majority."""
-    fits = [fit for fit in outcome.fits if fit.plate.label not in outcome.problems]
+    fits = [fit for fit in outcome.fits if fit.plate.label not in outcome.faults]
     if len(fits) < 2:
         return
     scales = np.array([fit.scale for fit in fits])
@@ -242,7 +242,7 @@ def _reject_outliers(outcome: _Outcome, tolerance: float) -> None:
         if not agrees:
             # The size is inverse to the scale: an oversized print makes the model look small.
             size = common / fit.scale
-            outcome.problems[fit.plate.label] = (
+            outcome.faults[fit.plate.label] = (
                 f"disagrees with the others: it is {size:.3f} times the size it should be "
                 "(printed at the wrong size?); left out"
             )
@@ -303,14 +303,14 @@ def _reports(outcome: _Outcome, good: Sequence[PlateFit]) -> tuple[PlateReport, 
             fit.residual_mm,
             fit.error_px,
             fit.photos,
-            outcome.problems.get(label, ""),
+            outcome.faults.get(label, ""),
             tuple((x, y, z) for x, y, z in fit.outline_model.tolist()),
         )
         for label, fit in fitted.items()
     ]
     reports += [
-        PlateReport((), label, False, problem=problem)
-        for label, problem in outcome.problems.items()
+        PlateReport((), label, False, problem=fault)
+        for label, fault in outcome.faults.items()
         if label not in fitted
     ]
     return tuple(reports)

@@ -154,10 +154,10 @@ def _check_route(
     wrong = check_facts(facts)
     try:
         facts["grade"] = grade_of(session, access.gym.id, given.grade_system_id, given.grade)
-    except RequestError as problem:
-        wrong.append(FactError("grade", problem))
+    except RequestError as error:
+        wrong.append(FactError("grade", error))
     if wrong and not number:
-        raise wrong[0].problem
+        raise wrong[0].error
     if wrong:
         column, first = wrong[0]
         raise RequestError(
