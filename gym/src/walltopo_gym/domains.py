@@ -12,7 +12,7 @@ def ascii_domain(domain: str) -> str:
 
     Raises
     ------
-    ValueError : it is no domain.
+    ValueError : it is not a domain.
     """
     if domain.isascii():
         return domain
@@ -21,7 +21,7 @@ def ascii_domain(domain: str) -> str:
     try:
         return idna.encode(domain, uts46=True).decode("ascii")
     except idna.IDNAError as error:
-        raise ValueError(f"{domain} is no domain ({error})") from error
+        raise ValueError(f"{domain} is not a domain ({error})") from error
 
 
 def ascii_url(url: str) -> str:
@@ -29,7 +29,7 @@ def ascii_url(url: str) -> str:
 
     Raises
     ------
-    ValueError : it is no address, or its host is no domain.
+    ValueError : it is not an address, or its host is not a domain.
     """
     if url.isascii():
         return url

@@ -78,7 +78,7 @@ def read_obj(content: bytes) -> PolygonFile:
     try:
         flat = np.array([word for row in corners for word in row], dtype=np.int64)
     except (OverflowError, ValueError) as error:
-        raise InputError(f"a face has a corner that is no number ({error})") from error
+        raise InputError(f"a face has a corner that is not a number ({error})") from error
     # Negative numbers count back from the last vertex above the face.
     above = np.searchsorted(vertex_lines, face_lines)
     flat = np.where(flat < 0, flat + np.repeat(above, counts), flat - 1)
@@ -108,7 +108,7 @@ def _checked(found: PolygonFile, lines: list[int] | None = None) -> PolygonFile:
     if outside.any():
         polygon = int(np.repeat(np.arange(len(found.counts)), found.counts)[outside.argmax()])
         where = f"face {polygon}" if lines is None else f"line {lines[polygon] + 1}"
-        raise InputError(f"{where}: a corner that is none of the {len(found.vertices)} vertices")
+        raise InputError(f"{where}: a corner that is not one of the {len(found.vertices)} vertices")
     return found
 
 
@@ -347,7 +347,7 @@ class _Ascii:
         try:
             values = np.array(rows, dtype=np.float64).reshape(len(rows), len(element.properties))
         except ValueError as error:
-            raise InputError(f"damaged: a {element.name} is no row of numbers") from error
+            raise InputError(f"damaged: a {element.name} is not a row of numbers") from error
         columns = enumerate(element.properties)
         return {prop.name: values[:, k].astype(_TYPES[prop.kind]) for k, prop in columns}
 
@@ -361,7 +361,7 @@ class _Ascii:
         try:
             corners = np.array([row[1:] for row in rows], dtype=np.int64).reshape(-1)
         except (OverflowError, ValueError) as error:
-            raise InputError("damaged: a face is no list of numbers") from error
+            raise InputError("damaged: a face is not a list of numbers") from error
         self.at += len(rows)
         return np.full(len(rows), 3), corners, None
 
@@ -386,7 +386,7 @@ class _Ascii:
                     at += 1 + count
             corners = np.array(flat, dtype=np.int64)
         except (IndexError, OverflowError, ValueError) as error:
-            raise InputError("damaged: a face is no list of numbers") from error
+            raise InputError("damaged: a face is not a list of numbers") from error
         if sum(counts) != len(flat):
             raise InputError("damaged: a face has fewer corners than it declares")
         return np.array(counts, dtype=np.int64), corners, np.array(guessed) if guessed else None

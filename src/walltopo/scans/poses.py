@@ -156,7 +156,7 @@ def posed_view(name: str, camera: Camera, world_from_cam: Floats, *, opengl: boo
 
     Raises
     ------
-    InputError : the matrix mirrors, is not finite or is no rotation and position.
+    InputError : the matrix mirrors, is not finite or is not a rotation and a position.
     """
     pose = np.asarray(world_from_cam, dtype=np.float64)
     if pose.shape not in ((3, 4), (4, 4)) or not np.isfinite(pose).all():

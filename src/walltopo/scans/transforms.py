@@ -170,7 +170,7 @@ def _camera_of(frame: _Frame, size: tuple[int, int] | None) -> Camera:
     lens = (frame.k1, frame.k2, frame.p1, frame.p2)
     if frame.k4:
         # nerfstudio's k4 is a factor of r^8, which no model here has; OpenCV's k4 is a divisor's.
-        raise InputError("k4 is not supported for a lens that is no fisheye", _UNDISTORT)
+        raise InputError("k4 is not supported for a lens that is not a fisheye", _UNDISTORT)
     if frame.k3:
         return _lens("FULL_OPENCV", *size_and_pinhole, (*lens, frame.k3, 0.0, 0.0, 0.0))
     return _lens("OPENCV", *size_and_pinhole, lens)

@@ -147,7 +147,7 @@ POSE_CASES = (
     Case("a pose that mirrors", 3, "mirrors", {"poses/transforms.json": f.frames(ALL, f.MIRRORED)}, POSES),
     Case("a pose that shears", 3, "not a rigid transform", {"poses/transforms.json": f.frames(ALL, f.SHEARED)}, POSES),
     Case("poses of a 360-degree camera", 3, "EQUIRECTANGULAR", {"poses/transforms.json": f.frames(ALL, camera_model="EQUIRECTANGULAR")}, POSES),
-    Case("a Record3D pose that is no rotation", 3, "is no rotation", {"poses/metadata": json.dumps(RECORD3D)}, POSES),
+    Case("a Record3D pose that is not a rotation", 3, "is not a rotation", {"poses/metadata": json.dumps(RECORD3D)}, POSES),
     Case("a RealityScan CSV with letters for a number", 3, "cameras.csv", {"poses/cameras.csv": f"{CSV}p0.jpg,1,2,3,north,0,0,26\n"}, POSES),
     Case("a `transforms.json` of UTF-16, cut off", 3, "not valid JSON", {"poses/transforms.json": "\N{BYTE ORDER MARK}{".encode("utf-16-le")}, POSES),
     Case("a RealityScan CSV in Windows' letters", 3, "not text in UTF-8", {"poses/cameras.csv": f"{CSV}Höhe.jpg,1,2,3,0,0,0,26\n".encode("cp1252")}, POSES),

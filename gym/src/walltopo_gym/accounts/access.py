@@ -125,7 +125,7 @@ def declare_rules(router: APIRouter) -> None:
     """
     for route in router.routes:
         if not isinstance(route, APIRoute):
-            raise RuntimeError(f"{route} is no endpoint that could have a rule")
+            raise RuntimeError(f"{route} is not an endpoint that can have a rule")
         calls = list(_dependency_calls(route.dependant))
         rules = [rule for call in calls if isinstance(rule := getattr(call, "rule", None), Rule)]
         if len(rules) != 1:

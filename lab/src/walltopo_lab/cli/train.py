@@ -173,7 +173,7 @@ def _settings(args: argparse.Namespace, kind: type[Any]) -> Any:
     given = _given(args, TrainSettings, YoloSettings)
     for name in sorted(set(given) - known):
         raise SettingsError(
-            f"--{name.replace('_', '-')} is no setting of --model {args.model}",
+            f"--{name.replace('_', '-')} is not a setting of --model {args.model}",
             f"Its settings: {', '.join(sorted(known))}",
         )
     return kind(**{**(read_values(args.hyp, kind) if args.hyp else {}), **given})

@@ -61,7 +61,7 @@ class _File(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 def _rgb(text: str, where: Path) -> Rgb:
     match = re.fullmatch(r"#([0-9a-fA-F]{2})([0-9a-fA-F]{2})([0-9a-fA-F]{2})", text.strip())
     if match is None:
-        raise InputError(f"{where}: {text!r} is no colour; expected #rrggbb")
+        raise InputError(f"{where}: {text!r} is not a colour; expected #rrggbb")
     r, g, b = (int(part, 16) for part in match.groups())
     return r, g, b
 

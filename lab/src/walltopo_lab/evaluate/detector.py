@@ -183,7 +183,7 @@ def _paired(found: Dataset, truth: Dataset) -> tuple[list[Photo], list[Photo]]:
     by_stem = {photo.name.rsplit(".", 1)[0]: photo for photo in found.photos}
     pairs = [(by_stem.get(p.name.rsplit(".", 1)[0]), p) for p in truth.photos]
     if not any(mine for mine, _ in pairs):
-        raise InputError("the detections are of none of the labelled photos")
+        raise InputError("none of the detections belongs to a labelled photo")
     for mine, true in pairs:
         if mine and (mine.width, mine.height) != (true.width, true.height):
             raise InputError(

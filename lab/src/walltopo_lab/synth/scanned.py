@@ -45,7 +45,8 @@ def read_hold(path: Path) -> tuple[str, Body]:
         extent = extent * 0.001
     if not 0.015 < extent.max() < 1.5 or extent.min() <= 0.002:
         raise InputError(
-            f"{path}: {extent[0]:.3f} x {extent[1]:.3f} x {extent[2]:.3f} m is no hold's size",
+            f"{path}: {extent[0]:.3f} x {extent[1]:.3f} x {extent[2]:.3f} m "
+            "is not the size of a hold",
             "Scale the mesh to metres or millimetres, z out of the wall.",
         )
     middle = (points.min(axis=0) + points.max(axis=0)) / 2

@@ -93,7 +93,7 @@ def parse_numbers(text: str | None, count: int, what: str) -> list[float]:
 
     Raises
     ------
-    InputError : another count, or a word that is no number; the message begins with `what`.
+    InputError : another count, or a word that is not a number; the message begins with `what`.
     """
     words = (text or "").split()
     try:

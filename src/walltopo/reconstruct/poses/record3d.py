@@ -76,6 +76,6 @@ def _view(number: int, row: tuple[float, ...], camera: Camera) -> View:
     from scipy.spatial.transform import Rotation
 
     if not np.linalg.norm(row[:4]) > 0.5:
-        raise InputError(f"pose {number}: {row[:4]} is no rotation")
+        raise InputError(f"pose {number}: {row[:4]} is not a rotation")
     pose = np.column_stack([Rotation.from_quat(row[:4]).as_matrix(), row[4:]])
     return posed_view(str(number), camera, pose, opengl=True)

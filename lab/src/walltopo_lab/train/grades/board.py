@@ -53,7 +53,7 @@ def cells_of(text: str) -> tuple[int, ...]:
     for name in text.upper().split():
         match = _CELL.fullmatch(name)
         if match is None:
-            raise ValueError(f"{name!r} is no hold of the board")
+            raise ValueError(f"{name!r} is not a hold of the board")
         cells.append((ord(match[1]) - ord("A")) * 18 + int(match[2]) - 1)
     return tuple(dict.fromkeys(cells))
 
