@@ -23,7 +23,7 @@ from walltopo_gym.climbing.shrinking import Sample, shrunk_means
 from walltopo_gym.clock import now
 from walltopo_gym.gyms.models import GradeSystem, Gym
 from walltopo_gym.insights.models import Washing
-from walltopo_gym.insights.routes import OfRoute, of_routes
+from walltopo_gym.insights.routes import OfRoute, routes_insight
 from walltopo_gym.insights.stripping import what_to_strip
 from walltopo_gym.insights.styles import styles
 from walltopo_gym.insights.usage import ENOUGH, Usage, worn_walls
@@ -130,7 +130,7 @@ def test_figures_equal_a_plain_recount(
         votes = session.scalars(
             select(Opinion).where(Opinion.route_id.in_([r.id for r in routes]))
         ).all()
-        _compare_routes(of_routes(session, gym, NOW), routes, rows, votes, moment)
+        _compare_routes(routes_insight(session, gym, NOW), routes, rows, votes, moment)
         _compare_wall(worn_walls(session, gym.id), hall, routes, rows, moment)
         _compare_styles(styles(session, gym, NOW, "bands"), routes, rows, votes)
 

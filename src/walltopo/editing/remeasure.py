@@ -55,7 +55,7 @@ def measure_hold(
     own : (F,) int32: 1 the instance, 0 the wall, -1 other instances.
     shape : of those triangles; crops : the place in photos.
     """
-    views = _views(own, crops, snapshot.found.measured_with.cutout_px)
+    views = _best_views(own, crops, snapshot.found.measured_with.cutout_px)
     colour = _colour(snapshot, shape, views)
     names = [view.name for view in snapshot.views]
     hold = with_shape(
@@ -126,7 +126,7 @@ def _remeasure_rows(state: EditState, rows: Ints, shape: Shape) -> Remeasurement
     return cached(state.snapshot, b"read" + rows.tobytes(), measure)
 
 
-def _views(own: NDArray[np.int32], crops: Sequence[ViewCrop], pixels: int) -> list[HoldView]:
+def _best_views(own: NDArray[np.int32], crops: Sequence[ViewCrop], pixels: int) -> list[HoldView]:
     """Return the views of the triangles labelled 1, best first."""
     views: list[HoldView] = []
     for crop in crops:

@@ -62,7 +62,7 @@ def features(climb: Climb, sequence: Sequence, known: bool) -> npt.NDArray[np.fl
     values = {
         **_of_moves(climb, sequence),
         **_of_holds(climb, sequence),
-        **_of_quality(climb, sequence, known),
+        **_quality_features(climb, sequence, known),
     }
     return np.array([values[name] for name in FEATURES], np.float32)
 
@@ -132,7 +132,7 @@ def _of_holds(climb: Climb, sequence: Sequence) -> dict[str, float]:
     }
 
 
-def _of_quality(climb: Climb, sequence: Sequence, known: bool) -> dict[str, float]:
+def _quality_features(climb: Climb, sequence: Sequence, known: bool) -> dict[str, float]:
     hand = climb.grips.hand
     names = ("quality_mean", "quality_least", "quality_second", "quality_used")
     if not known:

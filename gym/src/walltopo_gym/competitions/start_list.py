@@ -37,11 +37,11 @@ class _CellError(NamedTuple):
     """An error in a cell of a line."""
 
     column: str
-    problem: RequestError
+    error: RequestError
 
 
 class KnownLine(NamedTuple):
-    """A line that means a competitor who is entered already, as far as its cells tell."""
+    """A line whose competitor seems to be entered already; `entry`: that entry."""
 
     line: int
     entry: Entry
@@ -194,9 +194,9 @@ def _parse_entry(
 
 def _check_words(cells: dict[str, str], wrong: list[_CellError]) -> None:
     for name in ("name", "team", "club"):
-        problem = check_cell(cells.get(name, ""), _WORDS)
-        if problem is not None:
-            wrong.append(_CellError(name, problem))
+        error = check_cell(cells.get(name, ""), _WORDS)
+        if error is not None:
+            wrong.append(_CellError(name, error))
     if not cells.get("name"):
         wrong.append(_CellError("name", RequestError("cell-no-name", "cell-write-name")))
 
@@ -211,8 +211,8 @@ def _find_category(
     if found is None:
         names = ", ".join(category.name for category in categories.values())
         key = "cell-no-category" if name else "cell-category-missing"
-        problem = RequestError(key, "cell-categories", name=name[:MAX_SHOWN], names=names)
-        wrong.append(_CellError("category", problem))
+        error = RequestError(key, "cell-categories", name=name[:MAX_SHOWN], names=names)
+        wrong.append(_CellError("category", error))
     return found
 
 
@@ -228,10 +228,10 @@ def _check_fits(
         hint = "cell-year-column"
     elif not by_year and not entered:
         hint = "cell-gender-column"
-    problem = misfit(category, entered, birth_year, hint)
-    if problem is None or (by_year and any(one.column == "birth_year" for one in wrong)):
+    error = misfit(category, entered, birth_year, hint)
+    if error is None or (by_year and any(one.column == "birth_year" for one in wrong)):
         return
-    wrong.append(_CellError("category", problem))
+    wrong.append(_CellError("category", error))
 
 
 def _parse_number(cell: str, name: str, wrong: list[_CellError]) -> int | None:

@@ -154,13 +154,13 @@ def _sqlite(url: str) -> Engine:
         if record.info.pop(_TURN, False):
             turn.release()
 
-    event.listen(engine, "connect", _prepare)
+    event.listen(engine, "connect", _set_connection_options)
     event.listen(engine, "begin", begin)
     event.listen(engine, "checkin", end)
     return engine
 
 
-def _prepare(connection: Any, record: object) -> None:
+def _set_connection_options(connection: Any, record: object) -> None:
     cursor = connection.cursor()
     cursor.execute("PRAGMA journal_mode = WAL")
     # FULL: what was acknowledged survives a power cut, too.

@@ -127,7 +127,7 @@ def list_hold_reports(
     holds: dict[object, list[Open]] = {}
     for one in reports_of(session, access.gym.id, wall, done=done):
         holds.setdefault((one.of, one.report.done_at), []).append(one)
-    return [_to_check(reports) for reports in holds.values()]
+    return [_hold_to_check(reports) for reports in holds.values()]
 
 
 @router.put("/gyms/{gym}/hold-reports/{report}/done", status_code=204)
@@ -156,7 +156,7 @@ def drop_hold_report(report: UUID, session: Db, access: SetterMay) -> None:
     _log(session, access, "hold.delete", row)
 
 
-def _to_check(reports: list[Open]) -> HoldToCheck:
+def _hold_to_check(reports: list[Open]) -> HoldToCheck:
     first, last = reports[0], reports[-1]
     # Deleted accounts count as one person each: a person has one open report of a kind.
     people = {one.report.person_id or one.report.id for one in reports}

@@ -35,7 +35,7 @@ from walltopo_gym.insights.grade_targets import (
 from walltopo_gym.insights.holds import HoldCount, Stock, Wear, current_holds, stock, wear
 from walltopo_gym.insights.models import Aims, Washing
 from walltopo_gym.insights.resets import Reset, resets_of
-from walltopo_gym.insights.routes import OfRoute, RouteFigures, SetterInsight, of_routes
+from walltopo_gym.insights.routes import OfRoute, RouteFigures, SetterInsight, routes_insight
 from walltopo_gym.insights.stripping import Suggestion, what_to_strip
 from walltopo_gym.insights.styles import StyleCell, StyleInsight, styles
 from walltopo_gym.insights.usage import ENOUGH
@@ -161,7 +161,7 @@ def list_lacking_grades(wall: UUID, session: Db, access: LearnerMay) -> list[Lac
     """Return what the gym's grade targets lack once all routes of a wall are stripped: the wishes
     for its reset."""
     stripped = wall_of(session, access.gym.id, wall).id
-    routes = of_routes(session, access.gym, now()).routes
+    routes = routes_insight(session, access.gym, now()).routes
     staying = [route for route in routes if route.wall_id != stripped]
     aims = aims_of(session, access.gym.id)
     return lacking_grades(grade_targets(session, access.gym.id, aims, staying))
@@ -202,7 +202,7 @@ def read_insights_table(
 def route_insights(session: Session, gym: Gym) -> Insights:
     """Return the insights on current routes."""
     check_unlocked(_WORK)
-    aims, found = aims_of(session, gym.id), of_routes(session, gym, now())
+    aims, found = aims_of(session, gym.id), routes_insight(session, gym, now())
     strip = what_to_strip(found.routes, found.today, aims.wash_after)
     found_outliers = collect_answers(session, GradeOutliersOf(gym.id))
     outliers = found_outliers[0] if found_outliers else NO_OUTLIERS
@@ -223,7 +223,7 @@ def route_insights(session: Session, gym: Gym) -> Insights:
 def hold_insights(session: Session, store: FileStore, gym: Gym) -> HoldInsights:
     """Return the insights on holds."""
     check_unlocked(_WORK)
-    aims, routes = aims_of(session, gym.id), of_routes(session, gym, now()).routes
+    aims, routes = aims_of(session, gym.id), routes_insight(session, gym, now()).routes
     current = current_holds(session, store, gym.id)
     return HoldInsights(
         wash_after=aims.wash_after,

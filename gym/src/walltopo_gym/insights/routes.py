@@ -120,7 +120,7 @@ class _Votes:
     crowd: str = ""
 
 
-def of_routes(session: Session, gym: Gym, at: datetime) -> RoutesInsight:
+def routes_insight(session: Session, gym: Gym, at: datetime) -> RoutesInsight:
     """Return the figures of each current route, by wall, and of each setter.
 
     Parameters

@@ -60,7 +60,7 @@ _LEAST: Final = {Part.SETTER: Role.SETTER, Part.FORERUNNER: Role.MEMBER}
 
 @dataclass(frozen=True)
 class Wish:
-    """A wished number of routes of a grade."""
+    """The number of routes of a grade that a reset should set."""
 
     system: UUID
     grade: str

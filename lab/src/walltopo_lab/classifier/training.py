@@ -91,7 +91,7 @@ def _tensor(pictures: NDArray[np.uint8]) -> Tensor:
     return torch.from_numpy(pictures).permute(0, 3, 1, 2).float() / 255
 
 
-def _answers(net: CutoutNet, pictures: NDArray[np.uint8]) -> NDArray[np.float64]:
+def _confidences_of(net: CutoutNet, pictures: NDArray[np.uint8]) -> NDArray[np.float64]:
     """Return the (n, classes) confidences."""
     net.eval()
     with torch.no_grad():
@@ -101,7 +101,7 @@ def _answers(net: CutoutNet, pictures: NDArray[np.uint8]) -> NDArray[np.float64]
 
 def _measure_accuracy(net: CutoutNet, cutouts: Cutouts, held: Bools) -> tuple[float, float, float]:
     """Return the accuracy per hold and per cutout, and `Trained.certain`."""
-    chance = _answers(net, cutouts.pictures[held])
+    chance = _confidences_of(net, cutouts.pictures[held])
     label, hold = cutouts.label[held], cutouts.hold[held]
     confidences, right = [], []
     for number in np.unique(hold):

@@ -168,7 +168,7 @@ def refine_dataset(
         found = refiner(photo.pixels(), rough, boxes)
         rows: list[Annotation] = []
         for annotation, before, after in zip(photo.annotations, rough, found, strict=True):
-            row, better = _choose(annotation, before, after)
+            row, better = _accept_refined(annotation, before, after)
             rows.append(row)
             taken += better
         photos.append(photo.with_annotations(tuple(rows)))
@@ -176,7 +176,9 @@ def refine_dataset(
     return Dataset(tuple(photos), dataset.classes), taken
 
 
-def _choose(annotation: Annotation, rough: Mask, found: Mask | None) -> tuple[Annotation, bool]:
+def _accept_refined(
+    annotation: Annotation, rough: Mask, found: Mask | None
+) -> tuple[Annotation, bool]:
     is_box = not annotation.has_shape
     agree = AGREE_BOX if is_box else AGREE_SHAPE
     if found is not None and mask_iou(found, rough) >= agree:

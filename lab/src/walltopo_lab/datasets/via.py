@@ -70,8 +70,8 @@ class _File(msgspec.Struct, frozen=True):
     regions: tuple[_Region, ...] | dict[str, _Region]  # a list since VIA 2, a mapping before
 
     @property
-    def listed(self) -> tuple[_Region, ...]:
-        """Return the regions in either representation."""
+    def all_regions(self) -> tuple[_Region, ...]:
+        """Return the regions, whether a list or a mapping has them."""
         regions = self.regions
         return tuple(regions.values()) if isinstance(regions, dict) else regions
 
@@ -103,7 +103,7 @@ def read_via(path: Path, photos: Path | None = None) -> Dataset:
     files = list(parse(_files(data), dict[str, _File], str(path)).values())
     places = [photos] if photos else []
     places += [path.parent, path.parent / "images", path.parent / "photos"]
-    names = sorted({_class_name(region) for file in files for region in file.listed})
+    names = sorted({_class_name(region) for file in files for region in file.all_regions})
     labels = {name: k for k, name in enumerate(names, start=1)}
     not_read: Counter[str] = Counter()
     with prefix_errors(path):
@@ -122,7 +122,7 @@ def _photo(
             "VIA does not note sizes; give the folder of photos with --photos.",
         )
     rows: list[Annotation] = []
-    for number, region in enumerate(file.listed):
+    for number, region in enumerate(file.all_regions):
         with prefix_errors(f"{file.filename}: region {number}"):
             row = _annotation(region.shape, labels[_class_name(region)])
         if row is None:

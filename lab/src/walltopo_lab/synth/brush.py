@@ -48,7 +48,7 @@ def noise_image(
     return np.asarray(cv2.resize(coarse, shape[::-1], interpolation=cv2.INTER_CUBIC), np.float32)
 
 
-def speckle(canvas: Canvas, rng: np.random.Generator, fine: float, coarse: float) -> None:
+def add_speckle(canvas: Canvas, rng: np.random.Generator, fine: float, coarse: float) -> None:
     """Add roller texture, stains and unevenness at sizes from a texel to half a metre."""
     shape = canvas.image.shape[:2]
     per_metre = 1.0 / canvas.texel
@@ -60,7 +60,9 @@ def speckle(canvas: Canvas, rng: np.random.Generator, fine: float, coarse: float
     canvas.image[...] *= (1.0 + field)[..., None]
 
 
-def plywood(canvas: Canvas, rng: np.random.Generator, tone: tuple[float, float, float]) -> None:
+def paint_plywood(
+    canvas: Canvas, rng: np.random.Generator, tone: tuple[float, float, float]
+) -> None:
     """Paint veneer: growth rings cut lengthwise, pores, boards of different tone."""
     h, w = canvas.image.shape[:2]
     warp = noise_image((h, w), (0.35 / canvas.texel, 1.2 / canvas.texel), rng) * 0.13
@@ -73,7 +75,7 @@ def plywood(canvas: Canvas, rng: np.random.Generator, tone: tuple[float, float, 
     canvas.image[...] = (light * (1 - blend) + dark * blend) * field[..., None]
 
 
-def dots(canvas: Canvas, uv: NDArray[np.float64], radius: float, colour: float) -> None:
+def draw_dots(canvas: Canvas, uv: NDArray[np.float64], radius: float, colour: float) -> None:
     import cv2
 
     for x, y in canvas.pixels(uv):
@@ -82,7 +84,7 @@ def dots(canvas: Canvas, uv: NDArray[np.float64], radius: float, colour: float) 
         cv2.circle(canvas.image, centre, size, (colour,) * 3, -1, cv2.LINE_AA, 4)
 
 
-def seams(canvas: Canvas, rng: np.random.Generator) -> None:
+def draw_seams(canvas: Canvas, rng: np.random.Generator) -> None:
     """Draw the edges of the plywood sheets (1.22 x 2.44 m) and the screws along them."""
     import cv2
 
@@ -99,10 +101,10 @@ def seams(canvas: Canvas, rng: np.random.Generator) -> None:
                 s = np.full(len(along), at + side)
                 screws.append(np.stack([s, along] if upright else [along, s], axis=1))
     if screws:
-        dots(canvas, np.concatenate(screws) + canvas.low, 0.004, 0.42)
+        draw_dots(canvas, np.concatenate(screws) + canvas.low, 0.004, 0.42)
 
 
-def strokes(
+def draw_strokes(
     canvas: Canvas,
     rng: np.random.Generator,
     count: int,
@@ -143,7 +145,7 @@ def strokes(
     canvas.image[...] = canvas.image * (1 - weight) + colour * weight
 
 
-def letters(canvas: Canvas, rng: np.random.Generator) -> None:
+def paint_letters(canvas: Canvas, rng: np.random.Generator) -> None:
     """Paint a word of random letters, because many gyms paint their name on the wall."""
     import cv2
 

@@ -110,8 +110,8 @@ def bake_light(
         part = slice(start, min(start + block, count))
         n = surface.normals[part].astype(np.float64)
         p = surface.vertices[part] + n * 0.003
-        glow, sky_way = _glow(tracer, p, n, shifts[part], rays)
-        direct, lamp_way = _direct(tracer, p, n, shifts[part], lamps.near(p, reach), lamp_rays)
+        glow, sky_way = _hall_light(tracer, p, n, shifts[part], rays)
+        direct, lamp_way = _lamp_light(tracer, p, n, shifts[part], lamps.near(p, reach), lamp_rays)
         rgb = np.array(lamps.rgb)
         ambient = glow[:, None] * (0.5 + 0.5 * rgb) * lamps.glow
         light[part] = settings.light * (direct[:, None] * rgb + ambient)
@@ -123,7 +123,9 @@ def bake_light(
     return Baked(light, towards.astype(np.float32))
 
 
-def _glow(tracer: Tracer, p: Floats, n: Floats, shift: Floats, rays: int) -> tuple[Floats, Floats]:
+def _hall_light(
+    tracer: Tracer, p: Floats, n: Floats, shift: Floats, rays: int
+) -> tuple[Floats, Floats]:
     """Return light from the hall and its mean direction: bright above, dim near other surfaces."""
     u, v = _tangents(n)
     square = _r2(rays, shift)
@@ -140,7 +142,7 @@ def _glow(tracer: Tracer, p: Floats, n: Floats, shift: Floats, rays: int) -> tup
     return value.mean(axis=1), (value[..., None] * way).mean(axis=1)
 
 
-def _direct(
+def _lamp_light(
     tracer: Tracer, p: Floats, n: Floats, shift: Floats, lamps: Lamps, rays: int
 ) -> tuple[Floats, Floats]:
     """Return light from the lamps and its direction, each lamp sampled at `rays` points."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo_lab.synth.bodies import Facet, GymInstance
-from walltopo_lab.synth.brush import Canvas, dots, noise_image
+from walltopo_lab.synth.brush import Canvas, draw_dots, noise_image
 from walltopo_lab.synth.tnuts import facet_tnuts
 
 Floats = NDArray[np.float64]
@@ -22,8 +22,8 @@ def tnut_holes(canvas: Canvas, facet: Facet, rng: np.random.Generator) -> None:
     if len(uv) == 0:
         return
     uv = uv + rng.normal(0, 0.0015, uv.shape)
-    dots(canvas, uv, 0.0085, 0.30)
-    dots(canvas, uv, 0.0055, 0.05)
+    draw_dots(canvas, uv, 0.0085, 0.30)
+    draw_dots(canvas, uv, 0.0055, 0.05)
 
 
 def chalk_halo(

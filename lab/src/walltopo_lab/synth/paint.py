@@ -8,7 +8,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from walltopo_lab.synth.bodies import PRINTS, Facet, GymInstance
-from walltopo_lab.synth.brush import Canvas, letters, plywood, seams, speckle, strokes
+from walltopo_lab.synth.brush import (
+    Canvas,
+    add_speckle,
+    draw_seams,
+    draw_strokes,
+    paint_letters,
+    paint_plywood,
+)
 from walltopo_lab.synth.marks import Tag, chalk_halo, tags, tnut_holes
 from walltopo_lab.synth.measure import plate_image
 from walltopo_lab.synth.params import GymSettings
@@ -44,19 +51,19 @@ def _wall(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generato
     scheme = _SCHEMES[work.scheme % len(_SCHEMES)]
     if settings.finish == "plywood":
         tone = np.array((0.70, 0.54, 0.36)) * rng.uniform(0.85, 1.08)
-        plywood(canvas, rng, (*map(float, tone),))  # type: ignore[arg-type]
-        speckle(canvas, rng, 0.02, 0.03)
+        paint_plywood(canvas, rng, (*map(float, tone),))  # type: ignore[arg-type]
+        add_speckle(canvas, rng, 0.02, 0.03)
     else:
         _shapes(canvas, rng, scheme)
         rough = 0.075 if settings.finish == "textured" else 0.035
-        speckle(canvas, rng, rough, 0.018 + 0.02 * settings.wear)
+        add_speckle(canvas, rng, rough, 0.018 + 0.02 * settings.wear)
     if rng.random() < 0.07:
-        letters(canvas, rng)
-    seams(canvas, rng)
+        paint_letters(canvas, rng)
+    draw_seams(canvas, rng)
     area = canvas.image.shape[0] * canvas.image.shape[1] * canvas.texel**2
-    strokes(canvas, rng, int(area * 9 * settings.wear), 0.10, (0.02, 0.16), 0.0012, 0.55)
-    strokes(canvas, rng, int(area * 4 * settings.wear), 0.12, (0.05, 0.35), 0.006, 0.5)
-    strokes(canvas, rng, int(area * 5 * settings.chalk), 0.93, (0.04, 0.2), 0.008, 0.7)
+    draw_strokes(canvas, rng, int(area * 9 * settings.wear), 0.10, (0.02, 0.16), 0.0012, 0.55)
+    draw_strokes(canvas, rng, int(area * 4 * settings.wear), 0.12, (0.05, 0.35), 0.006, 0.5)
+    draw_strokes(canvas, rng, int(area * 5 * settings.chalk), 0.93, (0.04, 0.2), 0.008, 0.7)
     here = [hold for hold in work.holds if facet.carries(hold.position)]
     tnut_holes(canvas, facet, rng)
     # Draw route-dependent marks last, so that a reset leaves the rest unchanged.
@@ -67,28 +74,30 @@ def _wall(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generato
 def _volume(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generator) -> None:
     record = work.volumes[facet.instance]
     if record.colour == "wood":
-        plywood(canvas, rng, record.rgb)
-        speckle(canvas, rng, 0.02, 0.02)
+        paint_plywood(canvas, rng, record.rgb)
+        add_speckle(canvas, rng, 0.02, 0.02)
     else:
         canvas.image[...] = np.array(record.rgb, np.float32)
-        speckle(canvas, rng, 0.05, 0.03)
+        add_speckle(canvas, rng, 0.05, 0.03)
     area = canvas.image.shape[0] * canvas.image.shape[1] * canvas.texel**2
     wear = work.settings.wear
-    strokes(canvas, rng, int(area * 30 * wear) + 2, 0.14, (0.02, 0.12), 0.0012, 0.5)
-    strokes(canvas, rng, int(area * 14 * work.settings.chalk) + 1, 0.92, (0.03, 0.15), 0.01, 0.8)
+    draw_strokes(canvas, rng, int(area * 30 * wear) + 2, 0.14, (0.02, 0.12), 0.0012, 0.5)
+    draw_strokes(
+        canvas, rng, int(area * 14 * work.settings.chalk) + 1, 0.92, (0.03, 0.15), 0.01, 0.8
+    )
     tnut_holes(canvas, facet, rng)
 
 
 def _dome(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generator) -> None:
     """Paint a patch of a round volume: gelcoat, with shoe rubber and chalk on some patches."""
     canvas.image[...] = np.array(work.volumes[facet.instance].rgb, np.float32)
-    speckle(canvas, rng, 0.03, 0.02)
+    add_speckle(canvas, rng, 0.03, 0.02)
     patch = canvas.image.shape[0] * canvas.image.shape[1] * canvas.texel**2
     scuffs, smears = rng.poisson(
         patch * np.array([60 * work.settings.wear, 30 * work.settings.chalk])
     )
-    strokes(canvas, rng, int(scuffs), 0.14, (0.02, 0.12), 0.0012, 0.5)
-    strokes(canvas, rng, int(smears), 0.92, (0.03, 0.15), 0.01, 0.8)
+    draw_strokes(canvas, rng, int(scuffs), 0.14, (0.02, 0.12), 0.0012, 0.5)
+    draw_strokes(canvas, rng, int(smears), 0.92, (0.03, 0.15), 0.01, 0.8)
 
 
 def _floor(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generator) -> None:
@@ -105,10 +114,10 @@ def _floor(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generat
             x1, y1 = x + round(2.0 / canvas.texel), y + round(1.0 / canvas.texel)
             canvas.image[y:y1, max(x, 0) : x1] = tone
             cv2.rectangle(canvas.image, (x, y), (x1, y1), (0.05, 0.05, 0.06), 2)
-    speckle(canvas, rng, 0.07, 0.05)
+    add_speckle(canvas, rng, 0.07, 0.05)
     area = h * w * canvas.texel**2
-    strokes(canvas, rng, int(area * 5), 0.60, (0.03, 0.25), 0.006, 0.5)
-    strokes(canvas, rng, int(area * 5), 0.07, (0.03, 0.3), 0.002, 0.5)
+    draw_strokes(canvas, rng, int(area * 5), 0.60, (0.03, 0.25), 0.006, 0.5)
+    draw_strokes(canvas, rng, int(area * 5), 0.07, (0.03, 0.3), 0.002, 0.5)
 
 
 def _concrete(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generator) -> None:
@@ -117,7 +126,7 @@ def _concrete(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Gene
     h, w = canvas.image.shape[:2]
     tone = (0.42, 0.50, 0.30)[(work.scheme + facet.style) % 3]
     canvas.image[...] = tone * np.array((1.0, 0.97, 0.92), np.float32)
-    speckle(canvas, rng, 0.07, 0.06)
+    add_speckle(canvas, rng, 0.07, 0.06)
     step = 0.5 / canvas.texel
     for k in range(int(h / step) + 1):
         cv2.line(canvas.image, (0, int(k * step)), (w, int(k * step)), (0.2, 0.2, 0.2), 1)
@@ -131,7 +140,7 @@ def _ceiling(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Gener
 
     h, w = canvas.image.shape[:2]
     canvas.image[...] = 0.20
-    speckle(canvas, rng, 0.05, 0.05)
+    add_speckle(canvas, rng, 0.05, 0.05)
     for x in np.arange(0.6, w * canvas.texel, 1.9):
         p = int(x / canvas.texel)
         cv2.rectangle(

@@ -165,7 +165,9 @@ def render_gym(
     for number, (name, pose) in enumerate(zip(names, poses, strict=True)):
         kept = out / "truth" / "masks" / f"{name}.json"
         if not (kept.is_file() and (out / "photos" / name).is_file()):
-            _take(renderer, camera, pose, photos, [seed, 20, number], out / "photos" / name, kept)
+            _write_photo(
+                renderer, camera, pose, photos, [seed, 20, number], out / "photos" / name, kept
+            )
             rendered += 1
         masks[name] = _read_kept(kept, camera)
         progress.advance()
@@ -181,7 +183,7 @@ def render_gym(
     return rendered
 
 
-def _take(
+def _write_photo(
     renderer: Any,
     camera: Camera,
     pose: Floats,

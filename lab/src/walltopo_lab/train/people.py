@@ -20,7 +20,7 @@ _FACTS = {"license": "Apache-2.0", "source": "YOLOX-Nano by Megvii, trained on C
 _VALUES = 6  # of a cell: place, size, whether an object is there, whether it is a person
 
 
-def people_only(model: Any) -> Any:
+def keep_person_class(model: Any) -> Any:
     """Return an `onnx.ModelProto` of YOLOX with COCO's first class, for pictures of any size."""
     from onnx import numpy_helper
 
@@ -44,7 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("weights", type=Path)
     parser.add_argument("out", type=Path)
     args = parser.parse_args(arguments)
-    model = people_only(onnx.load(args.weights))
+    model = keep_person_class(onnx.load(args.weights))
     label_export(model, _FACTS)
     save_model(model, args.out)
     return 0

@@ -23,7 +23,7 @@ MAX_ATTEMPTS = 6
 
 @dataclass(frozen=True)
 class Trial:
-    """One evaluated point."""
+    """One evaluated point of the search space."""
 
     number: int
     values: dict[str, float]

@@ -181,7 +181,7 @@ _FOLDED = 1.98
 
 
 @kernel
-def _best_thirds(points: Floats, outer: Floats, barred: NDArray[np.bool_]) -> Ints:
+def _best_third_vertices(points: Floats, outer: Floats, barred: NDArray[np.bool_]) -> Ints:
     """Return the third vertex over each chord i < j, (n, n); -1 = impossible.
 
     Parameters
@@ -265,7 +265,7 @@ def triangulate_rim(
     -------
     (n - 2, 3) indices into the rim, wound as the mesh; None if every triangulation is barred.
     """
-    third = _best_thirds(points, outer, barred)
+    third = _best_third_vertices(points, outer, barred)
     faces, chords = [], [(0, len(points) - 1)]
     while chords:
         i, j = chords.pop()

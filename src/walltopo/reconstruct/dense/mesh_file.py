@@ -52,7 +52,7 @@ def read_mesh_file(path: Path, unwanted: str = "") -> MeshFile:
     InputError : the file is missing or damaged, or holds no triangles.
     """
     texture, lacks = not unwanted, unwanted
-    parts = _parts(path, load_with_trimesh(path, pictures=texture))
+    parts = _triangle_meshes(path, load_with_trimesh(path, pictures=texture))
     corners = [np.asarray(part.vertices, np.float64)[np.asarray(part.faces)] for part in parts]
     uv = [_uv_of(part) for part in parts] if texture else []
     pictures = [_picture_of(part) for part in parts] if texture else []
@@ -70,7 +70,7 @@ def read_mesh_file(path: Path, unwanted: str = "") -> MeshFile:
     return MeshFile(mesh, np.concatenate(placed)[kept], picture, "")
 
 
-def _parts(path: Path, loaded: Any) -> list[Any]:
+def _triangle_meshes(path: Path, loaded: Any) -> list[Any]:
     """Return the triangle meshes of a file in its common frame."""
     import trimesh
 

@@ -163,7 +163,7 @@ class Started(msgspec.Struct, frozen=True, tag="started"):
 
 
 class Done(msgspec.Struct, frozen=True, tag="done"):
-    """The result of a file.
+    """The end of the decoding of a file.
 
     Parameters
     ----------

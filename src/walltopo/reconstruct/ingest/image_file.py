@@ -246,7 +246,7 @@ def _converter(opened: Image, strips: Callable[[], Iterator[Image]]) -> Callable
         return lambda image: _grey8(image, 65535.0 if deep else 255.0)
     if opened.mode in ("RGBA", "LA", "PA") or "transparency" in opened.info:
         return _on_white
-    return _profiled(opened)
+    return _profile_converter(opened)
 
 
 def _grey8(image: Image, top: float) -> Image:
@@ -264,7 +264,7 @@ def _on_white(image: Image) -> Image:
     return Pil.alpha_composite(white, rgba).convert("RGB")
 
 
-def _profiled(opened: Image) -> Callable[[Image], Image]:
+def _profile_converter(opened: Image) -> Callable[[Image], Image]:
     """Return a converter from the embedded colour profile (phones write Display P3) to sRGB."""
     from PIL import Image as Pil
     from PIL import ImageCms

@@ -129,10 +129,10 @@ def _choose_frame(
         if stuck is not None:
             return _frame_of_plates(stuck, views, points, up)
         plates, notes = (*plates, *reports), [*notes, *about]
-    return _unscaled(views, points, up, plates, notes)
+    return _guessed_unit_frame(views, points, up, plates, notes)
 
 
-def _unscaled(
+def _guessed_unit_frame(
     views: Sequence[View],
     points: Floats,
     up: Floats,

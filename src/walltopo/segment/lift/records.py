@@ -36,7 +36,7 @@ def scored_instances(
     """
     count = int(max(cluster.max(initial=-1), winner.max(initial=-1))) + 1
     claims = claims_of(evidence, pairs, winner, count)
-    scores = _scores(evidence, claims, cluster, pairs.area, params.min_support)
+    scores = _cluster_scores(evidence, claims, cluster, pairs.area, params.min_support)
     kept = np.flatnonzero((scores > 0) & (claims.area > 0))
     number = np.zeros(count + 1, dtype=np.int32)  # the last entry serves cluster -1
     number[kept] = np.arange(1, len(kept) + 1)
@@ -46,13 +46,13 @@ def scored_instances(
     face_score[evidence.faces] = np.where(number[winner] > 0, shares, 0.0)
     members = [np.flatnonzero(cluster == c) for c in kept]
     records = tuple(
-        _record(evidence, k, mine, float(scores[c]))
+        _voted_record(evidence, k, mine, float(scores[c]))
         for k, (c, mine) in enumerate(zip(kept, members, strict=True), start=1)
     )
     return Instances(face_instance, face_score, records)
 
 
-def _scores(
+def _cluster_scores(
     evidence: Evidence, claims: Claims, cluster: Ints, area: Floats, min_support: float
 ) -> Floats:
     """Return (K,) support x mean mask score x mean agreement of each cluster; 0 = drop it.
@@ -77,7 +77,9 @@ def _scores(
     return np.where(enough, hits / (expected_views + 1.0) * mask_score * agreement, 0.0)
 
 
-def _record(evidence: Evidence, number: int, members: NDArray[np.int64], score: float) -> Instance:
+def _voted_record(
+    evidence: Evidence, number: int, members: NDArray[np.int64], score: float
+) -> Instance:
     """Return a record whose class is voted by all masks, each with the weight of its score."""
     labels, inverse = np.unique(evidence.label[members], return_inverse=True)
     weight = np.bincount(inverse, evidence.score[members], minlength=len(labels))

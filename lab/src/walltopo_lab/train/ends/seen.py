@@ -139,7 +139,7 @@ def _scanned_paints(rgb: NDArray[np.uint8], rng: np.random.Generator) -> NDArray
     return srgb8_from_linear(linear * np.exp(rng.normal(0, SHADE, (len(rgb), 1))))
 
 
-def _named(rgb: NDArray[np.uint8]) -> list[str]:
+def _nearest_names(rgb: NDArray[np.uint8]) -> list[str]:
     """Return the nearest colour name of the generator's palettes for each paint."""
     names = [name for palette in PALETTES.values() for name in palette] + ["grey"]
     paints = [rgb for palette in PALETTES.values() for rgb in palette.values()] + [(0.5, 0.5, 0.51)]
@@ -170,7 +170,7 @@ def _as_scanned(
     drawn = [(hold, relief) for hold, relief in zip(holds, reliefs, strict=True) if relief]
     looks = _scanned_paints(np.array([hold.colour_rgb for hold, _ in drawn], dtype=np.uint8), rng)
     types = shipped_model().names_of([relief for _, relief in drawn])
-    names = _named(looks)
+    names = _nearest_names(looks)
     seen = []
     for k, (hold, relief) in enumerate(drawn):
         x, y, z = (np.array(hold.position) + rng.normal(0, PLACE, 3)).tolist()
