@@ -20,17 +20,17 @@ Definition = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
 
 @dataclass(frozen=True)
 class Sample:
-    """A name, or the first paragraph of a docstring, and the place of its definition."""
+    """A name, or the first paragraph of a docstring, and the location of its definition."""
 
-    place: str
+    location: str
     text: str
 
 
 def names(root: Path) -> Iterator[Sample]:
     """Yield the functions, classes, parameters and fields defined in a folder's Python files."""
     for path, node in _definitions(root):
-        place = f"{path}:{node.lineno}"
-        yield Sample(place, node.name)
+        location = f"{path}:{node.lineno}"
+        yield Sample(location, node.name)
         if isinstance(node, ast.ClassDef):
             fields = (part for part in node.body if isinstance(part, ast.AnnAssign))
             for part in fields:
@@ -39,7 +39,7 @@ def names(root: Path) -> Iterator[Sample]:
         else:
             for argument in [*node.args.args, *node.args.kwonlyargs]:
                 if argument.arg not in ("self", "cls"):
-                    yield Sample(place, f"{node.name}({argument.arg})")
+                    yield Sample(location, f"{node.name}({argument.arg})")
 
 
 def docstrings(root: Path) -> Iterator[Sample]:
@@ -70,7 +70,7 @@ def main() -> None:
         found = [sample for folder in args.folders for sample in find(folder)]
         sys.stdout.write(f"{title}: {args.count} of {len(found)}\n")
         for sample in draw.sample(found, min(args.count, len(found))):
-            sys.stdout.write(f"  {sample.text}    [{sample.place}]\n")
+            sys.stdout.write(f"  {sample.text}    [{sample.location}]\n")
 
 
 if __name__ == "__main__":

@@ -167,7 +167,7 @@ def test_why_one_stands_before_another(sheet: Sheet, seed: int) -> None:
         for second in sheet.entries:
             if first.category != second.category:
                 continue
-            steps = board.why(first.id, second.id)
+            steps = board.compare(first.id, second.id)
             mine, theirs = found[first.id], found[second.id]
             if mine is None or theirs is None:
                 assert steps == []

@@ -90,7 +90,7 @@ def _additions(pool: Pool, route: Route) -> Iterator[tuple[Do, int, Route]]:
     own = [pool.row_of[number] for number in route.holds if number in pool.row_of]
     if not own:
         return
-    near = np.flatnonzero(pool.apart[own].min(axis=0) < _NEAR)
+    near = np.flatnonzero(pool.distances[own].min(axis=0) < _NEAR)
     top = max(pool.position[pool.row_of[number], 2] for number in route.top)
     for row in near:
         number = int(pool.ids[row])

@@ -86,8 +86,8 @@ class Sampler:
             candidate = self._with_foot(candidate)
         return candidate
 
-    def varied(self, candidate: Candidate) -> Candidate:
-        """Return the candidate with one random change."""
+    def change_one(self, candidate: Candidate) -> Candidate:
+        """Change one random hold of a candidate and return the result."""
         changes = (
             self._swapped,
             self._swapped,
@@ -105,7 +105,7 @@ class Sampler:
 
     def _second(self, begin: int) -> Floats:
         """Return the weights of holds for the other hand's start, beside the first one."""
-        apart = self._pool.apart[begin]
+        apart = self._pool.distances[begin]
         level = np.abs(self._pool.position[:, 2] - self._pool.position[begin, 2])
         height = self._body.height
         near = (apart > 0.05 * height) & (apart < 0.45 * height) & (level < 0.2 * height)
@@ -118,14 +118,14 @@ class Sampler:
         height = self._body.height
         max_reach = _REACH * self._body.span
         can = (z > z[goes] + 0.08 * height) & (z > z[stays] - 0.05 * height)
-        can &= self._pool.apart[stays] < max_reach
+        can &= self._pool.distances[stays] < max_reach
         can[hands] = False
-        way = (self._pool.apart[stays] - step) / (0.15 * height)
+        way = (self._pool.distances[stays] - step) / (0.15 * height)
         return np.where(can, np.exp(-(way**2)) * self._weights, 0.0)
 
     def _around(self, row: int, taken: tuple[int, ...]) -> Floats:
         """Return the weights of holds that may replace a hold."""
-        near = self._pool.apart[row] < 0.45 * self._body.height
+        near = self._pool.distances[row] < 0.45 * self._body.height
         near[[self._pool.row_of[number] for number in taken]] = False
         return np.where(near, self._weights, 0.0)
 

@@ -66,7 +66,7 @@ class Pool:
         return places / self.unit
 
     @cached_property
-    def apart(self) -> Floats:
+    def distances(self) -> Floats:
         """Return (N, N) metres from hold to hold."""
         return np.asarray(np.linalg.norm(self.position[:, None] - self.position[None], axis=2))
 

@@ -70,7 +70,7 @@ def _anneal(sampler: Sampler, judge: Judge, random: np.random.Generator) -> None
     now = judge.of(first)
     for step in range(_STEPS):
         heat = _HOT * (_COLD / _HOT) ** (step / _STEPS)
-        other = judge.of(_drop_unused_holds(now) or sampler.varied(now.candidate))
+        other = judge.of(_drop_unused_holds(now) or sampler.change_one(now.candidate))
         worse = other.off - now.off
         if worse <= 0 or random.random() < math.exp(-worse / heat):
             now = other

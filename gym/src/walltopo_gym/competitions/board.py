@@ -113,7 +113,7 @@ class Leaderboard:
         }
         return ranks_by_key({who: standing.key for who, standing in standings.items()})
 
-    def why(self, first: UUID, second: UUID) -> list[Step]:
+    def compare(self, first: UUID, second: UUID) -> list[Step]:
         """Return the comparison of two competitors of one category; empty where one has no rank.
 
         Raises

@@ -161,7 +161,7 @@ def _add_results(
     hardness = np.array([FONT.index(route.grade) for route in routes], float)
     attempts: list[tuple[float, UUID, UUID, Kind, int]] = []
     for entry, ability in zip(entries, abilities(routes).tolist(), strict=False):
-        visitor = Visitor(Climber.drawn(rng, ability, len(routes)), hardness, rng)
+        visitor = Visitor(Climber.random(rng, ability, len(routes)), hardness, rng)
         for which, problem in enumerate(problems):
             chance = visitor.chance(which)
             if rng.random() > share or chance < 0.03:

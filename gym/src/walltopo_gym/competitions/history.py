@@ -96,7 +96,7 @@ def marks_of(session: Session, competition: UUID, about: ColumnElement[bool]) ->
         if problem is None:
             continue
         mark = ledger.mark(entry, problem)
-        counting = [one.id for one in ledger.counting(entry, problem) if one.kind in SCORED]
+        counting = [one.id for one in ledger.counting_events(entry, problem) if one.kind in SCORED]
         if mark != NOTHING:
             found.append(Has(entry, problem, mark, counting))
     return found

@@ -116,7 +116,7 @@ class Ledger:
     def mark(self, entry: UUID, problem: UUID) -> Mark:
         """Return a competitor's mark on a problem."""
         tries = zone = top = 0
-        for fact in self.counting(entry, problem):
+        for fact in self.counting_events(entry, problem):
             n = fact.n
             if fact.kind not in SCORED or n is None:
                 continue
@@ -129,10 +129,10 @@ class Ledger:
 
     def out(self, entry: UUID) -> str | None:
         """Return the reason of a disqualification; None without one."""
-        outs = [fact for fact in self.counting(entry, None) if fact.kind == Kind.OUT]
+        outs = [fact for fact in self.counting_events(entry, None) if fact.kind == Kind.OUT]
         return outs[-1].text if outs else None
 
-    def counting(self, entry: UUID, problem: UUID | None) -> list[Fact]:
+    def counting_events(self, entry: UUID, problem: UUID | None) -> list[Fact]:
         """Return the counting events of a mark in order of arrival."""
         events = self._at.get((entry, problem), ())
         return [self._facts[event] for event in events if self.counts(event)]

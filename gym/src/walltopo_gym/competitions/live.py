@@ -72,7 +72,7 @@ class LiveBoards:
         with kept.lock:
             return _brought_up(session, row, kept, frozen=frozen)
 
-    def why(
+    def compare(
         self, session: Session, row: Competition, first: UUID, second: UUID, *, public: bool
     ) -> tuple[list[Step], dict[UUID, int | None]]:
         """Return the comparison of two competitors on that board, and the ranks by entry.
@@ -85,10 +85,12 @@ class LiveBoards:
         with kept.lock:
             view = _brought_up(session, row, kept, frozen=frozen)
             assert kept.board is not None
-            steps = kept.board.why(first, second)
+            steps = kept.board.compare(first, second)
         return steps, {line.entry_id: line.rank for of in view.categories for line in of.lines}
 
-    def past(self, session: Session, row: Competition, at: datetime, *, public: bool) -> BoardView:
+    def board_at(
+        self, session: Session, row: Competition, at: datetime, *, public: bool
+    ) -> BoardView:
         """Return the board of a moment; the public sees no moment after the freeze."""
         if public and row.frozen_at is not None:
             at = min(at, row.frozen_at)

@@ -28,7 +28,7 @@ class Climber:
     suits: np.ndarray
 
     @classmethod
-    def drawn(cls, rng: np.random.Generator, ability: float, routes: int) -> Climber:
+    def random(cls, rng: np.random.Generator, ability: float, routes: int) -> Climber:
         """Return a random climber whom some routes suit better than others."""
         return cls(ability, rng.normal(0.0, 1.0, routes))
 

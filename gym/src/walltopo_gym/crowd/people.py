@@ -95,7 +95,7 @@ def add_climbers(session: Session, gym: Gym, routes: Sequence[Route], until: dat
     weekly = rng.gamma(1.6, 0.45, CLIMBERS).clip(0.15, 2.0)
     for person, ability, often in zip(people, abilities(routes), weekly, strict=True):
         days = np.flatnonzero(rng.random(DAYS) < often / 7).tolist()
-        climber = Climber.drawn(rng, float(ability), len(routes))
+        climber = Climber.random(rng, float(ability), len(routes))
         _add_log(session, gym, person, climber, routes, _dates(days, until), rng)
 
 
@@ -111,7 +111,7 @@ def fill_own(
     person.created_at = until - timedelta(days=DAYS + 1)
     ability = float(np.mean([FONT.index(route.grade) for route in routes])) + _OWN_ABILITY
     days = [day for day in range(DAYS) if day % 7 in (1, 4)]
-    drawn = Climber.drawn(rng, ability, len(routes))
+    drawn = Climber.random(rng, ability, len(routes))
     _add_log(session, gym, person, drawn, routes, _dates(days, until), rng)
     session.merge(Profile(person_id=climber, on_boards=True, show_ascents=Audience.GYM, feed=True))
     for number in range(CLIMBERS):

@@ -34,7 +34,7 @@ class Poster:
     picture: Callable[[UUID], bytes | None]
     base: str
 
-    def drawn(self, words: Words, size: Paper) -> Sheet:
+    def draw(self, words: Words, size: Paper) -> Sheet:
         """Return the pages.
 
         Raises

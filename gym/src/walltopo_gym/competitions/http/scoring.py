@@ -297,7 +297,7 @@ def read_competition_board(
     if at is None:
         view = boards.view(session, row, public=public)
     else:
-        view = boards.past(session, row, at, public=public)
+        view = boards.board_at(session, row, at, public=public)
     tag = f'"{view.revision}-{view.seq}-{int(view.frozen_at is not None)}"'
     headers = {"etag": tag} if at is None else {}
     if at is None and request.headers.get("if-none-match") == tag:
@@ -315,7 +315,7 @@ def explain_order(
     """Explain the order of two competitors."""
     row = competition_of(session, access, competition)
     public = not access.role.covers(Role.JUDGE)
-    steps, ranks = boards.why(session, row, first, second, public=public)
+    steps, ranks = boards.compare(session, row, first, second, public=public)
     before: Literal["first", "second", ""] = ""
     if steps and steps[-1].decides:
         before = "first" if (ranks[first] or 0) < (ranks[second] or 0) else "second"

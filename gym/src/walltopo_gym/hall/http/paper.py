@@ -84,7 +84,7 @@ def read_poster(
         lambda scan: _find_picture(services.store, scan),
         services.settings.link_base,
     )
-    sheet = poster.drawn(words_in(language), size)
+    sheet = poster.draw(words_in(language), size)
     content = sheet.pdf()
     name = f"{gym.slug}-{day}.pdf"
     return document_response(request, content, _PDF, name, shown=True, missing=sheet.missing)
