@@ -15,6 +15,7 @@ from uuid import UUID
 import httpx
 from anyio.from_thread import start_blocking_portal
 from argon2 import PasswordHasher
+from fastapi import FastAPI
 from fastapi.testclient import TestClient
 from sqlalchemy import create_engine, event, text
 
@@ -129,9 +130,9 @@ class Server:
         self._loop = ExitStack()
         self._portal = self._loop.enter_context(start_blocking_portal())
 
-    def client(self) -> TestClient:
-        """A browser without a cookie."""
-        client = TestClient(self.app, base_url=ORIGIN, raise_server_exceptions=False)
+    def client(self, app: FastAPI | None = None) -> TestClient:
+        """A browser without a cookie; `app`: of another application over the same services."""
+        client = TestClient(app or self.app, base_url=ORIGIN, raise_server_exceptions=False)
         client.portal = self._portal
         return client
 

@@ -148,9 +148,7 @@ def _again(server: Server, **settings: Any) -> Any:
     kept = server.settings
     changed = kept.model_copy(update=settings)
     fields = {name: getattr(server.services, name) for name in Services.__dataclass_fields__}
-    other = Server.__new__(Server)
-    other.app = build_app(Services(**(fields | {"settings": changed})))
-    return other.client()
+    return server.client(build_app(Services(**(fields | {"settings": changed}))))
 
 
 def test_figures_are_for_who_has_the_token(server: Server) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 from datetime import timedelta
 from io import BytesIO
 from typing import Any
@@ -289,6 +291,40 @@ def test_the_model_gives_a_grade_and_who_reaches_the_holds(world: World, scan: U
     far = ask(apart)
     assert far["grades"] is None
     assert not any(row["reached"] for row in far["heights"])
+
+
+KERNELS = """
+import gc
+from numba.core.dispatcher import Dispatcher
+from walltopo_gym.problems.estimate_worker import _FIRST, EstimateRequest, estimate_problem
+from walltopo.scans.holds import Hold
+from walltopo.scans.routes import Route
+
+def compiled():
+    found = (one for one in gc.get_objects() if isinstance(one, Dispatcher))
+    return {(one.py_func.__qualname__, str(way)) for one in found for way in one.signatures}
+
+assert estimate_problem(_FIRST).difficulty is not None
+before = compiled()
+for step in (0.3, 1.0):
+    holds = [
+        Hold(id=n, kind="hold", type="jug", position=(0.2 * n, 0.1, n * step), size=0.1)
+        for n in range(1, 12)
+    ]
+    for start in ((1,), (1, 2)):
+        route = Route(id=1, holds=(1, 2, 3, 5, 7, 11), start=start, top=(11,), footholds=(4, 6))
+        estimate_problem(EstimateRequest(route, holds, 0.5))
+print(len(before), compiled() - before)
+"""
+
+
+def test_no_request_waits_for_the_compiler() -> None:
+    found = subprocess.run(
+        [sys.executable, "-c", KERNELS], capture_output=True, text=True, check=False
+    )
+    count, _, more = found.stdout.strip().partition(" ")
+    assert int(count) >= 2, found.stderr
+    assert more == "set()"
 
 
 def test_an_estimate_that_takes_too_long_is_ended_and_the_next_one_is_made(

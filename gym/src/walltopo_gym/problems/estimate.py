@@ -13,7 +13,7 @@ from walltopo.core.children import Child, child_process, python_module
 from walltopo.scans.routes import Route
 from walltopo_gym.database.lock import check_unlocked
 from walltopo_gym.errors import RequestError, UnavailableError
-from walltopo_gym.problems.estimate_worker import EstimateRequest, PlacedProblem
+from walltopo_gym.problems.estimate_worker import EstimateRequest, ProblemEstimate
 from walltopo_gym.problems.service import Use, UsedHold
 from walltopo_gym.publishing.version_holds import VersionHolds
 
@@ -30,7 +30,7 @@ class Estimator:
         self._child: Child | None = None
         self._is_closed = False
 
-    def estimate(self, used: Sequence[UsedHold], version: VersionHolds) -> PlacedProblem:
+    def estimate(self, used: Sequence[UsedHold], version: VersionHolds) -> ProblemEstimate:
         """Return what the model says of a problem on a version of its wall.
 
         Raises
@@ -46,7 +46,7 @@ class Estimator:
                 line, is_late = _exchange_message(self._running(), message, _LIMIT_S)
         if not line:
             raise RequestError("estimate-too-long", "estimate-fewer-holds")
-        return msgspec.json.decode(line, type=PlacedProblem)
+        return msgspec.json.decode(line, type=ProblemEstimate)
 
     def close(self) -> None:
         """End the process for good."""

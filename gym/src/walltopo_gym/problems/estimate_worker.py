@@ -26,33 +26,38 @@ class EstimateRequest(msgspec.Struct, frozen=True):
     unit: float
 
 
-class PlacedProblem(msgspec.Struct, frozen=True):
+class ProblemEstimate(msgspec.Struct, frozen=True):
     """The estimate of a problem.
 
     Parameters
     ----------
-    place : on the grade model's scale; None if an adult finds no moves. known : whether enough of
-        its holds have a type. heights : of climbers who reach the top, in metres.
+    difficulty : on the grade model's scale; None if an adult finds no moves.
+    known : whether enough of its holds have a type.
+    heights : of climbers who reach the top, in metres.
     """
 
-    place: float | None
+    difficulty: float | None
     known: bool
     heights: tuple[float, ...]
 
 
-def estimate_problem(request: EstimateRequest) -> PlacedProblem:
+def estimate_problem(request: EstimateRequest) -> ProblemEstimate:
     """Return the estimate of a problem."""
     found = rate_routes([request.route], request.holds, request.unit, shipped_model())
     heights = reaching_heights(request.route, request.holds, request.unit) or ()
     if not found:
-        return PlacedProblem(None, known=False, heights=heights)
-    return PlacedProblem(found[0].difficulty, found[0].known, heights)
+        return ProblemEstimate(None, known=False, heights=heights)
+    return ProblemEstimate(found[0].difficulty, found[0].known, heights)
 
 
-# Compiles or loads the kernels, before the time of the first request runs.
+# A climb with moves compiles or loads every kernel, before the time of the first request runs. A
+# kernel that a request had to compile would outlast its time, and never reach the disk.
 _FIRST = EstimateRequest(
-    Route(id=1, holds=(1, 2), start=(1,), top=(2,)),
-    [Hold(id=n, kind="hold", position=(0.0, 0.0, float(n)), size=0.1) for n in (1, 2)],
+    Route(id=1, holds=tuple(range(1, 9)), start=(2,), top=(8,)),
+    [
+        Hold(id=n, kind="hold", position=(0.3 * (n % 2), 0.0, 0.4 * n), size=0.1)
+        for n in range(1, 9)
+    ],
     1.0,
 )
 

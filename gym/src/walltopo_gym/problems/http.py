@@ -238,12 +238,12 @@ def estimate_problem(
         count_estimate(session, access.actor.known)
     made = services.get(Estimator).estimate(used, version)
     grades = None
-    if made.place is not None:
+    if made.difficulty is not None:
         with services.database.reading() as session:
             ranges = collect_answers(
                 session,
                 GradeRangeOf(
-                    access.gym.id, body.scan_id, shipped_identity(), made.place, made.known
+                    access.gym.id, body.scan_id, shipped_identity(), made.difficulty, made.known
                 ),
             )
         grades = ranges[0] if ranges else None
