@@ -98,7 +98,7 @@ def test_colours_of_vertices_come_along(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "named"),
     [
-        (V + "f 1 2 9\n", r"a\.obj: line 7: a corner that is none of the 6"),
+        (V + "f 1 2 9\n", r"a\.obj: line 7: a corner that is not one of the 6 vertices"),
         (V + "f 1 2\n", r"a\.obj: line 7: a face of 2"),
         (V + "f 1 2 x\n", r"a\.obj: a face has a corner that is not a number"),
         ("v 0 0 y\n" + V, r"a\.obj: line 1: not a vertex"),
