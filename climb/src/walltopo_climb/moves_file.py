@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
+from collections.abc import Mapping, Sequence
 
 from walltopo.scans.folder import ScanFolder, write_moves
+from walltopo.scans.holds import Hold
 from walltopo.scans.moves import GradeRow, Moves, RouteMoves, moves_basis
+from walltopo.scans.routes import Route
 from walltopo_climb.grades.font import FONT
 from walltopo_climb.grades.model import shipped_model
 from walltopo_climb.grades.of_scan import grade_routes, rate_routes
@@ -15,18 +16,16 @@ from walltopo_climb.movement.rows import climber_rows
 from walltopo_climb.wall_files import read_wall
 
 
-def find_moves(scan: Path, bodies: Mapping[str, Body]) -> Moves:
-    """Return the moves and the grade range of each route of a scan.
+def find_moves(
+    holds: Sequence[Hold], routes: Sequence[Route], unit: float, bodies: Mapping[str, Body]
+) -> Moves:
+    """Return the moves and the grade range of each route.
 
     Parameters
     ----------
+    holds : all holds of the wall. unit : scan units per metre.
     bodies : climbers by name.
-
-    Raises
-    ------
-    InputError : the scan has no holds or routes yet, or they are damaged.
     """
-    holds, routes, unit = read_wall(scan)
     model = shipped_model()
     ranges = grade_routes(rate_routes(routes, holds, unit, model), model)
     rows = []
@@ -47,9 +46,9 @@ def renew_moves(folder: ScanFolder) -> None:
     InputError : `moves.json`, the holds or the routes are missing or damaged.
     """
     old = Moves.load(folder.moves)
-    holds, routes, _ = read_wall(folder.root)
+    holds, routes, unit = read_wall(folder.root)
     if old.made_for != moves_basis(holds, routes):
-        write_moves(folder, find_moves(folder.root, _bodies_of(old)))
+        write_moves(folder, find_moves(holds, routes, unit, _bodies_of(old)))
 
 
 def _bodies_of(moves: Moves) -> dict[str, Body]:

@@ -82,7 +82,7 @@ def test_an_edit_renews_the_moves_of_the_same_bodies(wall: Path) -> None:
     folder = ScanFolder(wall)
     step = Step(EXPORT, folder)
     renew_inputs(step, _Notes())
-    assert not folder.moves.exists(), "nobody asked for moves"
+    assert not folder.moves.exists(), "nobody requested moves"
     assert main(["moves", str(wall), "--height", "1.62"]) == 0
     written = folder.moves.stat().st_mtime_ns
     renew_inputs(step, _Notes())

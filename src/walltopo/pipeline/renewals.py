@@ -22,11 +22,12 @@ RENEWALS: Final[PluginGroup[Renew]] = PluginGroup(
 def renew_inputs(step: Step, progress: Progress) -> None:
     """Renew the files of other packages that a stage reads; a failure is noted and stops nothing.
 
-    A file that does not exist was never asked for: it is not made.
+    A file that does not exist was never requested and is not made.
     """
-    known = RENEWALS.names()
     for item in step.stage.reads:
-        if item.path not in known or not item.in_folder(step.folder).exists():
+        if item.made_by or not item.in_folder(step.folder).exists():
+            continue
+        if item.path not in RENEWALS.names():
             continue
         try:
             RENEWALS.load(item.path)(step.folder)

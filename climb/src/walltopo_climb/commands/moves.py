@@ -69,6 +69,7 @@ def _moves(args: argparse.Namespace) -> int:
     from walltopo.scans.routes import route_name
     from walltopo_climb.movement.body import BODIES, Body
     from walltopo_climb.moves_file import find_moves
+    from walltopo_climb.wall_files import read_wall
 
     if args.reach is not None and args.height is None:
         raise SettingsError("--reach needs --height")
@@ -76,11 +77,10 @@ def _moves(args: argparse.Namespace) -> int:
     if args.height is not None:
         bodies["you"] = Body(args.height, args.reach or 0.0)
     folder = ScanFolder(args.scan)
-    moves = find_moves(args.scan, bodies)
-    routes = {route.id: route for route in ScanFolder.routes.load(folder).routes}
-    for row in moves.routes:
-        name = route_name(routes[row.route])
-        console.print(f"{name}: {climbers_summary(row.climbers)}", soft_wrap=True)
+    holds, routes, unit = read_wall(args.scan)
+    moves = find_moves(holds, routes, unit, bodies)
+    for route, row in zip(routes, moves.routes, strict=True):
+        console.print(f"{route_name(route)}: {climbers_summary(row.climbers)}", soft_wrap=True)
     with locked(folder):
         write_moves(folder, moves)
         if folder.page.exists():

@@ -195,11 +195,9 @@ def _filled_atlas(
         for (x, y, w, h), place in zip(rectangles, layout.places[charts], strict=True):
             left, top = (place * oversample).tolist()
             part = np.s_[y : y + h, x : x + w]
-            patch = np.ascontiguousarray(drawing[part])
-            if not drawn[part].any():
-                patch[:] = 128
-            patch = fill_gaps(patch, drawn[part])
-            atlas[top : top + patch.shape[0], left : left + patch.shape[1]] = patch
+            if drawn[part].any():
+                patch = fill_gaps(drawing[part], drawn[part])
+                atlas[top : top + patch.shape[0], left : left + patch.shape[1]] = patch
     return atlas
 
 
