@@ -162,6 +162,53 @@ class TookPart(Question[bool]):
 
 
 @dataclass(frozen=True)
+class LoggedClimb:
+    """An entry of a person's log.
+
+    Parameters
+    ----------
+    origin : "route" and "problem": of a gym of this server; "other": of anywhere else.
+    day : the gym's day of `at`. kind : as in an ascent, for others also "onsight" and "repeat".
+    location : the gym's name, a crag, a board. venue, discipline : of others, else empty.
+    gym : its slug; "" after its deletion. route, wall : None after their deletion.
+    current : whether the route or problem can still be climbed.
+    """
+
+    id: UUID
+    origin: Literal["route", "problem", "other"]
+    at: datetime
+    day: date
+    kind: str
+    tries: int
+    name: str
+    grade: str
+    location: str
+    note: str = ""
+    venue: str = ""
+    discipline: str = ""
+    gym: str = ""
+    route: UUID | None = None
+    wall: UUID | None = None
+    colour: str = ""
+    steepness: str = ""
+    current: bool = False
+
+
+@dataclass(frozen=True)
+class LoggedClimbs(Question[LoggedClimb]):
+    """A person's ascents, in any order.
+
+    Parameters
+    ----------
+    since, until : climbed at `since` or later and before `until`; None: no limit.
+    """
+
+    person: UUID
+    since: datetime | None = None
+    until: datetime | None = None
+
+
+@dataclass(frozen=True)
 class GymDate:
     """A planned date of a gym.
 

@@ -11,13 +11,15 @@ from importlib import import_module
 from typing import Final
 
 from walltopo_gym.climbing.counting import queue_recount
+from walltopo_gym.climbing.logged import logged_routes
 from walltopo_gym.climbing.people import took_part
 from walltopo_gym.database.engine import Database, Listener, Listeners
-from walltopo_gym.events import DaysChanged, TookPart
+from walltopo_gym.events import DaysChanged, LoggedClimbs, TookPart
 from walltopo_gym.feature import Feature
 from walltopo_gym.settings import GymSettings, Switch
 
 NAMES: Final = (
+    "climbing_log",
     "competitions",
     "grading",
     "hall",
@@ -28,7 +30,11 @@ NAMES: Final = (
     "reset_plans",
     "webhooks",
 )
-_CORE: Final[Listeners] = {DaysChanged: (queue_recount,), TookPart: (took_part,)}
+_CORE: Final[Listeners] = {
+    DaysChanged: (queue_recount,),
+    LoggedClimbs: (logged_routes,),
+    TookPart: (took_part,),
+}
 
 
 def _load_feature(name: str) -> Feature:

@@ -102,7 +102,7 @@ def escape_formula(text: str) -> str:
     return "'" + text if _FORMULA.match(text) else text
 
 
-def _as_it_was(cell: str) -> str:
+def unescape_formula(cell: str) -> str:
     """Return the text that `escape_formula` was given."""
     return cell[1:] if cell[:1] == "'" and _FORMULA.match(cell[1:]) else cell
 
@@ -163,7 +163,7 @@ def read_table(
             at = reader.line_num + above
             if any(cell.strip() for cell in line[len(named) :]):
                 raise RequestError("table-no-column", "table-head", number=at)
-            cells = (one_line(_as_it_was(cell.strip())) for cell in line)
+            cells = (one_line(unescape_formula(cell.strip())) for cell in line)
             yield at, dict(zip(named, cells, strict=False))
     except csv.Error as error:
         raise RequestError("table-line", number=reader.line_num + above) from error

@@ -217,6 +217,21 @@ def an_ascent(world: World) -> dict[str, Any]:
     return {"ascent": uuid4()}
 
 
+def a_new_other_ascent(world: World) -> dict[str, Any]:
+    return {"ascent": uuid4()}
+
+
+def other_ascent_body(world: World) -> object:
+    return {"venue": "outdoors", "name": "Kauk", "kind": "onsight", "day": "2024-05-14"}
+
+
+def an_other_ascent(world: World) -> dict[str, Any]:
+    ascent = uuid4()
+    path = f"/me/log/others/{ascent}"
+    assert world.server.ask("PUT", path, world.owner, other_ascent_body(world)).is_success
+    return {"ascent": ascent}
+
+
 def an_own_ascent(world: World) -> dict[str, Any]:
     path, body = an_ascent(world)["ascent"], CASES["put_ascent"].body(world)
     made = world.server.ask("PUT", f"{world.path}/ascents/{path}", world.owner, body)
@@ -684,7 +699,18 @@ CASES = {
         },
     ),
     "list_ascents": Case("signed-in"),
+    "change_ascent": Case("signed-in", values=an_own_ascent, body=lambda w: {"kind": "try"}),
     "drop_ascent": Case("signed-in", values=an_own_ascent),
+    "read_log_overview": Case("signed-in"),
+    "read_log_month": Case("signed-in", values=lambda w: {"month": "2026-03"}),
+    "read_log_year": Case("signed-in", values=lambda w: {"year": 2026}),
+    "read_log_table": Case("signed-in"),
+    "put_other_ascent": Case("signed-in", values=a_new_other_ascent, body=other_ascent_body),
+    "drop_other_ascent": Case("signed-in", values=an_other_ascent),
+    "import_log": Case(
+        "signed-in",
+        body=lambda w: {"text": "climbed_at,gym_name,route_name,kind\n2026-01-02,Hall,Moon,top\n"},
+    ),
     "read_opinion": Case("member", values=a_route),
     "put_opinion": Case("member", values=a_route, body=lambda w: {"stars": 4}),
     "drop_opinion": Case("member", values=a_route),
@@ -875,7 +901,9 @@ EXCEPT = (
             "drop_push",
             "try_push",
             "drop_token",
+            "change_ascent",
             "drop_ascent",
+            "drop_other_ascent",
             "drop_problem",
             "drop_passkey",
             "pin_ascent",

@@ -30,6 +30,7 @@ PUBLISHED = (
     "hall",
     "desk",
     "routes",
+    "log",
     "progress",
     "insights",
     "moves",

@@ -2,6 +2,7 @@
 
 import i18next from "i18next";
 import { browserLanguages } from "./lib/languages";
+import type climbingLog from "./climbingLog/locales/en.json";
 import type competitions from "./competitions/locales/en.json";
 import type hall from "./hall/locales/en.json";
 import type insights from "./insights/locales/en.json";
@@ -18,10 +19,10 @@ type Paths<T, Before extends string = ""> = {
   [K in keyof T & string]: T[K] extends string ? `${Before}${Forms<K>}` : Paths<T[K], `${Before}${K}.`>;
 }[keyof T & string];
 /** The key of a text in `locales/en.json`, or in that of an area (`withTexts`); without plural endings. */
-export type Key = Paths<typeof en & typeof competitions & typeof hall & typeof insights & typeof notifications & typeof problems & typeof resets>;
+export type Key = Paths<typeof en & typeof climbingLog & typeof competitions & typeof hall & typeof insights & typeof notifications & typeof problems & typeof resets>;
 
 /** A part of the app with texts of its own, which only its pages load (`routes.ts`). */
-export type Area = "competitions" | "hall" | "insights" | "notifications" | "problems" | "resets";
+export type Area = "climbingLog" | "competitions" | "hall" | "insights" | "notifications" | "problems" | "resets";
 
 const KEPT = "walltopo-language";
 const TEXTS = import.meta.glob<object>(["./locales/*.json", "./*/locales/*.json"], { import: "default" });

@@ -6,6 +6,7 @@ import { withTexts } from "./i18n.svelte";
 import { has, type Feature } from "./lib/features";
 import NotFound from "./shell/NotFound.svelte";
 
+const climbingLog = withTexts("climbingLog");
 const competitions = withTexts("competitions");
 const hall = withTexts("hall");
 const insights = withTexts("insights");
@@ -36,6 +37,9 @@ export const { p, navigate, preload, route } = createRouter({
   "/me": () => import("./accounts/Me.svelte"),
   "/me/profile": () => import("./accounts/MyProfile.svelte"),
   "/me/security": () => import("./accounts/Security.svelte"),
+  "/me/log": () => import("./climbingLog/LogPage.svelte").then(climbingLog),
+  "/me/log/import": () => import("./climbingLog/ImportLog.svelte").then(climbingLog),
+  "/me/log/year/:year": () => import("./climbingLog/YearPage.svelte").then(climbingLog),
   "/me/waiting": () => import("./outbox/Waiting.svelte").then(ofProblems),
   "/me/messages": () => import("./notifications/Messages.svelte").then(notifications),
   "/unsubscribe": () => import("./notifications/Unsubscribe.svelte").then(notifications),
@@ -102,6 +106,6 @@ export const { p, navigate, preload, route } = createRouter({
 });
 
 /** A part of the present address; the calling page has it. */
-export function part(name: "gym" | "wall" | "route" | "scan" | "person" | "visit" | "competition" | "problem" | "code" | "plan"): string {
+export function part(name: "gym" | "wall" | "route" | "scan" | "person" | "visit" | "competition" | "problem" | "code" | "plan" | "year"): string {
   return route.params[name] ?? "";
 }

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from datetime import UTC, datetime
 from enum import StrEnum
-from typing import Annotated
+from typing import Annotated, Final
 from uuid import UUID
+from zoneinfo import ZoneInfo
 
 from pydantic import Field
 from sqlalchemy import select
@@ -114,6 +116,59 @@ def store_ascent(
     return row, is_new
 
 
+class AscentChange(Body):
+    """Changes of an ascent; omitted fields stay."""
+
+    kind: Kind | None = None
+    tries: int | None = Field(None, ge=1, le=999)
+    climbed_at: Moment | None = None
+    note: Words | None = None
+
+
+def correct_ascent(session: Session, ascent: UUID, person: UUID, change: AscentChange) -> Ascent:
+    """Correct an ascent of any gym, also after its route, its gym or the membership is gone.
+
+    A change to a flash without a number of tries counts as one try.
+
+    Raises
+    ------
+    NotFoundError : this person has no ascent with that id; RequestError : a flash in several tries,
+        or a new time at which the route was not there.
+    """
+    session.execute(select(Person.id).where(Person.id == person).with_for_update())
+    row = _own_ascent(session, ascent, person)
+    if row.taken_back_at is not None:
+        raise NotFoundError("not-there-ascent")
+    kind = change.kind or Kind(row.kind)
+    tries = change.tries or (1 if kind == Kind.FLASH else row.tries)
+    if kind == Kind.FLASH and tries != 1:
+        raise RequestError("flash-one-try", tries=tries)
+    gym = None if row.gym_id is None else session.get(Gym, row.gym_id)
+    route = None if row.route_id is None else session.get(Route, row.route_id)
+    at = change.climbed_at or row.climbed_at
+    if at != row.climbed_at:
+        begin = _EVER if gym is None or route is None else begin_of(session, gym, route)
+        check_climbed(at, begin, ZoneInfo("UTC") if gym is None else zone_of(gym))
+    is_newer_edit(row, None)
+    before, row.climbed_at = row.climbed_at, min(at, now())
+    row.kind, row.tries = kind, tries
+    row.note = row.note if change.note is None else change.note
+    if gym is not None:
+        count_again(session, gym, person, {before, row.climbed_at})
+    return row
+
+
+# The begin of a route that is gone: any day is accepted.
+_EVER: Final = datetime(1900, 1, 3, tzinfo=UTC)
+
+
+def _own_ascent(session: Session, ascent: UUID, person: UUID) -> Ascent:
+    row = session.scalar(select(Ascent).where(Ascent.id == ascent, Ascent.person_id == person))
+    if row is None:
+        raise NotFoundError("not-there-ascent")
+    return row
+
+
 def withdraw(session: Session, ascent: UUID, person: UUID) -> None:
     """Withdraw an ascent; repeating it is fine.
 
@@ -122,10 +177,7 @@ def withdraw(session: Session, ascent: UUID, person: UUID) -> None:
     NotFoundError : this person has no ascent with that id.
     """
     session.execute(select(Person.id).where(Person.id == person).with_for_update())
-    mine = select(Ascent).where(Ascent.id == ascent, Ascent.person_id == person)
-    row = session.scalar(mine)
-    if row is None:
-        raise NotFoundError("not-there-ascent")
+    row = _own_ascent(session, ascent, person)
     if row.taken_back_at is None:
         row.taken_back_at = now()
         if row.gym_id is not None:

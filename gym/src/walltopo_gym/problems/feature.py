@@ -8,9 +8,10 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.crowd.filled import DemoFilled
 from walltopo_gym.database.engine import Database
-from walltopo_gym.events import OwnTables
+from walltopo_gym.events import LoggedClimbs, OwnTables
 from walltopo_gym.feature import Feature
 from walltopo_gym.problems.demo import make_problems
+from walltopo_gym.problems.logged import logged_problems
 from walltopo_gym.problems.models import Problem, ProblemAscent, ProblemReport
 
 
@@ -34,5 +35,5 @@ FEATURE = Feature(
     "problems",
     listeners={DemoFilled: (make_problems,)},
     parts=_parts,
-    data_listeners={OwnTables: (_own_tables,)},
+    data_listeners={LoggedClimbs: (logged_problems,), OwnTables: (_own_tables,)},
 )

@@ -18,10 +18,12 @@ from walltopo_gym.api.fields import Body, Text
 from walltopo_gym.api.paging import Cursor, Page, Size, page_of
 from walltopo_gym.api.services import Db
 from walltopo_gym.climbing.ascents import (
+    AscentChange,
     EditOriginIn,
     Kind,
     NewAscent,
     Words,
+    correct_ascent,
     store_ascent,
     withdraw,
 )
@@ -107,6 +109,13 @@ def list_ascents(
     found, following = page_of(session, rows, Ascent, cursor, size)
     items = [OwnAscent.model_validate(row, from_attributes=True) for row in found]
     return Page(items=items, next=following)
+
+
+@router.patch("/me/ascents/{ascent}")
+def change_ascent(ascent: UUID, body: AscentChange, session: Db, actor: SignedInMay) -> OwnAscent:
+    """Correct an own ascent of any gym, also of a route or gym that is gone."""
+    row = correct_ascent(session, ascent, actor.known, body)
+    return OwnAscent.model_validate(row, from_attributes=True)
 
 
 @router.delete("/me/ascents/{ascent}", status_code=204)

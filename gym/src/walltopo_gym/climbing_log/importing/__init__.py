@@ -1,0 +1,1 @@
+"""Logs of other services, read from the files that people can export there."""
