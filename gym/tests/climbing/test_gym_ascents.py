@@ -73,6 +73,42 @@ def test_a_tick_that_is_sent_twice_arrives_once(world: World, route: str) -> Non
     assert tick(world, ascent, route, who="judge").status_code == 409
 
 
+def many(
+    world: World, *climbs: dict[str, Any], who: str = "member", **words: Any
+) -> httpx.Response:
+    body = {"ascents": list(climbs)} | words
+    return world.server.ask("PUT", f"{world.path}/ascents", world.people[who], body)
+
+
+def climb(route: str, **words: Any) -> dict[str, Any]:
+    facts = {"id": str(uuid4()), "route_id": route, "kind": "top", "climbed_at": now().isoformat()}
+    return facts | words
+
+
+def test_several_ascents_arrive_once_and_count(world: World, route: str) -> None:
+    climbs = [climb(route), climb(route, kind="try", tries=4)]
+    edit = {"device": str(uuid4()), "number": 1, "age_s": 0}
+    for _ in range(2):
+        answer = many(world, *climbs, climbs[0], edit=edit)
+        assert answer.status_code == 200
+        assert [row["tries"] for row in answer.json()] == [1, 4, 1]
+    assert len(own(world)) == 2
+    (session,) = world.server.ask("GET", f"{world.path}/sessions", world.people["member"]).json()
+    assert (session["ascents"], session["tops"]) == (2, 1)
+    # A late copy of the list changes nothing that was edited since.
+    assert tick(world, UUID(climbs[0]["id"]), route, tries=7).status_code == 200
+    assert many(world, *climbs, edit=edit).json()[0]["tries"] == 7
+
+
+def test_of_several_ascents_all_or_none_arrive(world: World, route: str) -> None:
+    late = (now() + timedelta(days=9)).isoformat()
+    answer = many(world, climb(route), climb(route, climbed_at=late))
+    assert (answer.status_code, answer.json()["code"]) == (422, "ascent-in-future")
+    assert many(world, climb(route), climb(str(uuid4()))).status_code == 404
+    assert many(world).status_code == 422
+    assert own(world) == []
+
+
 def test_what_was_taken_back_stays_so(world: World, route: str) -> None:
     ascent = uuid4()
     assert tick(world, ascent, route).status_code == 201

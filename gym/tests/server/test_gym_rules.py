@@ -688,6 +688,10 @@ CASES = {
     ),
     "read_wall_picture": Case("guest", Scope.READ, a_drawn_wall),
     "read_route_picture": Case("guest", Scope.READ, a_drawn_route),
+    "put_ascents": Case(
+        "member",
+        body=lambda w: {"ascents": [{"id": str(uuid4()), **CASES["put_ascent"].body(w)}]},
+    ),
     "put_ascent": Case(
         "member",
         values=an_ascent,

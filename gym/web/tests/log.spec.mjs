@@ -1,9 +1,9 @@
-// One log of all climbs: filters, corrections, climbs elsewhere, imports, the year.
+// One log of all climbs: filters, corrections, climbs elsewhere, imports, the year; several ascents at once.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "./fixtures.mjs";
-import { grave, signIn, tooWide, visit } from "./place.mjs";
+import { becomes, grave, signIn, tooWide, visit } from "./place.mjs";
 
 const EXPORT = [
   "route_boulder,name,location_name,sector_name,area_name,country_code,date,type,sub_type,rating,project,tries,repeats,difficulty,perceived_hardness,comment,height,recommended,sits",
@@ -88,4 +88,46 @@ test("a log of this gym, of elsewhere and of another app", async ({ browser, pla
   await imported.getByRole("button", { name: "Delete" }).click();
   await imported.getByRole("dialog").getByRole("button", { name: "Delete" }).click();
   await month.waitFor({ state: "detached" });
+  await climber.close();
+});
+
+test("several routes at once, and what is left", async ({ browser, places }) => {
+  const climber = await visit(browser, places);
+  const { page } = climber;
+  await signIn(climber, places, places.setter);
+  await climber.go(`/g/${places.gym}`);
+  const rows = page.locator(".routes li");
+  await rows.first().waitFor();
+  const all = await rows.count();
+  await page.getByText(/routes? left$/).first().click();
+  await fits(page, places.shots, "left-phone");
+
+  await page.getByRole("button", { name: "Log several routes" }).click();
+  await rows.nth(0).getByRole("button").first().click();
+  // A long press asks for another result, and so does the button beside the route.
+  const second = rows.nth(1).getByRole("button").first();
+  await second.scrollIntoViewIfNeeded();
+  const box = await second.boundingBox();
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await page.mouse.down();
+  const dialog = page.getByRole("dialog", { name: /^Result of / });
+  await dialog.waitFor();
+  await page.mouse.up();
+  await dialog.getByLabel("Try", { exact: true }).check();
+  await dialog.getByLabel("Tries that day").fill("3");
+  await fits(page, places.shots, "many-result-phone");
+  await dialog.getByRole("button", { name: "Mark" }).click();
+  await fits(page, places.shots, "many-phone");
+  await page.getByRole("button", { name: "Log 2 ascents" }).click();
+  await page.getByText("2 ascents logged.").waitFor();
+  const logged = async () => page.evaluate(async (gym) => {
+    const { ascents } = await (await fetch(`/api/v1/gyms/${gym}/logbook`, { cache: "no-store" })).json();
+    return ascents.map(({ kind, tries }) => `${kind} ${tries}`).sort();
+  }, places.gym);
+  await becomes(logged, ["top 1", "try 3"]);
+  await page.getByText(all === 2 ? "One route left" : `${all - 1} routes left`).waitFor();
+
+  await page.getByRole("button", { name: "Undo" }).click();
+  await becomes(logged, []);
+  await climber.close();
 });

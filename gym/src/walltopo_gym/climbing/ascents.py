@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from enum import StrEnum
 from typing import Annotated, Final
@@ -51,7 +52,7 @@ class EditOriginIn(Body):
         return Edit(self.device, self.number, self.age_s)
 
 
-class NewAscent(Body):
+class Climb(Body):
     """An ascent of a route: `tries` of that day, `climbed_at` by the climber's clock."""
 
     route_id: UUID
@@ -59,7 +60,18 @@ class NewAscent(Body):
     tries: int = Field(1, ge=1, le=999)
     climbed_at: Moment
     note: Words = ""
+
+
+class NewAscent(Climb):
+    """An ascent of a route and the origin of the edit."""
+
     edit: EditOriginIn | None = None
+
+
+class IdentifiedClimb(Climb):
+    """An ascent of a route under the id that the phone made."""
+
+    id: UUID
 
 
 def store_ascent(
@@ -68,7 +80,7 @@ def store_ascent(
     person: UUID,
     gym: Gym,
     route: Route,
-    climb: NewAscent,
+    climb: Climb,
     edit: Edit | None = None,
 ) -> tuple[Ascent, bool]:
     """Store or correct an ascent; return it and whether it is new.
@@ -81,10 +93,49 @@ def store_ascent(
     RequestError : a flash in several tries, or a new time at which the route was not there;
         ConflictError : the id belongs to another person.
     """
-    if climb.kind == Kind.FLASH and climb.tries != 1:
-        raise RequestError("flash-one-try", tries=climb.tries)
     # One person's ascents come one after the other, so that two copies at once are one.
     session.execute(select(Person.id).where(Person.id == person).with_for_update())
+    row, moments, is_new = _write_ascent(session, ascent, person, gym, route, climb, edit)
+    if moments:
+        count_again(session, gym, person, moments)
+    return row, is_new
+
+
+def store_ascents(
+    session: Session,
+    person: UUID,
+    gym: Gym,
+    climbs: Sequence[tuple[Route, IdentifiedClimb]],
+    edit: Edit | None,
+) -> list[Ascent]:
+    """Store or correct several ascents, all or none, as `store_ascent` does with each.
+
+    Sessions and standings are counted once.
+    """
+    session.execute(select(Person.id).where(Person.id == person).with_for_update())
+    rows, moments = [], set[datetime]()
+    for route, climb in climbs:
+        row, changed, _ = _write_ascent(session, climb.id, person, gym, route, climb, edit)
+        session.flush()  # an id may come twice
+        rows.append(row)
+        moments |= changed
+    if moments:
+        count_again(session, gym, person, moments)
+    return rows
+
+
+def _write_ascent(
+    session: Session,
+    ascent: UUID,
+    person: UUID,
+    gym: Gym,
+    route: Route,
+    climb: Climb,
+    edit: Edit | None,
+) -> tuple[Ascent, set[datetime], bool]:
+    """Write an ascent; return it, the moments to count again, and whether it is new."""
+    if climb.kind == Kind.FLASH and climb.tries != 1:
+        raise RequestError("flash-one-try", tries=climb.tries)
     row = session.get(Ascent, ascent)
     is_new = row is None
     if row is None or row.climbed_at != climb.climbed_at:
@@ -104,16 +155,15 @@ def store_ascent(
     elif row.person_id != person:
         raise ConflictError("id-taken", "id-another")
     elif row.taken_back_at is not None:
-        return row, False
+        return row, set(), False
     elif row.route_id != route.id:
         raise ConflictError("ascent-other-route", "ascent-make-new")
     if not is_newer_edit(row, edit):
-        return row, False
+        return row, set(), False
     before = set() if is_new else {row.climbed_at}
     row.kind, row.tries, row.note = climb.kind, climb.tries, climb.note
     row.climbed_at = min(climb.climbed_at, now())
-    count_again(session, gym, person, before | {row.climbed_at})
-    return row, is_new
+    return row, before | {row.climbed_at}, is_new
 
 
 class AscentChange(Body):

@@ -59,9 +59,11 @@ export class Logbook {
       if (row.route_id) rows.set(row.id, { ...row, route_id: row.route_id, waits: false, known: true });
     }
     for (const item of this.entered) {
-      if (item.what !== "ascent") continue;
-      if (item.takenBack) rows.delete(item.id);
-      else rows.set(item.id, { ...item.body, id: item.id, waits: item.done === null, known: item.known || item.sent > 0 });
+      if (item.what !== "ascent" && item.what !== "ascents") continue;
+      for (const { id, body } of item.what === "ascent" ? [item] : item.rows) {
+        if (item.takenBack) rows.delete(id);
+        else rows.set(id, { ...body, id, waits: item.done === null, known: item.known || item.sent > 0 });
+      }
     }
     const latest = [...rows.values()].sort((a, b) => b.climbed_at.localeCompare(a.climbed_at));
     return grouped(latest);
@@ -75,7 +77,7 @@ function grouped(rows: OwnAscent[]): Map<string, OwnAscent[]> {
 }
 
 function isLogged({ what }: Item): boolean {
-  return what === "ascent" || what === "opinion";
+  return what === "ascent" || what === "ascents" || what === "opinion";
 }
 
 /** Changes when the server has accepted an item of a gym's logbook, so that views reload. */

@@ -39,11 +39,24 @@ async function put(item: Item): Promise<Response> {
     return ask("PUT", `/gyms/${item.gym}/competitions/${item.competition}/events/${item.id}`, item.person, body);
   }
   // The server keeps one open report of a person, hold and kind, whatever is sent again.
+  if (item.what === "ascents") return putMany(item);
   if (item.what === "hold") return ask("PUT", `/gyms/${item.gym}/hold-reports/${item.id}`, item.person, item.body);
   const body = item.edit ? { ...item.body, edit: sentEdit(item.edit) } : item.body;
   if (item.what === "opinion") return ask("PUT", `/gyms/${item.gym}/routes/${item.route}/opinion`, item.person, body);
   if (item.what === "climbed") return ask("PUT", `/gyms/${item.gym}/problems/${item.problem}/climbed`, item.person, body);
   return item.what === "problem" ? putOwn("problems", item, body) : putOwn("ascents", item, body);
+}
+
+/** All rows in one request; a withdrawal follows row by row. */
+async function putMany({ gym, person, rows, edit, takenBack }: Extract<Item, { what: "ascents" }>): Promise<Response> {
+  const body = { ascents: rows.map(({ id, body }) => ({ id, ...body })), ...(edit ? { edit: sentEdit(edit) } : {}) };
+  const result = await ask("PUT", `/gyms/${gym}/ascents`, person, body);
+  if (!takenBack || result.status === 401 || isBusy(result)) return result;
+  for (const { id } of rows) {
+    const answer = await ask("DELETE", `/me/ascents/${id}`, person);
+    if (answer.status === 401 || isBusy(answer)) return answer;
+  }
+  return new Response(null, { status: 204 });
 }
 
 /** An ascent of a wrong day, or a problem whose holds are gone, is refused, and deleted all the same. */

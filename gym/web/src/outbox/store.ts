@@ -60,6 +60,14 @@ export interface ScoreIn {
   made_at: string;
 }
 
+/** An ascent of a list that is saved at once. */
+export interface ManyRow {
+  id: string;
+  /** The route's name. */
+  name: string;
+  body: AscentIn;
+}
+
 interface Common {
   /** The owner: another account never sends it. */
   person: string;
@@ -71,6 +79,7 @@ interface Common {
 export type Words = Common & (
   /** `known`: the server may have it already, from before. */
   | { what: "ascent"; id: string; route: string; body: AscentIn; takenBack: boolean; known: boolean }
+  | { what: "ascents"; id: string; rows: ManyRow[]; takenBack: boolean; known: boolean }
   | { what: "opinion"; route: string; body: OpinionIn }
   | { what: "hold"; id: string; body: HoldReportIn }
   | { what: "problem"; id: string; body: ProblemIn; takenBack: boolean; known: boolean }

@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { test } from "vitest";
 import { breath, newBrowser } from "./browser.mjs";
 import { FATES, Network, Server } from "./server.mjs";
-import { ascent, opinion, score } from "./words.mjs";
+import { ascent, many, opinion, score } from "./words.mjs";
 
 /** Pseudorandom numbers, the same for a seed (mulberry32). */
 function chance(seed) {
@@ -49,6 +49,8 @@ class Evening {
     const earlier = random.of([...this.entered.values()].filter((words) => words.person === person));
     const steps = [
       () => this.say(ascent(`a${this.count++}`, { route: `r${random.below(3)}`, person })),
+      () => this.say(many(`m${this.count++}`, [`m${this.count}-1`, `m${this.count}-2`], { route: `r${random.below(3)}`, person })),
+      () => earlier?.what === "ascents" && !earlier.takenBack && this.takeBack(earlier),
       () => this.say(opinion(`r${random.below(3)}`, random.below(5) + 1, person)),
       () => this.say(score(`s${this.count++}`, null, person)),
       () => earlier?.what === "ascent" && !earlier.takenBack && this.edit(earlier),
@@ -80,7 +82,7 @@ class Evening {
   async takeBack(words) {
     const isIdle = this.sendings.size === 0;
     const { known } = await this.shown(words);
-    if (isIdle && !known) this.never.add(words.id);
+    if (isIdle && !known && words.what === "ascent") this.never.add(words.id);
     await this.say({ ...words, takenBack: true, known });
   }
 
@@ -106,6 +108,9 @@ class Evening {
     assert.deepEqual((await this.tabs[0].all()).filter(({ done, refused }) => done === null || refused), []);
     const wished = [...entered.values()];
     for (const words of wished.filter(({ what }) => what === "ascent")) this.checkAscent(words);
+    for (const list of wished.filter(({ what }) => what === "ascents")) {
+      for (const row of list.rows) this.checkAscent({ ...row, person: list.person, takenBack: list.takenBack });
+    }
     for (const words of wished.filter(({ what }) => what === "opinion")) {
       const row = server.opinions.get(`${words.person}/${words.route}`);
       assert.deepEqual(row?.words, words.body);

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { test } from "vitest";
 import { breath, newBrowser } from "./browser.mjs";
 import { Network, Server } from "./server.mjs";
-import { ascent, body, climbed, problem, score } from "./words.mjs";
+import { ascent, body, climbed, many, problem, score } from "./words.mjs";
 
 /** A browser with a tab, and a server behind a network with one fate; the session can be read unless all is down. */
 async function place(fate = "fine") {
@@ -28,6 +28,30 @@ test("what was said without reception is sent in the order in which it was said"
   assert.deepEqual(server.reached.map(({ id }) => id), entered);
   assert.equal(await tab.send(), "empty");
   assert.equal(server.reached.length, 10);
+});
+
+for (const fate of ["fine", "lost", "broken", "twice", "late"]) {
+  test(`a list whose first sending is ${fate} arrives once, and can be withdrawn`, async () => {
+    const { server, network, tab } = await place(fate);
+    await tab.keep(many("m", ["a", "b"]));
+    await tab.send();
+    network.now = "fine";
+    assert.equal(await tab.send(), "empty");
+    assert.deepEqual([...server.ascents.keys()], ["a", "b"]);
+    await tab.keep(many("m", ["a", "b"], { takenBack: true }));
+    assert.equal(await tab.send(), "empty");
+    while (network.late.length) network.deliver(0);
+    assert.deepEqual([...server.ascents.values()].map(({ gone }) => gone), [true, true]);
+  });
+}
+
+test("a list with a wrong day is kept whole, with the reason", async () => {
+  const { server, tab } = await place();
+  server.wrong.add("b");
+  await tab.keep(many("m", ["a", "b"]));
+  assert.equal(await tab.send(), "empty");
+  assert.equal(server.ascents.size, 0);
+  assert.equal((await tab.all())[0].refused.status, 422);
 });
 
 test("two tabs that send at once send each once", async () => {

@@ -26,6 +26,7 @@ export class Server {
     this.reached.push({ method, path, id, person, number: body?.edit?.number });
     if (this.unwanted.has(id)) return { status: 403, body: { title: "not this one" } };
     if (method === "PUT" && this.wrong.has(id)) return { status: 422, body: { title: "too early", code: "ascent-too-early", values: { day: "1970-01-01" } } };
+    if (id === "ascents") return this.#many(person, body);
     if (method === "DELETE") return this.#takeBack(this[kind], id, person);
     if (kind === "ascents") return this.#edited(this.ascents, id, person, body);
     if (kind === "problems") return this.#edited(this.problems, id, person, body);
@@ -49,6 +50,13 @@ export class Server {
     if (row.gone || edit.number <= row.number) return OK;
     Object.assign(row, { number: edit.number, words });
     row.edits.push(edit.number);
+    return OK;
+  }
+
+  /** All rows, or none. */
+  #many(person, { ascents, edit }) {
+    if (ascents.some(({ id }) => this.wrong.has(id))) return { status: 422, body: { title: "too early", code: "ascent-too-early" } };
+    for (const { id, ...words } of ascents) this.#edited(this.ascents, id, person, { edit, ...words });
     return OK;
   }
 

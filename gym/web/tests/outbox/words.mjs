@@ -7,6 +7,11 @@ export function ascent(id, { route = "r1", kind = "top", tries = 1, takenBack = 
   return { what: "ascent", id, route, person, gym: GYM, name: route, body: body(route, kind, tries), takenBack, known };
 }
 
+/** A list of ascents that is saved at once; `rows`: their ids. */
+export function many(id, rows, { route = "r1", takenBack = false, known = false, person = "ada" } = {}) {
+  return { what: "ascents", id, person, gym: GYM, name: "", rows: rows.map((row) => ({ id: row, name: route, body: body(route, "top") })), takenBack, known };
+}
+
 export function opinion(route, stars, person = "ada") {
   return { what: "opinion", route, person, gym: GYM, name: route, body: { grade: "", stars, wish: "", comment: "" } };
 }

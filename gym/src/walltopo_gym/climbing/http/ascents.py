@@ -20,11 +20,13 @@ from walltopo_gym.api.services import Db
 from walltopo_gym.climbing.ascents import (
     AscentChange,
     EditOriginIn,
+    IdentifiedClimb,
     Kind,
     NewAscent,
     Words,
     correct_ascent,
     store_ascent,
+    store_ascents,
     withdraw,
 )
 from walltopo_gym.climbing.edits import is_newer_edit
@@ -78,6 +80,22 @@ class NewOpinion(OpinionIn):
     """A complete opinion of a route and the origin of the edit."""
 
     edit: EditOriginIn | None = None
+
+
+class ManyAscents(Body):
+    """Ascents of one gym, such as those of a session, and the origin of the edit."""
+
+    ascents: list[IdentifiedClimb] = Field(min_length=1, max_length=200)
+    edit: EditOriginIn | None = None
+
+
+@router.put("/gyms/{gym}/ascents")
+def put_ascents(body: ManyAscents, session: Db, access: ClimberMay) -> list[OwnAscent]:
+    """Store several ascents, all or none, as `PUT /gyms/{gym}/ascents/{ascent}` stores each."""
+    climbs = [(route_of(session, access.gym.id, one.route_id), one) for one in body.ascents]
+    edit = body.edit.read() if body.edit else None
+    rows = store_ascents(session, access.actor.known, access.gym, climbs, edit)
+    return [OwnAscent.model_validate(row, from_attributes=True) for row in rows]
 
 
 @router.put("/gyms/{gym}/ascents/{ascent}")
