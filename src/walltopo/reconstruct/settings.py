@@ -38,6 +38,7 @@ class SparseSettings:
     min_matches: Annotated[int, about("Minimum number of verified matches per pair of photos", unit="matches", low=8, expert=True)] = 15
     threads: Annotated[int, about("CPU threads; 0 uses all", unit="threads", low=0, high=512, expert=True)] = 0
     seed: Annotated[int, about("Random seed", low=0, high=2**31 - 1, expert=True)] = 0
+    accept_weak: Annotated[bool, about("Go on with a model of too few points for a sound mesh", expert=True)] = False
     reference: Annotated[str, about("Folder of a finished scan to align the new photos to", content=("photos", "sparse", "scale.json"))] = ""
     poses: Annotated[str, about("File or folder of camera poses from a phone or another program, where the mapping starts", expert=True)] = ""
     part: Annotated[bool, about("The photos show a part of the reference's wall; all else is taken from the reference", expert=True)] = False

@@ -10,7 +10,7 @@ import pytest
 from walltopo.core import InputError
 from walltopo.reconstruct.scale.plates import built_in_plates
 from walltopo.reconstruct.scale.world_frame import plates_without
-from walltopo.reconstruct.sparse.attempts import why_unregistered
+from walltopo.reconstruct.sparse.attempts import bridging_pair, why_unregistered
 from walltopo.reconstruct.sparse.colmap_worker import register_images
 from walltopo.reconstruct.sparse.jobs import CameraEntry, ImageEntry, camera_entries
 from walltopo.reconstruct.sparse.models import match_keypoints
@@ -42,6 +42,18 @@ def test_each_reason_names_what_was_found(tmp_path: Path) -> None:
     assert "separate group of 5 photos" in reasons["1.jpg"]
     assert "only 12 features" in reasons["2.jpg"]
     assert "nothing in it matches any other photo" in reasons["3.jpg"]
+
+
+def test_groups_are_bridged_where_most_matches_are(tmp_path: Path) -> None:
+    from walltopo.geometry.colmap import pycolmap
+
+    path = database_with(tmp_path, [900, 900, 900, 900])
+    with pycolmap.Database.open(path) as db:
+        for first, second, count in ((1, 3, 4), (2, 3, 9), (2, 4, 6), (1, 2, 500)):
+            db.write_matches(first, second, np.zeros((count, 2), np.uint32))
+    assert bridging_pair(path, {"0.jpg", "1.jpg"}, {"2.jpg", "3.jpg"}) == ("1.jpg", "2.jpg")
+    assert bridging_pair(path, {"2.jpg", "3.jpg"}, {"0.jpg", "1.jpg"}) == ("2.jpg", "1.jpg")
+    assert bridging_pair(path, {"0.jpg"}, {"3.jpg"}) is None
 
 
 def test_images_are_registered_once_and_in_order(tmp_path: Path) -> None:

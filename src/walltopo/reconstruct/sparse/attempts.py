@@ -255,6 +255,42 @@ def why_unregistered(
     return reasons
 
 
+def bridging_pair(
+    database: Path, kept: Collection[str], group: Collection[str]
+) -> tuple[str, str] | None:
+    """Return the photos, one of each group, between which another photo is most likely to connect
+    them: those that share most matches; None if none match.
+
+    Parameters
+    ----------
+    database : the feature database; its matches include those that were not verified.
+    kept, group : image names of two groups without a common model.
+    """
+    from walltopo.geometry.colmap import pycolmap
+
+    with pycolmap.Database.open(database) as db:
+        names = {image.image_id: str(image.name) for image in db.read_all_images()}
+        best: tuple[int, tuple[str, str]] | None = None
+        for pair, count in zip(*db.read_num_matches(), strict=True):
+            a, b = (names[number] for number in pycolmap.pair_id_to_image_pair(pair))
+            for one, other in ((a, b), (b, a)):
+                if one in kept and other in group and (best is None or count > best[0]):
+                    best = int(count), (one, other)
+    return None if best is None or best[0] == 0 else best[1]
+
+
+def other_groups(models: Path, kept: Path) -> list[set[str]]:
+    """Return the photos of each model that has none of the kept model's, the largest first."""
+    mine = registered_names(kept)
+    found = [
+        names
+        for folder in sorted(models.iterdir())
+        if folder != kept and (folder / "images.bin").is_file()
+        if not mine & (names := registered_names(folder))
+    ]
+    return sorted(found, key=lambda names: (-len(names), sorted(names)))
+
+
 def other_models(models: Path, kept: Path) -> dict[str, int]:
     """Return the size of its model for each photo in a model other than the kept one."""
     sizes: dict[str, int] = {}

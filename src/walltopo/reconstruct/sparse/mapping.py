@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
@@ -21,8 +21,10 @@ from walltopo.reconstruct.sparse.align import align_to_reference
 from walltopo.reconstruct.sparse.attempts import (
     Attempt,
     best_attempt,
+    bridging_pair,
     camera_centres,
     describe_model,
+    other_groups,
     other_models,
     why_unregistered,
 )
@@ -54,6 +56,7 @@ from walltopo.reconstruct.sparse.jobs import (
 )
 from walltopo.reconstruct.sparse.lookalikes import are_connected, are_observed
 from walltopo.reconstruct.sparse.pose_check import poses_contradict
+from walltopo.reconstruct.sparse.weak_photos import check_strength, drop_weak_photos
 from walltopo.scans.artifacts import Context
 from walltopo.scans.colmap_model import SparseModel, open_model
 from walltopo.scans.manifest import Metrics
@@ -74,8 +77,8 @@ def map_photos(
     """Register the photos; with `settings.reference`, in the frame of that finished scan.
 
     Metrics: photos, registered, points, reprojection_px, track_length, focal_px, unregistered (name
-    to reason), means (the strategy of the best attempt); with given poses also poses_median and
-    poses_median_deg (see `PosesFit`).
+    to reason), means (the strategy of the best attempt), own_points (of the median photo); with
+    given poses, instead of the last, poses_median and poses_median_deg (see `PosesFit`).
 
     Parameters
     ----------
@@ -85,7 +88,8 @@ def map_photos(
     ------
     InputError : fewer than two photos, a missing photo file, an unusable reference, or poses that
         do not fit the photos.
-    StageError : COLMAP failed, or no two photos could be registered together.
+    StageError : COLMAP failed, no two photos could be registered together, or the model is weak and
+        `settings.accept_weak` is false.
     """
     photos = _photos(folder, photo_list)
     if settings.reference:
@@ -96,15 +100,16 @@ def map_photos(
         folder, photos, views, settings, context.scratch, context.progress
     ):
         raise contradiction_error(given)
-    attempt = _reconstruct(folder, photos, given, views, settings, context)
+    attempt, dropped = _reconstruct(folder, photos, given, views, settings, context)
     result = attempt.result
     if not result.models:
         raise _not_registered(len(photos)) if given is None else contradiction_error(given)
     best = Path(result.best)
-    _note_groups(result, context)
+    _note_groups(best, attempt, context)
     missing = {photo.name: photo.name for photo in photos if photo.name not in attempt.registered}
     elsewhere = other_models(best.parent, best)
     reasons = why_unregistered(Path(attempt.job.database), missing, elsewhere)
+    reasons |= {name: why for name, why in dropped.items() if name in missing}
     for name, reason in reasons.items():
         context.progress.note(f"{name} not registered: {reason}")
     made = context.scratch / "sparse"
@@ -114,8 +119,11 @@ def map_photos(
     else:
         fit = _write_in_frame_of_poses(best, made, given, views)
     model = SparseModel(made)
-    figures = describe_model(model.open(), len(photos))
+    opened = model.open()
+    figures = describe_model(opened, len(photos))
     figures |= {"unregistered": reasons, "means": attempt.strategy}
+    if given is None:
+        figures["own_points"] = check_strength(opened, accept_weak=settings.accept_weak)
     if fit is not None:
         figures |= {"poses_median": fit.median, "poses_median_deg": fit.median_deg}
     return model, None, fit, figures
@@ -159,8 +167,10 @@ def _reconstruct(
     views: Mapping[str, View],
     settings: SparseSettings,
     context: Context,
-) -> Attempt[MappingResult]:
+) -> tuple[Attempt[MappingResult], dict[str, str]]:
     """Map the photos without a reference; the models are written below `work/`.
+
+    Return the best attempt, and the photos that were dropped from its model, with reasons.
 
     Parameters
     ----------
@@ -187,9 +197,10 @@ def _reconstruct(
         return are_connected(model, known) and are_observed(model, known)
 
     names = [photo.name for photo in photos]
-    return best_attempt(
+    attempt = best_attempt(
         job, settings, folder.folder, context.progress, mapper.map_job, names, is_connected
     )
+    return attempt, mapper.dropped.get(attempt.result.best, {})
 
 
 @dataclass
@@ -201,6 +212,7 @@ class _Mapper:
     photos : number of photos.
     given, posed : given poses and the folder of their model, else None and "".
     focals : guesses of the focal length; the one that was right, once enough photos are placed.
+    dropped : photos that a model did not hold, with reasons, by the model's folder.
     """
 
     photos: int
@@ -208,6 +220,7 @@ class _Mapper:
     posed: str
     progress: Progress
     focals: tuple[float, ...]
+    dropped: dict[str, dict[str, str]] = field(default_factory=dict[str, dict[str, str]])
 
     def map_job(self, job: ColmapJob) -> tuple[MappingResult, Mapping[str, Floats]]:
         """Return the best mapping of a job's features, and its camera centres (3,) by photo."""
@@ -227,15 +240,22 @@ class _Mapper:
         if not result.best:
             return Mapped(result, {})
         model = open_model(Path(result.best))
+        if not self.posed:
+            self.dropped[result.best] = dropped = drop_weak_photos(model)
+            if dropped:
+                model.write(result.best)
         if model.num_points3D() < _MIN_MODEL_POINTS or has_doubtful_lens(model, job):
             return Mapped(MappingResult(), {})
         return Mapped(result, camera_centres(model), model.compute_num_observations())
 
 
-def _note_groups(result: MappingResult, context: Context) -> None:
-    if len(result.models) > 1:
-        counts = sorted(result.models.values(), reverse=True)
+def _note_groups(best: Path, attempt: Attempt[MappingResult], context: Context) -> None:
+    """Say which groups of photos do not connect, and where one more photo would connect them."""
+    groups = other_groups(best.parent, best)
+    for group in groups:
+        pair = bridging_pair(Path(attempt.job.database), attempt.registered.keys(), group)
+        where = "" if pair is None else f"; take one between {pair[0]} and {pair[1]}"
         context.progress.note(
-            f"the photos fall into {len(result.models)} groups that do not connect "
-            f"({', '.join(map(str, counts))} photos); the largest is kept"
+            f"a group of {len(group)} photos does not connect to the other "
+            f"{len(attempt.registered)}, which are kept{where}"
         )
