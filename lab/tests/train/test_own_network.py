@@ -123,7 +123,7 @@ def test_the_command_trains_compares_and_says_which_to_use(
     # Two photos of the tiny gym show all of its holds: every other one is hidden here.
     hide = own_network._hide_objects
     monkeypatch.setattr(
-        own_network, "_without", lambda p, known: hide(p, {k for k in known if k % 2})
+        own_network, "_hide_objects", lambda p, known: hide(p, {k for k in known if k % 2})
     )
     out = tmp_path / "ours"
     words = ["train", "gym", str(tiny_scan), "-o", str(out), "--minutes", "0.1"]
