@@ -72,4 +72,4 @@ def editor_routes(session: EditSession) -> Sequence[BaseRoute]:
 def _build_wall(session: EditSession, log: EditLog) -> SetWall:
     outcome, snapshot = session.outcome(log)
     floor_known = Scale.load(session.folder.scale).floor_known
-    return SetWall.of(outcome.holds.holds, outcome.routes.routes, snapshot.unit, floor_known)
+    return SetWall.build(outcome.holds.holds, outcome.routes.routes, snapshot.unit, floor_known)

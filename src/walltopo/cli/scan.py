@@ -106,7 +106,7 @@ def _scan(args: argparse.Namespace) -> int:
 
     found = Path("walltopo.toml")
     config = args.config or (found if found.is_file() else None)
-    given = [*_shortcuts(args), *args.set]
+    given = [*_settings_of_options(args), *args.set]
     settings = load_settings(config, given, programs=args.config is not None)
     with ExitStack() as stack:
         listener = ProfiledListener(console, verbose=args.verbose, quiet=args.quiet)
@@ -128,7 +128,7 @@ def _scan(args: argparse.Namespace) -> int:
     return 0
 
 
-def _shortcuts(args: argparse.Namespace) -> list[str]:
+def _settings_of_options(args: argparse.Namespace) -> list[str]:
     """Return the settings of short options."""
     pairs = {
         "scale.distance": args.scale_from,

@@ -66,7 +66,7 @@ def find_people(photo: Image) -> list[Person]:
     certain = boxes[:, 4] >= np.where(large, _MIN_SCORE, _MIN_SCORE_SMALL)
     found = list(boxes[certain])
     for box in _candidates(boxes[~certain], found):
-        again = _look(photo, _around(box, width, height), _SIDE_AGAIN)
+        again = _look(photo, _square_around(box, width, height), _SIDE_AGAIN)
         again = again[again[:, 4] >= _MIN_SCORE_AGAIN]
         found += [row for row in again if _overlap(row, box) > _SAME_AGAIN]
     boxes = _distinct(np.array(found).reshape(-1, 5))
@@ -163,7 +163,7 @@ def _candidates(boxes: Floats, found: Sequence[Floats]) -> list[Floats]:
     return chosen
 
 
-def _around(box: Floats, width: int, height: int) -> tuple[int, int, int, int]:
+def _square_around(box: Floats, width: int, height: int) -> tuple[int, int, int, int]:
     """Return a square around a box, within the photo."""
     side = int(max(_ZOOM * float((box[2:4] - box[:2]).max()), _MIN_ZOOMED))
     across, down = min(side, width), min(side, height)

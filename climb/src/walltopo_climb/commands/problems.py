@@ -155,7 +155,7 @@ def _read_wall(path: Path) -> SetWall:
     from walltopo_climb.wall_files import read_wall
 
     holds, routes, unit = read_wall(path)
-    return SetWall.of(holds, routes, unit, ScanFolder.scale.load(ScanFolder(path)).floor_known)
+    return SetWall.build(holds, routes, unit, ScanFolder.scale.load(ScanFolder(path)).floor_known)
 
 
 def _chosen_row(rows: Sequence[Any], number: int) -> Any:

@@ -25,7 +25,7 @@ class SetWall:
     routes: tuple[Route, ...]
 
     @classmethod
-    def of(
+    def build(
         cls, holds: Sequence[Hold], routes: Sequence[Route], unit: float, floor_known: bool
     ) -> SetWall:
         """Build the wall; `unit`: scan units per metre; `floor_known`: z = 0 is the floor."""

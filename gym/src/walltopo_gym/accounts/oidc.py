@@ -18,7 +18,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.models import Identity, OidcAttempt
-from walltopo_gym.accounts.people import NO_PASSWORD, add_person, find_person, one_spelling
+from walltopo_gym.accounts.people import NO_PASSWORD, add_person, find_person, normalise_email
 from walltopo_gym.accounts.secrets import hash_of, new_secret
 from walltopo_gym.clock import now
 from walltopo_gym.database.lock import check_unlocked
@@ -227,7 +227,7 @@ def _verify_id_token(provider: Provider, token: str, nonce: str) -> Claims:
         raise SignInNeededError("provider-not-for-us", "sign-in-again") from error
     if claims.get("email_verified") is not True or not claims.get("email"):
         raise ForbiddenError("provider-not-verified", "provider-verify")
-    email = one_spelling(str(claims["email"]))
+    email = normalise_email(str(claims["email"]))
     name = printable(str(claims.get("name") or ""))[:80].rstrip() or email.partition("@")[0][:80]
     at = claims.get("auth_time")
     is_fresh = isinstance(at, (int, float)) and at > now().timestamp() - _CONFIRMED_S

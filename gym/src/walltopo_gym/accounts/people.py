@@ -16,7 +16,7 @@ from walltopo_gym.accounts.models import ApiToken, Identity, Passkey, Person, Pr
 from walltopo_gym.errors import RequestError
 
 
-def one_spelling(text: str) -> str:
+def normalise_email(text: str) -> str:
     """Return the stored spelling of an address, so that accounts never differ in case only.
 
     Raises

@@ -128,11 +128,11 @@ def _user(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo_gym.accounts import second_factor
     from walltopo_gym.accounts.passwords import Passwords, check_password
-    from walltopo_gym.accounts.people import add_person, one_spelling, set_password
+    from walltopo_gym.accounts.people import add_person, normalise_email, set_password
     from walltopo_gym.cli.gym_data import database_of_options, read_password
     from walltopo_gym.operating.own_data import delete_account
 
-    email = one_spelling(args.email)
+    email = normalise_email(args.email)
     name, kept = args.name or email.partition("@")[0], ""
     with database_of_options(args) as database:
         if args.what != "add":

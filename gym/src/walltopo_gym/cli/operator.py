@@ -149,7 +149,7 @@ def _gym(args: argparse.Namespace) -> int:
     from sqlalchemy import select
 
     from walltopo.cli.console import console
-    from walltopo_gym.accounts.people import find_person, one_spelling
+    from walltopo_gym.accounts.people import find_person, normalise_email
     from walltopo_gym.cli.gym_data import database_of_options
     from walltopo_gym.gyms.models import Gym
     from walltopo_gym.gyms.service import open_gym
@@ -158,7 +158,7 @@ def _gym(args: argparse.Namespace) -> int:
         if args.what == "add":
             if not args.name or not args.owner:
                 raise InputError("a new gym needs a name and an owner", "NAME --owner EMAIL")
-            owner = find_person(session, one_spelling(args.owner))
+            owner = find_person(session, normalise_email(args.owner))
             if owner is None:
                 raise InputError(f"{args.owner}: no account", "`walltopo gym user add` makes one.")
             open_gym(session, owner.id, args.name)

@@ -16,8 +16,8 @@ from walltopo_gym.walls.models import Wall
 
 @dataclass(frozen=True)
 class DemoFilled(Event):
-    """The demo gym has its people and their ascents. Told at each start of the demo, so that what
-    is there already must not be added again.
+    """The demo gym has its people and their ascents. Published at each start of the
+    demo: listeners add nothing twice.
 
     Parameters
     ----------

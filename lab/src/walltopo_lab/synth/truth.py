@@ -54,7 +54,7 @@ class _Blocks:
         high = np.maximum.reduceat(points, starts)
         self._centres, self._radii = (low + high) / 2, np.linalg.norm(high - low, axis=1) / 2
 
-    def before(self, view: View) -> NDArray[np.intp]:
+    def points_near(self, view: View) -> NDArray[np.intp]:
         """Return indices of the points whose blocks reach into the cone around the photo's view."""
         camera = view.camera
         k1 = camera.distortion[0] if camera.distortion else 0.0
@@ -83,7 +83,7 @@ def count_views(
     blocks = _Blocks(centroids)
     for k, pose in enumerate(poses):
         view = View(str(k), camera, pose)
-        index = blocks.before(view)
+        index = blocks.points_near(view)
         facing = ((view.centre - centroids[index]) * normals[index]).sum(axis=1) > 0
         index = index[facing]
         pixels = view.project(centroids[index])

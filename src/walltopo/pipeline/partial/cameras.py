@@ -20,7 +20,7 @@ MIN_SHARE: Final = 0.05  # share of a photo's triangles that must stay, for the 
 _SIDE: Final = 400  # pixels, longer side of the rendered photos
 
 
-def photos_that_stay(mesh: Mesh, stays: Flags, views: Sequence[View]) -> list[str]:
+def photos_still_valid(mesh: Mesh, stays: Flags, views: Sequence[View]) -> list[str]:
     """Return the names of the old photos that still show enough of the old surface.
 
     Parameters

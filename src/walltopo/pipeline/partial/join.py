@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh, StageError
 from walltopo.images.files import read_rgb
-from walltopo.pipeline.partial.cameras import join_models, photos_that_stay, without_points
+from walltopo.pipeline.partial.cameras import join_models, photos_still_valid, without_points
 from walltopo.pipeline.partial.colours import ColourChoice
 from walltopo.pipeline.partial.files import JoinedFiles, ReferenceFiles, WallFiles
 from walltopo.pipeline.partial.region import Region, replaced_region, seam_offsets
@@ -179,7 +179,7 @@ def _joint(old: ReferenceFiles, new: WallFiles, choice: ColourChoice) -> _Joint:
             "Photograph the changed part from at least two places, with what is around it.",
         )
     views = old.sparse.views
-    kept = set(photos_that_stay(old.mesh, region.old, views))
+    kept = set(photos_still_valid(old.mesh, region.old, views))
     staying = set(np.unique(old.instances.face_instance[region.old]).tolist())
     # The best photos of a hold are needed to measure it again after an edit.
     for hold in old.holds_raw.holds:

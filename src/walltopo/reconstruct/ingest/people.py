@@ -23,7 +23,7 @@ def hide_in_photos(folder: Path, names: Sequence[str], progress: Progress) -> in
     """
     progress.step("hide people", len(names))
     found: list[HiddenPeople] = []
-    for entry in map_ahead(lambda name: _hide(folder / name), names):
+    for entry in map_ahead(lambda name: _hide_people_in(folder / name), names):
         if entry is not None:
             found.append(entry)
             progress.detail(f"{entry.photo}: {entry.people} people")
@@ -33,7 +33,7 @@ def hide_in_photos(folder: Path, names: Sequence[str], progress: Progress) -> in
     return len(found)
 
 
-def _hide(path: Path) -> HiddenPeople | None:
+def _hide_people_in(path: Path) -> HiddenPeople | None:
     """Hide the people in one photo; return None if it shows nobody."""
     from PIL import Image
 

@@ -130,7 +130,9 @@ def _decode_all(
             progress.advance()
     names = Names()
     # Photos get their names first, so that video frames never change a photo's name.
-    names_of_photos = {number: names.give(file.stem) for number, file in jobs if not is_video(file)}
+    names_of_photos = {
+        number: names.assign(file.stem) for number, file in jobs if not is_video(file)
+    }
     for number, file in enumerate(files):
         source = shown_name(file)
         if number in duplicates:
@@ -144,7 +146,7 @@ def _decode_all(
             else:
                 end = f"_{stored.frame:06d}"
                 shown = shown_name(file.with_suffix("")) + end
-                yield _photo(stored, folder, names.give(file.stem, end), shown)
+                yield _photo(stored, folder, names.assign(file.stem, end), shown)
 
 
 def _duplicates(sources: SourceList) -> dict[int, str]:

@@ -217,7 +217,7 @@ class Names:
     def __init__(self) -> None:
         self._used: set[str] = set()
 
-    def give(self, stem: str, end: str = "") -> str:
+    def assign(self, stem: str, end: str = "") -> str:
         """Return a name for a photo of this stem; a long stem is cut, `end` is kept whole."""
         stem = unicodedata.normalize("NFC", stem)
         # Non-UTF-8 bytes are lone surrogates, which are not letters, so they become "_" too.

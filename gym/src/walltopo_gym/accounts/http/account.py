@@ -24,7 +24,7 @@ from walltopo_gym.accounts.passwords import Password, Passwords, check_own_passw
 from walltopo_gym.accounts.people import (
     add_person,
     find_person,
-    one_spelling,
+    normalise_email,
     remove_ways_in,
     set_password,
 )
@@ -163,7 +163,7 @@ def ask_for_reset(
     actor: AnyoneMay,
 ) -> None:
     """Mail a link for choosing a new password. The response is the same for every address."""
-    email = one_spelling(body.email)
+    email = normalise_email(body.email)
     with services.database.writing() as session:
         person = find_person(session, email)
         known = known_browser(session, request, None if person is None else person.id)

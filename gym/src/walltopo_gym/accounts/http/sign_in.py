@@ -26,7 +26,7 @@ from walltopo_gym.accounts.limits import count_code, count_sign_in
 from walltopo_gym.accounts.models import Person, SignIn
 from walltopo_gym.accounts.passkeys import Site, ask_for_sign_in, person_of
 from walltopo_gym.accounts.passwords import Password, Passwords
-from walltopo_gym.accounts.people import find_person, one_spelling, sign_out_everywhere
+from walltopo_gym.accounts.people import find_person, normalise_email, sign_out_everywhere
 from walltopo_gym.api.fields import Body, Secret
 from walltopo_gym.api.services import Db, ServicesOf, network_of
 from walltopo_gym.clock import now
@@ -60,7 +60,7 @@ def begin_session(
 
     With a second factor, the right password alone answers that a code is needed.
     """
-    email = one_spelling(body.email)
+    email = normalise_email(body.email)
     with services.database.writing() as session:
         person = find_person(session, email)
         kept = None if person is None else person.password_hash

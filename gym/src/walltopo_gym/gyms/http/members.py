@@ -15,7 +15,7 @@ from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.limits import count_mail
 from walltopo_gym.accounts.mails import mail_link
 from walltopo_gym.accounts.models import Person
-from walltopo_gym.accounts.people import one_spelling
+from walltopo_gym.accounts.people import normalise_email
 from walltopo_gym.api.fields import Body, Secret, Text
 from walltopo_gym.api.paging import Cursor, Page, Size, page_by
 from walltopo_gym.api.services import Db, ServicesOf, network_of
@@ -237,7 +237,7 @@ def request_account(
     body: SignUp, request: Request, services: ServicesOf, later: BackgroundTasks, actor: AnyoneMay
 ) -> None:
     """Mail a link for creating an account. The response is the same for every address."""
-    email = one_spelling(body.email)
+    email = normalise_email(body.email)
     with services.database.writing() as session:
         if services.settings.sign_up == "invitation":
             if body.invitation is None:
