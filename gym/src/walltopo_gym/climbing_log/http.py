@@ -206,7 +206,7 @@ def read_log_month(month: Month, session: Db, actor: SignedInMay, wanted: Wanted
 
 @router.get("/me/log/years/{year}")
 def read_log_year(
-    year: Annotated[Digits, Path(ge=1900, le=2199)], session: Db, actor: SignedInMay
+    year: Annotated[Digits, Path(ge=1, le=9999)], session: Db, actor: SignedInMay
 ) -> YearOut:
     """Return the figures of one's calendar year."""
     found = year_of(climbs_of(session, actor.known), year)
