@@ -13,7 +13,8 @@ from datetime import date, datetime
 from typing import TYPE_CHECKING, Any, Final, Generic, Literal, TypeVar
 from uuid import UUID
 
-from sqlalchemy.orm import Session
+from sqlalchemy import ColumnElement
+from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from walltopo_gym.database.engine import Database
 
@@ -206,6 +207,17 @@ class LoggedClimbs(Question[LoggedClimb]):
     person: UUID
     since: datetime | None = None
     until: datetime | None = None
+
+    def rows_of(
+        self, person: InstrumentedAttribute[UUID], at: InstrumentedAttribute[Any]
+    ) -> list[ColumnElement[bool]]:
+        """Return the conditions of this person and time on a table's columns."""
+        wanted = [person == self.person]
+        if self.since is not None:
+            wanted.append(at >= self.since)
+        if self.until is not None:
+            wanted.append(at < self.until)
+        return wanted
 
 
 @dataclass(frozen=True)

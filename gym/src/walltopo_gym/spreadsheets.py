@@ -134,7 +134,7 @@ def read_table(
     """
     if "\ufffd" in text:
         raise RequestError("table-letters", "table-send-file")
-    text = text.lstrip(BOM).replace("\r\n", "\n").replace("\r", "\n")
+    text = plain_lines(text)
     _check_text(text)
     # Excel's own line for the separator; its number counts, so that the others keep theirs.
     declared = re.match(r'"?sep=(.)"?\n', text)
@@ -146,7 +146,7 @@ def read_table(
     between = declared[1] if declared else _separator(head, columns)
     reader = csv.reader(io.StringIO(text), delimiter=between, strict=True)
     try:
-        named = _column_names(next(reader))
+        named = column_names(next(reader))
     except (StopIteration, csv.Error) as error:
         raise RequestError("table-none", "table-head") from error
     while named and not named[-1]:
@@ -189,7 +189,7 @@ def _title_lines(text: str, columns: Sequence[str], needed: str) -> int:
     A title names no column, or it would be a heading with errors.
     """
     for number, line in enumerate(text.split("\n")[:_MAX_TITLE]):
-        names = _column_names(line.split(_separator(line, columns)))
+        names = column_names(line.split(_separator(line, columns)))
         if needed in names:
             return number
         if any(name in columns for name in names):
@@ -201,13 +201,19 @@ def _separator(head: str, columns: Sequence[str]) -> str:
     """Return the separator that makes the most known columns of a first line."""
 
     def known(separator: str) -> tuple[int, int]:
-        names = _column_names(head.split(separator))
+        names = column_names(head.split(separator))
         return sum(name in columns for name in names), len(names)
 
     return max(",;\t", key=known)
 
 
-def _column_names(cells: Sequence[str]) -> list[str]:
+def plain_lines(text: str) -> str:
+    """Return a table's text without the byte order mark, its lines ended by line feeds."""
+    return text.lstrip(BOM).replace("\r\n", "\n").replace("\r", "\n")
+
+
+def column_names(cells: Sequence[str]) -> list[str]:
+    """Return names of columns without spaces, quotes and capitals: "Set on" is "set_on"."""
     return [same_key(cell.strip().strip('"')).replace(" ", "_") for cell in cells]
 
 

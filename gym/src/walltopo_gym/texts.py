@@ -24,7 +24,12 @@ _UNPRINTABLE: Final = re.compile(rf"[{UNPRINTABLE}\ud800-\udfff]+")
 
 def printable(text: str) -> str:
     """Return a stranger's text as one printable line: no control or direction characters."""
-    return one_line(_UNPRINTABLE.sub(" ", text))
+    return one_line(blank_unprintable(text))
+
+
+def blank_unprintable(text: str) -> str:
+    """Return a text with a space for each run of control and direction characters."""
+    return _UNPRINTABLE.sub(" ", text)
 
 
 def one_line(text: str) -> str:

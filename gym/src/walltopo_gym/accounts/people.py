@@ -16,6 +16,11 @@ from walltopo_gym.accounts.models import ApiToken, Identity, Passkey, Person, Pr
 from walltopo_gym.errors import RequestError
 
 
+def lock_person(session: Session, person: UUID) -> None:
+    """Wait until no other transaction writes rows of a person: two copies at once become one."""
+    session.execute(select(Person.id).where(Person.id == person).with_for_update())
+
+
 def normalise_email(text: str) -> str:
     """Return the stored spelling of an address, so that accounts never differ in case only.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from datetime import UTC, datetime
 from enum import StrEnum
 from typing import Annotated, Final
@@ -10,10 +10,9 @@ from uuid import UUID
 from zoneinfo import ZoneInfo
 
 from pydantic import Field
-from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.accounts.models import Person
+from walltopo_gym.accounts.people import lock_person
 from walltopo_gym.api.fields import Body, Moment
 from walltopo_gym.climbing.counting import count_again, value_ascent
 from walltopo_gym.climbing.dates import begin_of, check_climbed
@@ -93,31 +92,36 @@ def store_ascent(
     RequestError : a flash in several tries, or a new time at which the route was not there;
         ConflictError : the id belongs to another person.
     """
-    # One person's ascents come one after the other, so that two copies at once are one.
-    session.execute(select(Person.id).where(Person.id == person).with_for_update())
-    row, moments, is_new = _write_ascent(session, ascent, person, gym, route, climb, edit)
-    if moments:
-        count_again(session, gym, person, moments)
-    return row, is_new
+    stored = _store_ascents(session, person, gym, [(ascent, route, climb)], edit)
+    return stored[0]
 
 
 def store_ascents(
     session: Session,
     person: UUID,
     gym: Gym,
-    climbs: Sequence[tuple[Route, IdentifiedClimb]],
+    climbs: Iterable[tuple[Route, IdentifiedClimb]],
     edit: Edit | None,
 ) -> list[Ascent]:
-    """Store or correct several ascents, all or none, as `store_ascent` does with each.
+    """Store or correct several ascents, all or none, as `store_ascent` does with each."""
+    named = ((climb.id, route, climb) for route, climb in climbs)
+    return [row for row, _ in _store_ascents(session, person, gym, named, edit)]
 
-    Sessions and standings are counted once.
-    """
-    session.execute(select(Person.id).where(Person.id == person).with_for_update())
+
+def _store_ascents(
+    session: Session,
+    person: UUID,
+    gym: Gym,
+    climbs: Iterable[tuple[UUID, Route, Climb]],
+    edit: Edit | None,
+) -> list[tuple[Ascent, bool]]:
+    """Store ascents by their ids; return each with whether it is new. They are counted once."""
+    lock_person(session, person)
     rows, moments = [], set[datetime]()
-    for route, climb in climbs:
-        row, changed, _ = _write_ascent(session, climb.id, person, gym, route, climb, edit)
+    for ascent, route, climb in climbs:
+        row, changed, is_new = _write_ascent(session, ascent, person, gym, route, climb, edit)
         session.flush()  # an id may come twice
-        rows.append(row)
+        rows.append((row, is_new))
         moments |= changed
     if moments:
         count_again(session, gym, person, moments)
@@ -134,8 +138,7 @@ def _write_ascent(
     edit: Edit | None,
 ) -> tuple[Ascent, set[datetime], bool]:
     """Write an ascent; return it, the moments to count again, and whether it is new."""
-    if climb.kind == Kind.FLASH and climb.tries != 1:
-        raise RequestError("flash-one-try", tries=climb.tries)
+    _check_flash(climb.kind, climb.tries)
     row = session.get(Ascent, ascent)
     is_new = row is None
     if row is None or row.climbed_at != climb.climbed_at:
@@ -185,14 +188,11 @@ def correct_ascent(session: Session, ascent: UUID, person: UUID, change: AscentC
     NotFoundError : this person has no ascent with that id; RequestError : a flash in several tries,
         or a new time at which the route was not there.
     """
-    session.execute(select(Person.id).where(Person.id == person).with_for_update())
-    row = _own_ascent(session, ascent, person)
-    if row.taken_back_at is not None:
-        raise NotFoundError("not-there-ascent")
+    lock_person(session, person)
+    row = own_ascent(session, ascent, person)
     kind = change.kind or Kind(row.kind)
     tries = change.tries or (1 if kind == Kind.FLASH else row.tries)
-    if kind == Kind.FLASH and tries != 1:
-        raise RequestError("flash-one-try", tries=tries)
+    _check_flash(kind, tries)
     gym = None if row.gym_id is None else session.get(Gym, row.gym_id)
     route = None if row.route_id is None else session.get(Route, row.route_id)
     at = change.climbed_at or row.climbed_at
@@ -212,11 +212,27 @@ def correct_ascent(session: Session, ascent: UUID, person: UUID, change: AscentC
 _EVER: Final = datetime(1900, 1, 3, tzinfo=UTC)
 
 
-def _own_ascent(session: Session, ascent: UUID, person: UUID) -> Ascent:
-    row = session.scalar(select(Ascent).where(Ascent.id == ascent, Ascent.person_id == person))
-    if row is None:
+def own_ascent(session: Session, ascent: UUID, person: UUID, *, withdrawn: bool = False) -> Ascent:
+    """Return an ascent of a person.
+
+    Parameters
+    ----------
+    withdrawn : also one that the person has withdrawn.
+
+    Raises
+    ------
+    NotFoundError : this person has no such ascent.
+    """
+    row = session.get(Ascent, ascent)
+    if row is None or row.person_id != person or not (withdrawn or row.taken_back_at is None):
         raise NotFoundError("not-there-ascent")
     return row
+
+
+def _check_flash(kind: Kind, tries: int) -> None:
+    """Raise RequestError for a flash in several tries."""
+    if kind == Kind.FLASH and tries != 1:
+        raise RequestError("flash-one-try", tries=tries)
 
 
 def withdraw(session: Session, ascent: UUID, person: UUID) -> None:
@@ -226,8 +242,8 @@ def withdraw(session: Session, ascent: UUID, person: UUID) -> None:
     ------
     NotFoundError : this person has no ascent with that id.
     """
-    session.execute(select(Person.id).where(Person.id == person).with_for_update())
-    row = _own_ascent(session, ascent, person)
+    lock_person(session, person)
+    row = own_ascent(session, ascent, person, withdrawn=True)
     if row.taken_back_at is None:
         row.taken_back_at = now()
         if row.gym_id is not None:

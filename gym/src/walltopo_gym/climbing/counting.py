@@ -17,6 +17,7 @@ from sqlalchemy import delete, insert, select, update
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Person
+from walltopo_gym.accounts.people import lock_person
 from walltopo_gym.climbing.models import Ascent, ClimbingSession, SessionMark, Standing
 from walltopo_gym.climbing.points import FLASH, best_of, worth_of
 from walltopo_gym.climbing.visits import Event, Sort, Visit, visits
@@ -79,7 +80,7 @@ def count_again(
     """
     session.flush()
     # One person's are counted one after the other, by whichever server.
-    session.execute(select(Person.id).where(Person.id == person).with_for_update())
+    lock_person(session, person)
     _value_bare(session, gym, person)
     days = None if moments is None else {gym_day(at, zone_of(gym)) for at in moments}
     _stand(session, gym, person, days)

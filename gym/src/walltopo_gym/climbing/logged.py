@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from uuid import UUID
 
-from sqlalchemy import func, select
+from sqlalchemy import Select, func, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.climbing.models import Ascent
@@ -17,27 +17,23 @@ from walltopo_gym.publishing.models import Placement, Route
 
 def logged_routes(session: Session, question: LoggedClimbs) -> None:
     """Add a person's ascents of routes, those of stripped and deleted ones included."""
-    mine = [Ascent.person_id == question.person, Ascent.taken_back_at.is_(None)]
-    if question.since is not None:
-        mine.append(Ascent.climbed_at >= question.since)
-    if question.until is not None:
-        mine.append(Ascent.climbed_at < question.until)
+    mine = question.rows_of(Ascent.person_id, Ascent.climbed_at)
+    mine.append(Ascent.taken_back_at.is_(None))
     rows = session.execute(
         select(Ascent, Route, Gym)
         .outerjoin(Route, Route.id == Ascent.route_id)
         .outerjoin(Gym, Gym.id == Ascent.gym_id)
         .where(*mine)
     ).all()
-    angles = _steepness_by_route(session, question.person)
+    angles = _steepness_by_route(session, select(Ascent.route_id).where(*mine))
     question.found.extend(_entry(ascent, route, gym, angles) for ascent, route, gym in rows)
 
 
-def _steepness_by_route(session: Session, person: UUID) -> dict[UUID, float]:
-    """Return the mean steepness, in degrees, of each route that the person has tried."""
-    tried = select(Ascent.route_id).where(Ascent.person_id == person)
+def _steepness_by_route(session: Session, routes: Select[UUID | None]) -> dict[UUID, float]:
+    """Return the mean steepness, in degrees, of each of these routes with a known one."""
     rows = session.execute(
         select(Placement.route_id, func.avg(Placement.steepness_deg))
-        .where(Placement.route_id.in_(tried), Placement.steepness_deg.is_not(None))
+        .where(Placement.route_id.in_(routes), Placement.steepness_deg.is_not(None))
         .group_by(Placement.route_id)
     )
     return {route: float(degrees) for route, degrees in rows}

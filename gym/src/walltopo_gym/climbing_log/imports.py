@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import fields
 from datetime import date, datetime
 from typing import NamedTuple
 from uuid import UUID, uuid5
@@ -11,10 +12,11 @@ from uuid import UUID, uuid5
 from sqlalchemy import insert, select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.accounts.models import Person
+from walltopo_gym.accounts.people import lock_person
 from walltopo_gym.climbing_log.entries import climbs_of
 from walltopo_gym.climbing_log.importing.lines import LogFile, LogLine
 from walltopo_gym.climbing_log.models import OtherAscent
+from walltopo_gym.climbing_log.other import OtherClimb
 from walltopo_gym.clock import now
 from walltopo_gym.texts import same_key
 
@@ -64,7 +66,7 @@ def plan_import(session: Session, person: UUID, file: LogFile) -> list[PlannedLi
 def import_lines(session: Session, person: UUID, file: LogFile) -> list[PlannedLine]:
     """Add the climbs of a file that the log has not yet; return the fate of each line."""
     # One person's imports come one after the other, so that two at once are one.
-    session.execute(select(Person.id).where(Person.id == person).with_for_update())
+    lock_person(session, person)
     planned = plan_import(session, person, file)
     rows = [_row(each, person, file.source) for each in planned if not each.is_known]
     if rows:
@@ -85,19 +87,10 @@ def _keys(
 
 
 def _row(planned: PlannedLine, person: UUID, source: str) -> dict[str, object]:
-    line = planned.line
     return {
         "id": planned.ascent,
         "created_at": now(),
         "person_id": person,
-        "venue": line.venue,
-        "discipline": line.discipline,
-        "name": line.name,
-        "location": line.location,
-        "grade": line.grade,
-        "kind": line.kind,
-        "tries": line.tries,
-        "note": line.note,
-        "climbed_at": line.climbed_at,
         "source": source,
+        **{field.name: getattr(planned.line, field.name) for field in fields(OtherClimb)},
     }

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, time
-from typing import Literal
+from typing import Final, Literal
 from uuid import UUID
 from zoneinfo import ZoneInfo
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.accounts.models import Person
+from walltopo_gym.accounts.people import lock_person
 from walltopo_gym.climbing_log.models import OtherAscent
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
@@ -20,7 +20,7 @@ from walltopo_gym.events import LoggedClimb, LoggedClimbs
 Venue = Literal["outdoors", "gym", "board"]
 Discipline = Literal["", "boulder", "lead", "top-rope"]
 OtherKind = Literal["onsight", "flash", "top", "repeat", "try", "project"]
-FIRST_TRY: frozenset[str] = frozenset({"onsight", "flash"})
+FIRST_TRIES: Final = frozenset[str]({"onsight", "flash"})
 
 
 @dataclass(frozen=True)
@@ -51,11 +51,11 @@ def store_other(session: Session, ascent: UUID, person: UUID, climb: OtherClimb)
     RequestError : an onsight or a flash in several tries, or a day of the future.
     ConflictError : the id belongs to another person.
     """
-    if climb.kind in FIRST_TRY and climb.tries != 1:
+    if climb.kind in FIRST_TRIES and climb.tries != 1:
         raise RequestError("flash-one-try", tries=climb.tries)
     if climb.climbed_at.date() > latest_day():
         raise RequestError("ascent-in-future", "ascent-check-clock", day=climb.climbed_at.date())
-    session.execute(select(Person.id).where(Person.id == person).with_for_update())
+    lock_person(session, person)
     row = session.get(OtherAscent, ascent)
     if row is None:
         session.add(OtherAscent(id=ascent, person_id=person, source="", **vars(climb)))
@@ -89,11 +89,8 @@ def latest_day() -> date:
 
 def logged_others(session: Session, question: LoggedClimbs) -> None:
     """Add a person's ascents elsewhere."""
-    mine = [OtherAscent.person_id == question.person, OtherAscent.withdrawn_at.is_(None)]
-    if question.since is not None:
-        mine.append(OtherAscent.climbed_at >= question.since)
-    if question.until is not None:
-        mine.append(OtherAscent.climbed_at < question.until)
+    mine = question.rows_of(OtherAscent.person_id, OtherAscent.climbed_at)
+    mine.append(OtherAscent.withdrawn_at.is_(None))
     question.found.extend(
         LoggedClimb(
             id=row.id,

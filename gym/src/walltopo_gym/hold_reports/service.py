@@ -18,7 +18,7 @@ from sqlalchemy.orm import Session
 
 from walltopo.scans.holds import Hold
 from walltopo_gym.accounts.limits import count_hold_report
-from walltopo_gym.accounts.models import Person
+from walltopo_gym.accounts.people import lock_person
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
 from walltopo_gym.events import HoldReportDone, HoldReported, publish_event
@@ -106,7 +106,7 @@ def store_report(
         person or wall; TooManyError : the person's limit of a day is reached.
     """
     # One person's reports come one after the other, so that two copies at once are one.
-    session.execute(select(Person.id).where(Person.id == person).with_for_update())
+    lock_person(session, person)
     known = session.get(HoldReport, report)
     if known is not None:
         if known.person_id != person or known.wall_id != wall.id:

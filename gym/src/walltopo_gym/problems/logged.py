@@ -17,14 +17,8 @@ def logged_problems(session: Session, question: LoggedClimbs) -> None:
 
     A problem that its author deleted keeps its day and gym.
     """
-    mine = [
-        ProblemAscent.person_id == question.person,
-        ProblemAscent.climbed_at.is_not(None),
-    ]
-    if question.since is not None:
-        mine.append(ProblemAscent.climbed_at >= question.since)
-    if question.until is not None:
-        mine.append(ProblemAscent.climbed_at < question.until)
+    mine = question.rows_of(ProblemAscent.person_id, ProblemAscent.climbed_at)
+    mine.append(ProblemAscent.climbed_at.is_not(None))
     rows = session.execute(
         select(ProblemAscent.climbed_at, Problem, Gym)
         .join(Problem, Problem.id == ProblemAscent.problem_id)

@@ -14,6 +14,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.limits import count_problem
 from walltopo_gym.accounts.models import Person
+from walltopo_gym.accounts.people import lock_person
 from walltopo_gym.climbing.dates import check_climbed
 from walltopo_gym.climbing.edits import Edit, is_newer_edit
 from walltopo_gym.clock import now
@@ -136,7 +137,7 @@ def store_problem(
         wall; TooManyError : the person's limit of a day is reached.
     """
     # One person's problems come one after the other, so that two copies at once are one.
-    session.execute(select(Person.id).where(Person.id == person).with_for_update())
+    lock_person(session, person)
     row = session.get(Problem, problem)
     if row is not None and (row.person_id != person or row.wall_id != wall.id):
         raise ConflictError("id-taken", "id-another")
@@ -295,7 +296,7 @@ def set_climbed(
         # The problem itself may have waited for reception: the scan of its holds is there first.
         scan = session.get_one(Scan, problem.scan_id)
         check_climbed(climbed_at, min(scan.created_at, problem.created_at), zone_of(gym))
-    session.execute(select(Person.id).where(Person.id == person).with_for_update())
+    lock_person(session, person)
     row = session.get(ProblemAscent, (problem.id, person))
     row = row or ProblemAscent(problem_id=problem.id, person_id=person)
     if is_newer_edit(row, edit):

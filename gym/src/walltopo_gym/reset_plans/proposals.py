@@ -13,6 +13,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Person
+from walltopo_gym.accounts.people import lock_person
 from walltopo_gym.clock import now
 from walltopo_gym.errors import RequestError
 from walltopo_gym.gyms.models import GradeSystem
@@ -54,7 +55,7 @@ def propose(
     """
     grade = grade_of(session, gym, words["grade_system_id"], words["grade"])
     # One person's come one after the other, so that two copies at once are one.
-    session.execute(select(Person.id).where(Person.id == person).with_for_update())
+    lock_person(session, person)
     row = session.get(GradeProposal, (route.id, person))
     if row is None:
         row = GradeProposal(route_id=route.id, person_id=person)

@@ -279,26 +279,13 @@ def bridging_pair(
     return None if best is None or best[0] == 0 else best[1]
 
 
-def other_groups(models: Path, kept: Path) -> list[set[str]]:
-    """Return the photos of each model that has none of the kept model's, the largest first."""
-    mine = registered_names(kept)
-    found = [
-        names
+def other_models(models: Path, kept: Path) -> list[set[str]]:
+    """Return the names of the photos of each model but the kept one, in the order of folders."""
+    return [
+        registered_names(folder)
         for folder in sorted(models.iterdir())
         if folder != kept and (folder / "images.bin").is_file()
-        if not mine & (names := registered_names(folder))
     ]
-    return sorted(found, key=lambda names: (-len(names), sorted(names)))
-
-
-def other_models(models: Path, kept: Path) -> dict[str, int]:
-    """Return the size of its model for each photo in a model other than the kept one."""
-    sizes: dict[str, int] = {}
-    for folder in sorted(models.iterdir()):
-        if folder != kept and (folder / "images.bin").is_file():
-            names = registered_names(folder)
-            sizes |= {name: len(names) for name in names}
-    return sizes
 
 
 def camera_centres(model: Any) -> dict[str, NDArray[np.float64]]:

@@ -24,7 +24,6 @@ from walltopo.reconstruct.sparse.attempts import (
     bridging_pair,
     camera_centres,
     describe_model,
-    other_groups,
     other_models,
     why_unregistered,
 )
@@ -105,9 +104,10 @@ def map_photos(
     if not result.models:
         raise _not_registered(len(photos)) if given is None else contradiction_error(given)
     best = Path(result.best)
-    _note_groups(best, attempt, context)
+    others = other_models(best.parent, best)
+    _note_groups(others, attempt, context)
     missing = {photo.name: photo.name for photo in photos if photo.name not in attempt.registered}
-    elsewhere = other_models(best.parent, best)
+    elsewhere = {name: len(group) for group in others for name in group}
     reasons = why_unregistered(Path(attempt.job.database), missing, elsewhere)
     reasons |= {name: why for name, why in dropped.items() if name in missing}
     for name, reason in reasons.items():
@@ -249,13 +249,16 @@ class _Mapper:
         return Mapped(result, camera_centres(model), model.compute_num_observations())
 
 
-def _note_groups(best: Path, attempt: Attempt[MappingResult], context: Context) -> None:
+def _note_groups(
+    others: Sequence[set[str]], attempt: Attempt[MappingResult], context: Context
+) -> None:
     """Say which groups of photos do not connect, and where one more photo would connect them."""
-    groups = other_groups(best.parent, best)
-    for group in groups:
-        pair = bridging_pair(Path(attempt.job.database), attempt.registered.keys(), group)
+    kept = attempt.registered.keys()
+    apart = [group for group in others if not group & kept]
+    for group in sorted(apart, key=lambda names: (-len(names), sorted(names))):
+        pair = bridging_pair(Path(attempt.job.database), kept, group)
         where = "" if pair is None else f"; take one between {pair[0]} and {pair[1]}"
         context.progress.note(
-            f"a group of {len(group)} photos does not connect to the other "
-            f"{len(attempt.registered)}, which are kept{where}"
+            f"a group of {len(group)} photos does not connect to the other {len(kept)}, "
+            f"which are kept{where}"
         )

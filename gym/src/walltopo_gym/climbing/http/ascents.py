@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.access import SignedInMay
 from walltopo_gym.accounts.actor import Scope
-from walltopo_gym.accounts.models import Person
+from walltopo_gym.accounts.people import lock_person
 from walltopo_gym.api.fields import Body, Text
 from walltopo_gym.api.paging import Cursor, Page, Size, page_of
 from walltopo_gym.api.services import Db
@@ -158,7 +158,7 @@ def put_opinion(route: UUID, body: NewOpinion, session: Db, access: ClimberMay) 
     grade = grade_of(session, access.gym.id, found.grade_system_id, body.grade)
     me = access.actor.known
     # One person's come one after the other, so that two copies at once are one.
-    session.execute(select(Person.id).where(Person.id == me).with_for_update())
+    lock_person(session, me)
     row = _opinion(session, route, me) or Opinion(route_id=route, person_id=me)
     if is_newer_edit(row, body.edit.read() if body.edit else None):
         row.changed_at = now()

@@ -20,7 +20,7 @@ from walltopo_gym.accounts.models import Profile
 from walltopo_gym.accounts.people import Audience, Category, profile_of
 from walltopo_gym.api.fields import Body, Digits, Moment, Text
 from walltopo_gym.api.services import Db
-from walltopo_gym.climbing.ascents import Kind
+from walltopo_gym.climbing.ascents import Kind, own_ascent
 from walltopo_gym.climbing.boards import Age, BoardQuery, board, circuits, month_of
 from walltopo_gym.climbing.follows import (
     accept_follow,
@@ -145,7 +145,7 @@ def read_person(person: UUID, session: Db, actor: SignedInMay) -> PersonOut:
 def pin_ascent(ascent: UUID, session: Db, actor: SignedInMay) -> None:
     """Pin an ascent to one's profile; repeating it is fine."""
     take_turn(session, f"pins {actor.known}")
-    row = _own_ascent(session, actor.known, ascent)
+    row = own_ascent(session, ascent, actor.known)
     count = select(func.count()).where(
         Ascent.person_id == actor.known, Ascent.pinned_at.is_not(None)
     )
@@ -157,14 +157,7 @@ def pin_ascent(ascent: UUID, session: Db, actor: SignedInMay) -> None:
 @router.delete("/me/pins/{ascent}", status_code=204)
 def unpin_ascent(ascent: UUID, session: Db, actor: SignedInMay) -> None:
     """Unpin an ascent; repeating it is fine."""
-    _own_ascent(session, actor.known, ascent).pinned_at = None
-
-
-def _own_ascent(session: Session, person: UUID, ascent: UUID) -> Ascent:
-    row = session.get(Ascent, ascent)
-    if row is None or row.person_id != person or row.taken_back_at is not None:
-        raise NotFoundError("not-there-ascent")
-    return row
+    own_ascent(session, ascent, actor.known).pinned_at = None
 
 
 def _seen_ascents(session: Session, rows: Sequence[Ascent] | None) -> list[SeenAscent] | None:

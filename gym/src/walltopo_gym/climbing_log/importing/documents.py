@@ -112,9 +112,8 @@ def _parse_toplogger(number: int, entry: Mapping[str, Any]) -> RawLine:
     return RawLine(
         number,
         "gym",
-        text_of(climb, "name")
-        or (text_of(colour, "nameLoc") if isinstance(colour, Mapping) else ""),
-        text_of(gym, "name") if isinstance(gym, Mapping) else "",
+        text_of(climb, "name") or text_of(colour, "nameLoc"),
+        text_of(gym, "name"),
         toplogger_grade(text_of(climb, "grade"), is_boulder=is_boulder),
         _TICKS.get(style),
         style,

@@ -9,20 +9,27 @@ from datetime import UTC, date, datetime
 from typing import Any, Final
 
 from walltopo_gym.climbing_log.models import MAX_GRADE, MAX_NAME, MAX_NOTE
-from walltopo_gym.climbing_log.other import Discipline, OtherKind, Venue, latest_day, noon_of
+from walltopo_gym.climbing_log.other import (
+    FIRST_TRIES,
+    Discipline,
+    OtherClimb,
+    OtherKind,
+    Venue,
+    latest_day,
+    noon_of,
+)
 from walltopo_gym.errors import RequestError
 from walltopo_gym.spreadsheets import MAX_SHOWN, Fault
-from walltopo_gym.texts import UNPRINTABLE, printable
+from walltopo_gym.texts import blank_unprintable, printable
 
 MAX_TRIES: Final = 999
 _FIRST_DAY: Final = date(1900, 1, 1)
 _NAMES: Final = "jan feb mar apr may jun jul aug sep oct nov dec"
 _MONTHS: Final = {name: number for number, name in enumerate(_NAMES.split(), 1)}
-_UNPRINTABLE_NOTE: Final = re.compile(f"[{UNPRINTABLE}\ud800-\udfff]+")
 
 
 @dataclass(frozen=True)
-class LogLine:
+class LogLine(OtherClimb):
     """A climb of an imported file.
 
     Parameters
@@ -33,15 +40,6 @@ class LogLine:
     """
 
     number: int
-    venue: Venue
-    discipline: Discipline
-    name: str
-    location: str
-    grade: str
-    kind: OtherKind
-    tries: int
-    note: str
-    climbed_at: datetime
     key: str
     is_shortened: bool
 
@@ -113,7 +111,7 @@ def make_line(raw: RawLine) -> LogLine | Fault:
         location=_cut(location, MAX_NAME),
         grade=_cut(grade, MAX_GRADE),
         kind=raw.kind,
-        tries=1 if raw.kind in ("onsight", "flash") else _parse_tries(raw.tries),
+        tries=1 if raw.kind in FIRST_TRIES else _parse_tries(raw.tries),
         note=_cut(note, MAX_NOTE),
         climbed_at=climbed_at,
         key=raw.key or "\n".join(fields),
@@ -160,7 +158,7 @@ def _parse_tries(text: str) -> int:
 
 
 def _printable_note(text: str) -> str:
-    lines = (_UNPRINTABLE_NOTE.sub(" ", line).strip() for line in text.splitlines())
+    lines = (blank_unprintable(line).strip() for line in text.splitlines())
     return "\n".join(lines).strip()
 
 

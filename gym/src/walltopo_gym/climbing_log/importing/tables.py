@@ -14,8 +14,7 @@ from typing import Final
 
 from walltopo_gym.climbing_log.importing.lines import RawLine, text_of
 from walltopo_gym.climbing_log.other import Discipline, OtherKind, Venue
-from walltopo_gym.spreadsheets import BOM, unescape_formula
-from walltopo_gym.texts import same_key
+from walltopo_gym.spreadsheets import column_names, plain_lines, unescape_formula
 
 Cells = Mapping[str, str]
 
@@ -26,18 +25,12 @@ class TableKind:
 
     Parameters
     ----------
-    needed : names of columns, as `column_name` writes them.
+    needed : names of columns, as `column_names` writes them.
     """
 
     source: str
     needed: frozenset[str]
     parse: Callable[[int, Cells], RawLine]
-
-
-def column_name(text: str) -> str:
-    """Return the name of a column without spaces, quotes and capitals: "Ascent Type" is
-    "ascent_type"."""
-    return same_key(text.strip().strip('"')).replace(" ", "_")
 
 
 def read_rows(text: str) -> tuple[list[str], Iterator[tuple[int, Cells]]]:
@@ -51,11 +44,11 @@ def read_rows(text: str) -> tuple[list[str], Iterator[tuple[int, Cells]]]:
     ------
     csv.Error : a quote is never closed, or a cell is longer than 131,072 characters.
     """
-    text = text.lstrip(BOM).replace("\r\n", "\n").replace("\r", "\n")
+    text = plain_lines(text)
     head = text.partition("\n")[0]
     separator = max(",;\t", key=head.count)
     reader = csv.reader(io.StringIO(text), delimiter=separator, strict=True)
-    names = [column_name(cell) for cell in next(reader, [])]
+    names = column_names(next(reader, []))
 
     def rows() -> Iterator[tuple[int, Cells]]:
         for cells in reader:
