@@ -224,6 +224,15 @@ def test_an_own_export_adds_nothing_here_and_all_elsewhere(
     assert copied == {(entry["day"], entry["name"], entry["kind"]) for entry in log_of(world)}
 
 
+@pytest.mark.parametrize(("time", "day"), [("03:59", "2026-03-13"), ("04:01", "2026-03-14")])
+def test_an_imported_evening_past_midnight_is_one_day(world: World, time: str, day: str) -> None:
+    text = f"climbed_at,gym_name,route_name,kind\n2026-03-14T{time}:00+00:00,Hall,Moon,top\n"
+    (line,) = ask(world, "POST", "/me/log/import", {"text": text, "really": True}).json()["lines"]
+    (entry,) = log_of(world)
+    assert (line["day"], entry["day"]) == (day, day)
+    assert ask(world, "POST", "/me/log/import", {"text": text, "really": True}).json()["added"] == 0
+
+
 def test_a_year(world: World, route: str) -> None:
     for day, kind in (("2024-05-14", "onsight"), ("2024-05-21", "top"), ("2024-06-30", "try")):
         assert put(world, uuid4(), day=day, kind=kind).status_code == 201

@@ -31,6 +31,7 @@ from walltopo_gym.climbing_log.other import (
     OtherClimb,
     OtherKind,
     Venue,
+    day_of,
     noon_of,
     store_other,
     withdraw_other,
@@ -286,7 +287,7 @@ def _imported_line(planned: PlannedLine) -> ImportedLine:
     line = planned.line
     return ImportedLine(
         line=line.number,
-        day=line.climbed_at.date(),
+        day=day_of(line.climbed_at),
         name=line.name,
         location=line.location,
         grade=line.grade,

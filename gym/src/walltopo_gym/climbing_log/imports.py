@@ -16,7 +16,7 @@ from walltopo_gym.accounts.people import lock_person
 from walltopo_gym.climbing_log.entries import climbs_of
 from walltopo_gym.climbing_log.importing.lines import LogFile, LogLine
 from walltopo_gym.climbing_log.models import OtherAscent
-from walltopo_gym.climbing_log.other import OtherClimb
+from walltopo_gym.climbing_log.other import OtherClimb, day_of
 from walltopo_gym.clock import now
 from walltopo_gym.texts import same_key
 
@@ -55,7 +55,7 @@ def plan_import(session: Session, person: UUID, file: LogFile) -> list[PlannedLi
         repeats[line.key] += 1
         ascent = uuid5(person, f"{file.source}\n{line.key}\n{repeats[line.key]}")
         is_known = ascent in ids
-        day = line.climbed_at.date()
+        day = day_of(line.climbed_at)
         for key in _keys(day, line.climbed_at, line.name, line.location, line.kind):
             met[key] += 1
             is_known = is_known or met[key] <= there[key]

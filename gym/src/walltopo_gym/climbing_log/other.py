@@ -16,7 +16,9 @@ from walltopo_gym.climbing_log.models import OtherAscent
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
 from walltopo_gym.events import LoggedClimb, LoggedClimbs
+from walltopo_gym.gyms.days import gym_day
 
+_UTC: Final = ZoneInfo("UTC")
 Venue = Literal["outdoors", "gym", "board"]
 Discipline = Literal["", "boulder", "lead", "top-rope"]
 OtherKind = Literal["onsight", "flash", "top", "repeat", "try", "project"]
@@ -41,6 +43,11 @@ class OtherClimb:
 def noon_of(day: date) -> datetime:
     """Return the moment that stands for a day without a time."""
     return datetime.combine(day, time(12), UTC)
+
+
+def day_of(at: datetime) -> date:
+    """Return the day of an ascent elsewhere: as in gyms, an evening past midnight is one day."""
+    return gym_day(at, _UTC)
 
 
 def store_other(session: Session, ascent: UUID, person: UUID, climb: OtherClimb) -> bool:
@@ -96,7 +103,7 @@ def logged_others(session: Session, question: LoggedClimbs) -> None:
             id=row.id,
             origin="other",
             at=row.climbed_at,
-            day=row.climbed_at.date(),
+            day=day_of(row.climbed_at),
             kind=row.kind,
             tries=row.tries,
             name=row.name,
