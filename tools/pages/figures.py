@@ -49,7 +49,6 @@ CONSTANTS: dict[str, tuple[str, ...]] = {
     "colours.md": ("5 mm", "10 %", "15 %", "40 %"),
     "dense.md": ("8 mm", "50 mm", "20 %"),
     "evaluate.md": ("8 mm", "10 mm", "20 mm"),
-    "gltf.md": ("1 %",),
     "gym.md": ("30 s", "150 MB"),
     "lift.md": ("12 mm",),
     "measure.md": (

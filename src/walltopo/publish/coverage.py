@@ -10,14 +10,11 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh, View
 from walltopo.core.parallel import available_cores, map_ahead
-from walltopo.publish.meshopt import available
-from walltopo.publish.surface import simplify, split_at_borders
 
 Floats = NDArray[np.float64]
 
 MIN_PHOTOS = 3  # a surface seen by fewer photos is unreliable
 LONGEST = 320  # pixels of the depth picture for the occlusion test
-MAX_COUNTED = 60_000  # maximum number of triangles on which views are counted
 SLACK = 0.015  # share of the depth by which a face may lie behind the depth picture
 
 
@@ -44,22 +41,6 @@ def count_views(mesh: Mesh, views: Sequence[View]) -> NDArray[np.int32]:
     for rows in map_ahead(visible, views):
         counts[rows] += 1
     return counts
-
-
-def face_coverage(mesh: Mesh, views: Sequence[View]) -> NDArray[np.int32]:
-    """Return the (F,) number of photos that see each face.
-
-    If meshoptimizer is available, photos are counted on a surface of at most `MAX_COUNTED`
-    triangles, and each face gets the count of the nearest of them.
-    """
-    if not views:
-        return np.zeros(len(mesh.faces), dtype=np.int32)
-    coarse = mesh
-    if available() and len(mesh.faces) > MAX_COUNTED:
-        plain = np.zeros(len(mesh.faces), dtype=np.int32)
-        coarse = simplify(split_at_borders(mesh, plain), MAX_COUNTED).mesh
-    counts = count_views(coarse, views)
-    return counts if coarse is mesh else nearest_counts(coarse, counts, mesh)
 
 
 def nearest_counts(mesh: Mesh, counts: NDArray[np.int32], other: Mesh) -> NDArray[np.int32]:

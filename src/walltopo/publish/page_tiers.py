@@ -31,7 +31,7 @@ from walltopo.scans.document import Document, read_arrays
 
 TIERS = "tiers"  # the folder's name, in `work/`
 NAMES = ("detail", "first")
-VERSION = 2  # increase when the tiers change
+VERSION = 3  # increase when the tiers change
 _INDEX, _LOOK, _COVERAGE = "index.json", "first.npz", "coverage.npz"
 _SURFACE = tuple(field.name for field in fields(Surface))
 
@@ -153,7 +153,7 @@ def _made_from(wall: WallModel, settings: ExportSettings) -> str:
     sizes = {
         name: value
         for name, value in msgspec.to_builtins(settings).items()
-        if name.startswith(NAMES)
+        if name.startswith((*NAMES, "surroundings"))
     }
     digest = hashlib.blake2b(repr((VERSION, available(), sorted(sizes.items()))).encode())
     mesh, patches = wall.mesh, wall.face_instance if wall.patches is None else wall.patches

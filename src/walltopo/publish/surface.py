@@ -126,6 +126,15 @@ def split_at_borders(
     )
 
 
+def same_places(positions: NDArray[np.float32]) -> NDArray[np.int64]:
+    """Return the (V,) number of each vertex's position; equal positions have equal numbers."""
+    # Adding zero turns -0.0 into 0.0, whose bits differ.
+    bits = (positions + np.float32(0.0)).view(np.uint32).astype(np.uint64)
+    _, number = np.unique((bits[:, 0] << np.uint64(32)) | bits[:, 1], return_inverse=True)
+    key = (number.astype(np.uint64) << np.uint64(32)) | bits[:, 2]
+    return np.asarray(np.unique(key, return_inverse=True)[1])
+
+
 def mixed_triangles(surface: Surface) -> int:
     """Return the number of triangles with vertices of two ids; a valid surface has 0."""
     ids = surface.feature[surface.triangles]

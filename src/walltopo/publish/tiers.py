@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from walltopo.core import StageError
 from walltopo.images.files import read_rgb
 from walltopo.publish.atlas import retexture
-from walltopo.publish.coverage import face_coverage
-from walltopo.publish.floaters import Floaters
+from walltopo.publish.coarse_wall import CoarseWall, coarse_wall
+from walltopo.publish.coverage import count_views
 from walltopo.publish.gltf import Packing, write_glb
 from walltopo.publish.meshopt import available
 from walltopo.publish.settings import ExportSettings
+from walltopo.publish.shown import shown_wall
 from walltopo.publish.surface import (
     Surface,
     TexturedSurface,
@@ -48,8 +49,8 @@ TIERS = {
 class TierBuilder:
     """Builds the tiers of one wall, the coarse from the fine, each at most once.
 
-    A textured wall that is simplified gets a new atlas, see `walltopo.publish.atlas`. Floaters are
-    in the archive only, see `walltopo.publish.floaters`.
+    A textured wall that is simplified gets a new atlas, see `walltopo.publish.atlas`. Surroundings
+    are in the archive only, see `walltopo.publish.shown`.
     """
 
     def __init__(self, wall: WallModel, settings: ExportSettings) -> None:
@@ -62,14 +63,21 @@ class TierBuilder:
         self._encoder = ThreadPoolExecutor(1)
 
     @cached_property
+    def _coarse_wall(self) -> CoarseWall:
+        own = replace(self.wall.mesh)  # its areas and normals are freed
+        return coarse_wall(own, self.wall.face_instance)
+
+    @cached_property
     def _shown(self) -> WallModel:
-        own = replace(self.wall, mesh=replace(self.wall.mesh))  # its areas and normals are freed
-        return Floaters(own, self.coverage).without(self.wall)
+        return shown_wall(self.wall, self._coarse_wall, all_around=self.settings.surroundings)
 
     @cached_property
     def coverage(self) -> NDArray[np.int32]:
         """Return the (F,) number of photos that see each triangle."""
-        return face_coverage(replace(self.wall.mesh), self.wall.views)
+        if not self.wall.views:
+            return np.zeros(len(self.wall.mesh.faces), dtype=np.int32)
+        coarse = self._coarse_wall
+        return count_views(coarse.mesh, self.wall.views)[coarse.nearest]
 
     def _full(self, wall: WallModel, guessed: NDArray[np.bool_] | None) -> TexturedSurface:
         picture = None if wall.texture is None else read_rgb(wall.texture)

@@ -37,9 +37,9 @@ def store_front(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
 
     from walltopo.publish.atlas.visible_faces import front_direction
     from walltopo.publish.report.maps import paper_view
-    from walltopo.publish.wall_data import read_wall
+    from walltopo.publish.shown import read_shown_wall
 
-    wall = read_wall(folder)
+    wall = read_shown_wall(folder)
     canvas = paper_view(
         wall.mesh.vertices, wall.mesh.faces, -front_direction(wall.mesh), _UP, _DRAWN
     )

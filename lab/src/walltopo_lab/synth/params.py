@@ -70,6 +70,10 @@ class GymSettings:
     lamps: Annotated[int, about("lamps over the mats", low=1, high=24)] = 5
     light: Annotated[float, about("brightness of the hall", low=0.05, high=3)] = 1.0
     warmth: Annotated[float, about("0 = daylight lamps, 1 = sodium yellow", low=0, high=1)] = 0.3
+    room: Annotated[
+        float, about("from the wall's ends to the room's side walls", unit="m", low=0, high=20)
+    ] = 2.5
+    benches: Annotated[int, about("benches before the wall", low=0, high=6)] = 0
     plates: Annotated[int, about("measures on the floor", low=0, high=12)] = 1
     stickers: Annotated[int, about("stickers on the wall", low=0, high=100)] = 0
     cell: Annotated[float, about("size of the wall's triangles", unit="m", low=0.008, high=0.2)] = (

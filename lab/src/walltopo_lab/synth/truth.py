@@ -22,6 +22,8 @@ Floats = NDArray[np.float64]
 
 CLASSES = {1: "hold", 2: "volume"}
 _LABELS = {"hold": 1, "volume": 2}
+# Kinds of facets that are no part of a climbing wall.
+_ROOM = ("floor", "plate", "concrete", "ceiling")
 _BLOCK = 1024  # faces per visibility block
 MIN_MASK_PX = 12  # smaller specks are not annotated, because no annotator would mark them
 
@@ -105,7 +107,8 @@ def write_ground_truth(
     """Write `gt.npz`: mesh, instance per face, views per face, poses, intrinsics; atomic.
 
     Beyond the format of the shared test data it contains `face_class` (0 none, 1 hold, 2 volume),
-    `face_route`, and `distortion` (k1 of SIMPLE_RADIAL).
+    `face_route`, `face_wall` (whether it is climbing wall or on it, and not the room around), and
+    `distortion` (k1 of SIMPLE_RADIAL).
     """
     surface = gym.surface
     size = max((item.id for item in gym.instances), default=0) + 1
@@ -120,6 +123,9 @@ def write_ground_truth(
             face_instance=surface.face_instance,
             face_class=classes[surface.face_instance],
             face_route=routes[surface.face_instance],
+            face_wall=np.append([facet.kind not in _ROOM for facet in gym.facets], True)[
+                surface.face_facet
+            ],
             face_views=count_views(gym, camera, poses),
             cam_from_world=np.stack(poses),
             intrinsics=np.array([camera.fx, camera.fy, camera.cx, camera.cy]),

@@ -104,10 +104,10 @@ def _fins(corners: Floats, settings: GymSettings, rng: np.random.Generator) -> l
 
 
 def build_hall(wall: list[Facet], settings: GymSettings) -> list[Facet]:
-    """Return the mats in front of the wall and the building around it."""
+    """Return the mats in front of the wall, the room around it, and its benches."""
     points = np.concatenate([f.corners for f in wall])
     low, high = points.min(axis=0), points.max(axis=0)
-    x0, x1 = low[0] - 2.5, high[0] + 2.5
+    x0, x1 = low[0] - settings.room, high[0] + settings.room
     front, back = low[1] - 5.5, high[1] + 0.8
     roof = settings.height + 1.6
 
@@ -125,4 +125,21 @@ def build_hall(wall: list[Facet], settings: GymSettings) -> list[Facet]:
         Facet(left, "concrete", texel=0.008, style=2),
         Facet(right, "concrete", texel=0.008, style=3),
         Facet(ceiling, "ceiling", texel=0.012),
+        *_benches(low, high, settings.benches),
     ]
+
+
+def _benches(low: Floats, high: Floats, count: int) -> list[Facet]:
+    """Return benches, evenly along the wall and a step before it."""
+    facets: list[Facet] = []
+    for number in range(count):
+        middle = low[0] + (high[0] - low[0]) * (number + 0.5) / count
+        x0, x1 = middle - 0.6, middle + 0.6
+        y0, y1, z = low[1] - 1.1, low[1] - 0.7, 0.45
+        foot = [[x0, y0, 0.0], [x1, y0, 0.0], [x1, y1, 0.0], [x0, y1, 0.0]]
+        seat = [[x, y, z] for x, y, _ in foot]
+        for k in range(4):
+            side = [foot[k], foot[(k + 1) % 4], seat[(k + 1) % 4], seat[k]]
+            facets.append(Facet(np.array(side), "concrete", texel=0.004, style=4))
+        facets.append(Facet(np.array(seat), "concrete", texel=0.004, style=5))
+    return facets

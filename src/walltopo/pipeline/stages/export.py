@@ -64,4 +64,4 @@ def run(reads: PageFiles, settings: ExportSettings, context: Context) -> Writes:
     return Writes(made.glb, made.page_assets, made.page, Made(report), metrics)
 
 
-EXPORT = Stage("export", PageFiles, Writes, run, version=8, cost=Cost(14, 0.9))
+EXPORT = Stage("export", PageFiles, Writes, run, version=9, cost=Cost(14, 0.9))

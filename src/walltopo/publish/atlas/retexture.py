@@ -15,7 +15,7 @@ from walltopo.images.fill import fill_gaps
 from walltopo.images.packing import fit_scale
 from walltopo.publish.atlas.charts import choose_directions, label_triangles
 from walltopo.publish.atlas.visible_faces import Axes, FaceRenderer
-from walltopo.publish.surface import Surface, TexturedSurface
+from walltopo.publish.surface import Surface, TexturedSurface, same_places
 
 Floats = NDArray[np.float64]
 PAD = 2  # pixels of surroundings around each chart, for texture filtering
@@ -89,19 +89,10 @@ def _charts(surface: Surface) -> tuple[NDArray[np.int64], NDArray[np.int64], lis
     mesh = surface.mesh
     axes = choose_directions(mesh.normals, mesh.areas)
     # Hold borders split vertices; charts extend across them.
-    places = _same_places(surface.positions)
+    places = same_places(surface.positions)
     neighbours = face_neighbours(places[mesh.faces])
     label = label_triangles(mesh, axes, neighbours)
     return label, patches(neighbours, label)[0].astype(np.int64), axes
-
-
-def _same_places(positions: NDArray[np.float32]) -> NDArray[np.int64]:
-    """Return the (V,) number of each vertex's position; equal positions have equal numbers."""
-    # Adding zero turns -0.0 into 0.0, whose bits differ.
-    bits = (positions + np.float32(0.0)).view(np.uint32).astype(np.uint64)
-    _, number = np.unique((bits[:, 0] << np.uint64(32)) | bits[:, 1], return_inverse=True)
-    key = (number.astype(np.uint64) << np.uint64(32)) | bits[:, 2]
-    return np.asarray(np.unique(key, return_inverse=True)[1])
 
 
 @dataclass(frozen=True, eq=False)
