@@ -5,6 +5,7 @@ import Home from "./gyms/Home.svelte";
 import { withTexts } from "./i18n.svelte";
 import { has, type Feature } from "./lib/features";
 import NotFound from "./shell/NotFound.svelte";
+import { pageHooks } from "./shell/unloaded.svelte";
 
 const climbingLog = withTexts("climbingLog");
 const competitions = withTexts("competitions");
@@ -28,6 +29,7 @@ function of<T>(feature: Feature, page: T): T | typeof NotFound {
 const widget = of("hall", () => import("./hall/Widget.svelte").then(hall));
 
 export const { p, navigate, preload, route } = createRouter({
+  hooks: pageHooks,
   "/": Home,
   "/sign-in": () => import("./accounts/SignIn.svelte"),
   "/sign-up": () => import("./accounts/SignUp.svelte"),

@@ -108,3 +108,26 @@ test("tells what the browser can do, and nothing else", async ({ browser, places
   for (const secret of [places.gym, places.wall]) assert.ok(!text.includes(secret), text);
   await guest.close();
 });
+
+test("a page whose script is not loaded says so, and comes when asked again", async ({ browser, places }) => {
+  const guest = await visit(browser, places, { worker: false }); // which has all scripts
+  const { page } = guest;
+  const notLoaded = page.getByRole("heading", { name: "This page was not loaded" });
+  guest.expected(/net::ERR_FAILED/, /dynamically imported module/);
+  await guest.go("/");
+  await page.getByRole("link", { name: "Sign in" }).first().click();
+  await page.getByRole("heading", { name: "Sign in" }).waitFor();
+  await guest.context.route("**/assets/SelfTest-*.js", (request) => request.abort());
+  await page.getByRole("link", { name: "Test this device" }).click();
+  await notLoaded.waitFor();
+  await guest.shot("not-loaded");
+  assert.deepEqual(await grave(page), []);
+  await page.goBack();
+  await page.getByRole("heading", { name: "Climbing walls in 3D" }).waitFor();
+  await page.getByRole("link", { name: "Test this device" }).click();
+  await notLoaded.waitFor();
+  await guest.context.unroute("**/assets/SelfTest-*.js");
+  await page.getByRole("button", { name: "Try again" }).click();
+  await page.getByText("Done.").waitFor();
+  await guest.close();
+});

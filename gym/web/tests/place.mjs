@@ -10,6 +10,11 @@ const require = createRequire(new URL("../../../viewer/package.json", import.met
 const AXE = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
 const PATIENCE_MS = 90_000;
 
+let seen = [];
+
+/** Begin a new list of all that the browsers of `visit` report, for a test that fails. */
+export const watchErrors = () => (seen = []);
+
 /** Messages of the console that belong to a test: without reception, and by the status of an answer. */
 export const OFFLINE = /net::ERR_|Failed to fetch|NetworkError|status of 50\d/;
 export const answered = (status) => new RegExp(`status of ${status}`);
@@ -43,21 +48,23 @@ export const stored = (page, path, text = /(?:)/) =>
  * A browser of one person; `log` collects errors and requests to other hosts. A test names those that it causes by
  * `expected`, before or after they come: a late one then fails nothing, and another one is still seen.
  */
-export async function visit(browser, places, { phone = true, dark = false, locale = "en-GB" } = {}) {
+export async function visit(browser, places, { phone = true, dark = false, locale = "en-GB", worker = true } = {}) {
   const viewport = phone ? { width: 390, height: 844 } : { width: 1280, height: 800 };
   const context = await browser.newContext({
     viewport, isMobile: phone, hasTouch: phone, locale, colorScheme: dark ? "dark" : "light", reducedMotion: "reduce",
+    serviceWorkers: worker ? "allow" : "block",
   });
   context.setDefaultTimeout(PATIENCE_MS);
   const page = await context.newPage();
   const log = [];
   const patterns = [];
   const expected = (...more) => patterns.push(...more);
-  page.on("pageerror", (error) => log.push(error.message));
-  page.on("console", (message) => message.type() === "error" && log.push(message.text()));
+  const report = (line) => (log.push(line), seen.push(`${page.url()}: ${line}`));
+  page.on("pageerror", (error) => report(error.message));
+  page.on("console", (message) => message.type() === "error" && report(message.text()));
   page.on("request", (request) => {
     const { protocol, origin } = new URL(request.url());
-    if (!["blob:", "data:"].includes(protocol) && origin !== places.address) log.push(`request to ${request.url()}`);
+    if (!["blob:", "data:"].includes(protocol) && origin !== places.address) report(`request to ${request.url()}`);
   });
   const go = async (path) => {
     await page.goto(places.address + path);
