@@ -110,3 +110,13 @@ def test_a_volume_of_few_masks_gets_the_outline_of_its_solid() -> None:
     assert set(rows) == {4}
     assert (rows[4].evidence, rows[4].views, rows[4].score) == (EVIDENCE, views, 0.08)
     assert (after[near(mesh, 0.24)] == 4).all()
+
+
+def test_what_stands_out_far_from_every_hold_is_no_volume() -> None:
+    """A corner of the room, or a box on its wall."""
+    mesh = sheet(wall(), CELL)
+    for place, count in ((2.1, 2), (2.37, 1)):
+        label = nothing(mesh)
+        label[np.abs(mesh.centroids[:, [0, 2]] - [place, 1.97]).max(axis=1) < 0.03] = 1
+        hold = InstanceRecord(1, 1, "hold", 0.6, {"1": 1.0}, (), int((label == 1).sum()))
+        assert len(proposed(mesh, label, hold)[1]) == count

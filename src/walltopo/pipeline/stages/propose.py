@@ -58,4 +58,6 @@ def run(reads: Reads, settings: ProposeSettings, context: Context) -> Writes:
     )
 
 
-PROPOSE = Stage("propose", Reads, Writes, run, models=("evidence.json",), cost=Cost(8, 0.05))
+PROPOSE = Stage(
+    "propose", Reads, Writes, run, version=2, models=("evidence.json",), cost=Cost(8, 0.05)
+)

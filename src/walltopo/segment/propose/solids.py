@@ -12,6 +12,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from walltopo.core.parallel import available_cores
 from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
 from walltopo.segment.propose.pieces import Ground, components_of_area, stands_out
 from walltopo.segment.propose.surroundings import TOP, Surroundings
@@ -26,6 +27,10 @@ LONGEST = 2.5  # metres
 # Minimum share of the directions along the panel in which wall is beside the solid. It excludes
 # fins and what stands out at the end of a panel.
 MIN_AROUND = 0.72
+# Metres from an instance with masks, where there is any: what stands out farther away is a part of
+# the room, as climbing walls have holds everywhere.
+NEAR = 1.0
+_MAX_PLACES = 20_000  # triangles of instances from which distances are measured
 TAKEN = 0.2  # a solid is known if instances of volumes cover this share of it
 EVIDENCE = 0.9  # probability that a proposed solid is a volume (docs/propose.md)
 
@@ -50,6 +55,7 @@ def find_solids(
     out = stands_out(heights, ground.panels, unit, RISE) & ((label == 0) | known)
     other = (out | (label > 0)).astype(np.int32)
     surroundings = Surroundings(mesh, heights, ground.panels, other, unit)
+    near = _near(ground, label > 0)
     found = []
     for rows in components_of_area(
         mesh, ground.neighbours, out, MIN_AREA * unit**2, MAX_AREA * unit**2
@@ -58,11 +64,25 @@ def find_solids(
         if (
             np.ptp(mesh.centroids[rows], axis=0).max() <= LONGEST * unit
             and np.percentile(heights.height[rows], TOP) >= MIN_HEIGHT * unit
+            and near[rows].any()
             and areas[known[rows]].sum() < TAKEN * areas.sum()
             and surroundings.relief(rows, 0).around >= MIN_AROUND
         ):
             found.append(rows[~known[rows]])
     return found
+
+
+def _near(ground: Ground, marked: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return (F,) whether a triangle is near a marked one; all are if none is marked."""
+    from scipy.spatial import cKDTree
+
+    if not marked.any():
+        return ~marked
+    places = ground.mesh.centroids
+    step = max(1, int(np.count_nonzero(marked)) // _MAX_PLACES)
+    tree = cKDTree(places[np.flatnonzero(marked)[::step]])
+    away, _ = tree.query(places, distance_upper_bound=NEAR * ground.unit, workers=available_cores())
+    return np.isfinite(away)
 
 
 def add_volumes(
