@@ -1,4 +1,4 @@
-"""What a scan's page shows of a generated hall: the wall and its holds, and nothing of the room.
+"""The part of a generated hall that a scan's page shows, against the truth.
 
     python -m benchmarks.surroundings FOLDER --seeds 1 2 3
 
@@ -42,7 +42,7 @@ _SHOWN = 0.9  # share of a hold's triangles
 
 @dataclass(frozen=True)
 class Hall:
-    """What is shown of one hall.
+    """The part of one hall that is shown.
 
     Parameters
     ----------

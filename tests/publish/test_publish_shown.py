@@ -1,4 +1,4 @@
-"""What the page shows of a wall: no floor, no room, no loose pieces; the archive has all."""
+"""The page shows the wall without floor, room and loose pieces; the archive has all."""
 
 from __future__ import annotations
 

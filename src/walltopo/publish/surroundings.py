@@ -1,9 +1,9 @@
 """Find the surroundings of a wall: floor, ceiling, room and furniture, which the page omits.
 
 The surface without its holds is divided into nearly plane regions. A region is climbing wall if it
-carries holds about as densely as the others, or if most of its border is climbing wall. What the
-wall encloses, such as a volume that nobody found, belongs to it, and so does a hand's breadth
-around it and around every hold.
+carries holds about as densely as the others, or if most of its border is climbing wall. Surface
+that the wall encloses, such as a volume that nobody found, belongs to it, and so does a hand's
+breadth around it and around every hold.
 """
 
 from __future__ import annotations
