@@ -148,6 +148,22 @@ def test_a_change_runs_what_depends_on_it(pipeline: Pipeline, photo: Path, tmp_p
     assert scan(photo, tmp_path / "scan").ran == ("ingest", "sparse")
 
 
+def test_further_photos_are_added(pipeline: Pipeline, photo: Path, tmp_path: Path) -> None:
+    more, out = tmp_path / "c.jpg", tmp_path / "scan"
+    more.write_text("charlie")
+    with pytest.raises(InputError, match="no scan to add photos to"):
+        scan(photo, out, add=True)
+    scan(photo, out)
+    assert scan(more, out, add=True).ran == ("ingest", "sparse", "routes")
+    assert route_of(out).name == "ac"
+    assert scan([], out).ran == ()
+    assert scan(more, out, add=True).ran == ()
+    photo.unlink()
+    with pytest.raises(InputError, match=r"a\.jpg: photos of this scan were here"):
+        scan(more, out, add=True)
+    assert route_of(out).name == "ac"
+
+
 def test_a_setting_runs_its_stage(pipeline: Pipeline, photo: Path, tmp_path: Path) -> None:
     scan(photo, tmp_path / "scan")
     settings = Settings()

@@ -19,6 +19,7 @@ examples:
   walltopo scan visit.mp4 -o wall                a video instead
   walltopo scan photos/ -o wall --to dense       stop after the mesh
   walltopo scan -o wall --from lift --set lift.threshold=0.4   redo from the lift on
+  walltopo scan more/ -o wall --add              further photos of the same wall
   walltopo scan new/ -o wall2 --reference wall   after a reset, in the old scan's frame
   walltopo scan left/ -o wall3 --reference wall2 --part   only what changed; the rest stays
   walltopo scan red/ -o wall4 --reference wall3 --part --colour red   only the red holds
@@ -49,6 +50,7 @@ def _register_scan(commands: Commands[argparse.ArgumentParser]) -> None:
         "photos", nargs="*", type=Path, metavar="PHOTOS", help="folder, photos, video"
     )
     scan.add_argument("-o", "--out", type=Path, required=True, metavar="SCAN", help="scan folder")
+    scan.add_argument("--add", action="store_true", help="PHOTOS come to those that the scan has")
     scan.add_argument("--config", type=Path, metavar="FILE", help="settings file (walltopo.toml)")
     scan.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", help="e.g. lift.threshold=0.4"
@@ -116,6 +118,7 @@ def _scan(args: argparse.Namespace) -> int:
             args.photos,
             args.out,
             settings,
+            add=args.add,
             from_stage=args.from_stage,
             to_stage=args.to_stage,
             force=args.force,

@@ -98,6 +98,7 @@ def scan(
     out: Path | str,
     settings: Settings | None = None,
     *,
+    add: bool = False,
     from_stage: str | None = None,
     to_stage: str | None = None,
     force: bool = False,
@@ -112,6 +113,7 @@ def scan(
     photos : folder, video or photo files; may be empty for an ingested scan.
     out : scan folder; created if it does not exist.
     settings : see `load_settings`; None: defaults.
+    add : `photos` come to those that the scan has, instead of replacing them.
     from_stage : first stage that runs even if it is up to date, with all stages after it.
     to_stage : last stage to run.
     force : run every stage.
@@ -133,6 +135,8 @@ def scan(
         manifest = Manifest.load(folder.manifest)
         manifest.walltopo = version("walltopo")
         sources = [Path(p).absolute() for p in given] or [Path(p) for p in manifest.sources]
+        if add:
+            sources = _with_earlier(sources, folder, manifest)
         if not sources:
             raise InputError(f"{folder.root}: no photos given, and none were ingested before")
         plan = plan_of(folder, settings, manifest)
@@ -160,6 +164,27 @@ def scan(
                     hashes.save()
         metrics = {name: record.metrics for name, record in manifest.stages.items()}
         return ScanResult(folder, metrics, tuple(runner.ran))
+
+
+def _with_earlier(given: Sequence[Path], folder: ScanFolder, manifest: Manifest) -> list[Path]:
+    """Return the photos that a scan was made of, and further ones.
+
+    Raises
+    ------
+    InputError : there is no scan yet, or its photos were moved away.
+    """
+    earlier = [Path(path) for path in manifest.sources]
+    if not earlier:
+        raise InputError(
+            f"{folder.root}: no scan to add photos to", "Scan them without --add first."
+        )
+    missing = [path for path in earlier if not path.exists()]
+    if missing:
+        raise InputError(
+            f"{missing[0]}: photos of this scan were here, and are gone",
+            "To add photos, the earlier ones must still be where they were.",
+        )
+    return list(dict.fromkeys([*earlier, *given]))
 
 
 def _write_user_files(

@@ -257,7 +257,7 @@ def _note_groups(
     apart = [group for group in others if not group & kept]
     for group in sorted(apart, key=lambda names: (-len(names), sorted(names))):
         pair = bridging_pair(Path(attempt.job.database), kept, group)
-        where = "" if pair is None else f"; take one between {pair[0]} and {pair[1]}"
+        where = "" if pair is None else f"; take one between {pair[0]} and {pair[1]}, and add it"
         context.progress.note(
             f"a group of {len(group)} photos does not connect to the other {len(kept)}, "
             f"which are kept{where}"
