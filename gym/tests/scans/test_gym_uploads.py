@@ -269,7 +269,8 @@ def test_photos_without_overlap_are_listed_before_the_scan(phone: Sender) -> Non
         phone.send(out.getvalue(), f"{number}.jpg")
     names = {photo["id"]: photo["name"] for photo in phone.looked_at()}
     path = phone.path.replace("/photos", "/overlap")
-    assert phone.client.get(path).json() == {"pending": True, "groups": [], "shifts": []}
+    nothing: dict[str, object] = {"pending": True, "groups": [], "shifts": [], "gaps": []}
+    assert phone.client.get(path).json() == nothing
     overlaps = Overlaps(phone.server.database, phone.server.services.store)
     scan = phone.path.split("/")[-2]
     overlaps.answer(scan, number=4)
@@ -279,6 +280,9 @@ def test_photos_without_overlap_are_listed_before_the_scan(phone: Sender) -> Non
         ["0.jpg", "1.jpg", "2.jpg"],
         ["3.jpg"],
     ]
+    ((apart, near),) = payload["gaps"]
+    assert names[apart] == "3.jpg"
+    assert names[near] in {"0.jpg", "1.jpg", "2.jpg"}
     # The crops lie 130 px to the right of each other, of 640 px.
     steps = {(names[step["before"]], names[step["after"]]): step for step in payload["shifts"]}
     assert steps.keys() == {("0.jpg", "1.jpg"), ("1.jpg", "2.jpg")}

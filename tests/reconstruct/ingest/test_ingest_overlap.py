@@ -40,6 +40,22 @@ def test_what_overlaps_hangs_together(pieces: list[NDArray[np.uint8]]) -> None:
     assert found.groups == ((0, 1, 2), (4, 5), (3,))
 
 
+def test_the_nearest_pictures_of_two_groups_have_a_gap_between_them() -> None:
+    wall = scene(4)
+    steps = [wall[:, x : x + 260] for x in (0, 120, 380, 440)]
+    found = find_overlap(steps)
+    assert found.groups == ((0, 1), (2, 3))
+    assert found.gaps == ((2, 1),)
+
+
+def test_of_strangers_the_next_in_the_sequence_are_named(
+    pieces: list[NDArray[np.uint8]],
+) -> None:
+    groups_apart = [gap[0] for gap in find_overlap(pieces).gaps]
+    assert groups_apart[1] == 3
+    assert find_overlap([pieces[3], pieces[3]]).gaps == ((1, 0),)
+
+
 def test_neighbours_are_enough_where_all_hang_together(pieces: list[NDArray[np.uint8]]) -> None:
     assert find_overlap(pieces[:3]).pairs == 2
 

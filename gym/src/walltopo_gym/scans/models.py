@@ -121,6 +121,7 @@ class PhotoOverlap(Base):
     `requested` counts the changes of the photos; `groups` belong to change number `answered`. A
     group is a list of photo ids. Groups are sorted by size; with too many photos there are none.
     `shifts`: how far the view moved between two overlapping photos, as `ingest.overlap.Shift`.
+    `gaps`: pairs of photos between which another one would join two groups.
     """
 
     __tablename__ = "photo_overlaps"
@@ -132,6 +133,7 @@ class PhotoOverlap(Base):
     answered: Mapped[int]
     groups: Mapped[list[list[str]]] = mapped_column(JSON)
     shifts: Mapped[list[dict[str, Any]]] = mapped_column(JSON, default=list)
+    gaps: Mapped[list[list[str]]] = mapped_column(JSON, default=list, server_default="[]")
 
 
 class ScanEdits(Base):

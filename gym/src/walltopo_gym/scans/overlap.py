@@ -44,29 +44,33 @@ class Overlaps:
         found = find_overlap([_grey(self.store.read(key)) for _, key in shown])
         groups = [list(dict.fromkeys(str(shown[n][0]) for n in group)) for group in found.groups]
         shifts = _between_photos(found.shifts, [photo for photo, _ in shown])
+        groups = _join_groups(groups)
+        gaps = [[str(shown[n][0]) for n in gap] for gap in found.gaps]
+        gaps = [gap for gap in gaps if not any(set(gap) <= set(group) for group in groups)]
         with self.database.writing() as session:
             if found.is_whole:
-                _store_overlap(session, one, number, _join_groups(groups), shifts)
+                _store_overlap(session, one, number, groups, shifts, gaps)
             else:  # without a result if there would be too many pairs to compare
-                _store_overlap(session, one, number, [], [])
+                _store_overlap(session, one, number)
 
 
 def record_failure(session: Session, failure: Failure, scan: str, number: int) -> None:
     """After the last try, store no groups for these photos; a change of the photos tries anew."""
     if failure.again_at is None:
-        _store_overlap(session, UUID(scan), number, [], [])
+        _store_overlap(session, UUID(scan), number)
 
 
 def _store_overlap(
     session: Session,
     scan: UUID,
     number: int,
-    groups: list[list[str]],
-    shifts: list[dict[str, Any]],
+    groups: Sequence[list[str]] = (),
+    shifts: Sequence[dict[str, Any]] = (),
+    gaps: Sequence[list[str]] = (),
 ) -> None:
     later = PhotoOverlap.scan_id == scan, PhotoOverlap.answered < number
-    change = update(PhotoOverlap).where(*later)
-    session.execute(change.values(answered=number, groups=groups, shifts=shifts))
+    found = {"groups": list(groups), "shifts": list(shifts), "gaps": list(gaps)}
+    session.execute(update(PhotoOverlap).where(*later).values(answered=number, **found))
 
 
 def _between_photos(shifts: Sequence[Shift], photo_of: list[UUID]) -> list[dict[str, Any]]:

@@ -74,7 +74,7 @@ def photos_changed(session: Session, scan: UUID) -> None:
     """Queue the grouping of photos by overlap, unless more photos are about to come."""
     session.flush()
     there = session.info["database"].insert(PhotoOverlap)
-    first = there.values(scan_id=scan, requested=1, answered=0, groups=[], shifts=[])
+    first = there.values(scan_id=scan, requested=1, answered=0, groups=[], shifts=[], gaps=[])
     # Held until the transaction ends: of two last photos, one sees that the other has come.
     again = first.on_conflict_do_update(
         index_elements=[PhotoOverlap.scan_id], set_={"requested": PhotoOverlap.requested + 1}

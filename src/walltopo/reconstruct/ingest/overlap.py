@@ -8,7 +8,7 @@ within one group are skipped.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -55,12 +55,15 @@ class Overlap:
     groups : picture numbers of each group, the largest group first.
     shifts : the pairs that connect the groups. They form a tree in each group, and contain all
         consecutive pictures that overlap.
+    gaps : for each group but the largest, a picture of it and one of another group: those that
+        share most matches, so that a picture taken between them is most likely to connect them.
     pairs : number of compared pairs.
     is_whole : False if the search stopped at `max_pairs`; groups may then belong together.
     """
 
     groups: tuple[tuple[int, ...], ...]
     shifts: tuple[Shift, ...]
+    gaps: tuple[tuple[int, int], ...]
     pairs: int
     is_whole: bool
 
@@ -76,16 +79,16 @@ def find_overlap(pictures: Sequence[NDArray[np.uint8]], max_pairs: int = 4000) -
     features = [_features(picture) for picture in pictures]
     group_of = list(range(len(pictures)))  # group of each picture, named by a member's number
     shifts = []
-    compared = 0
+    matches: dict[tuple[int, int], int] = {}
     is_whole = True
     for a, b in _pairs_by_gap(len(pictures)):
         if group_of[a] == group_of[b]:
             continue
-        if compared >= max_pairs:
+        if len(matches) >= max_pairs:
             is_whole = False
             break
-        compared += 1
         moved = _find_motion(features[a], features[b])
+        matches[a, b] = len(moved)
         if len(moved) >= _MIN_INLIERS:
             shifts.append(_shift(a, b, moved, pictures[b].shape))
             merged, kept = group_of[b], group_of[a]
@@ -94,7 +97,26 @@ def find_overlap(pictures: Sequence[NDArray[np.uint8]], max_pairs: int = 4000) -
     for number, own in enumerate(group_of):
         groups.setdefault(own, []).append(number)
     ordered = sorted(groups.values(), key=lambda group: (-len(group), group[0]))
-    return Overlap(tuple(map(tuple, ordered)), tuple(shifts), compared, is_whole)
+    return Overlap(
+        groups=tuple(map(tuple, ordered)),
+        shifts=tuple(shifts),
+        gaps=_gaps(group_of, [group_of[group[0]] for group in ordered[1:]], matches),
+        pairs=len(matches),
+        is_whole=is_whole,
+    )
+
+
+def _gaps(
+    group_of: Sequence[int], apart: Sequence[int], matches: Mapping[tuple[int, int], int]
+) -> tuple[tuple[int, int], ...]:
+    """Return a pair for each group in `apart`; of equal pairs the nearest in the sequence."""
+    gaps = []
+    for group in apart:
+        pairs = [pair for pair in matches if [group_of[k] for k in pair].count(group) == 1]
+        if pairs:
+            a, b = max(pairs, key=lambda pair: (matches[pair], pair[0] - pair[1]))
+            gaps.append((a, b) if group_of[a] == group else (b, a))
+    return tuple(gaps)
 
 
 def _shift(a: int, b: int, moved: NDArray[np.float32], shape: tuple[int, ...]) -> Shift:

@@ -94,12 +94,14 @@ class OverlapOut(BaseModel):
     """Groups of overlapping photos: `groups` of ids, the largest first.
 
     `pending`: photos came or went, and the groups are being recomputed. `shifts` join the photos of
-    each group, and have all consecutive photos that overlap.
+    each group, and have all consecutive photos that overlap. `gaps`: of each group but the largest
+    one photo, and one of another group; another photo between the two would most likely join them.
     """
 
     pending: bool
     groups: list[list[UUID]]
     shifts: list[ShiftOut]
+    gaps: list[list[UUID]]
 
 
 @router.get("/gyms/{gym}/scans/{scan}/photos")
@@ -117,10 +119,12 @@ def read_overlap(scan: UUID, session: Db, access: UploaderMay) -> OverlapOut:
     """Return the groups of overlapping photos. One group becomes the wall, the rest is left out."""
     row = session.get(PhotoOverlap, scan_of(session, access.gym.id, scan).id)
     if row is None:
-        return OverlapOut(pending=False, groups=[], shifts=[])
+        return OverlapOut(pending=False, groups=[], shifts=[], gaps=[])
     groups = [[UUID(photo) for photo in group] for group in row.groups]
     shifts = [ShiftOut.model_validate(shift) for shift in row.shifts]
-    return OverlapOut(pending=row.answered < row.requested, groups=groups, shifts=shifts)
+    gaps = [[UUID(photo) for photo in gap] for gap in row.gaps]
+    pending = row.answered < row.requested
+    return OverlapOut(pending=pending, groups=groups, shifts=shifts, gaps=gaps)
 
 
 @router.post("/gyms/{gym}/scans/{scan}/photos", status_code=201, dependencies=[Tus])
