@@ -19,7 +19,7 @@ class ExportSettings:
     first_texture: Annotated[int, about("Longer side of the first tier's texture", unit="px", low=64, high=16384, expert=True)] = 2048
     detail_texture: Annotated[int, about("Longer side of the detail tier's texture", unit="px", low=64, high=16384, expert=True)] = 4096
     archive_texture: Annotated[int, about("Longer side of the texture in wall.glb", unit="px", low=64, high=16384, expert=True)] = 8192
-    surroundings: Annotated[bool, about("The page and pictures also show what is around the climbing wall: floor, ceiling, room")] = False
+    surroundings: Annotated[bool, about("The page and pictures also show what is around the climbing wall: floor, ceiling, room", expert=True)] = False
     title: Annotated[str, about("Title of the page and the report; empty: the folder's name")] = ""
     # fmt: on
 
