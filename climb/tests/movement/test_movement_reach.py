@@ -6,7 +6,7 @@ import pytest
 
 from walltopo.scans.holds import Hold
 from walltopo.scans.routes import Route
-from walltopo_climb.movement.reach import HEIGHTS, reaching_heights
+from walltopo_climb.movement.reach import HEIGHTS, reached_by_arms, reaching_heights
 
 
 def ladder(step: float, rungs: int = 6) -> tuple[Route, tuple[Hold, ...]]:
@@ -40,3 +40,27 @@ def test_long_steps_are_for_tall_climbers(unit: float) -> None:
 def test_without_a_top_it_is_no_climb() -> None:
     route, holds = ladder(0.35)
     assert reaching_heights(Route(id=1, holds=route.holds, start=route.start), holds, 1.0) is None
+    assert reached_by_arms(Route(id=1, holds=route.holds, start=route.start), holds, 1.0) is None
+
+
+def test_arms_decide_between_the_heights_that_reach_and_those_that_do_not() -> None:
+    worth = {"no": 0, "depends": 1, "yes": 2}
+    for step in (0.35, 0.7, 0.8, 0.9, 1.0, 1.1, 2.5):
+        route, holds = ladder(step)
+        reached = reached_by_arms(route, holds, 1.0)
+        usual = reaching_heights(route, holds, 1.0)
+        assert reached is not None
+        assert usual is not None
+        ranks = [worth[one] for one in reached]
+        assert ranks == sorted(ranks)
+        for height, one in zip(HEIGHTS, reached, strict=True):
+            assert one == "depends" or (height in usual) == (one == "yes")
+    assert set(reached_by_arms(*ladder(0.35), 1.0) or ()) == {"yes"}
+    assert set(reached_by_arms(*ladder(2.5), 1.0) or ()) == {"no"}
+
+
+def test_at_some_height_it_depends() -> None:
+    reached = reached_by_arms(*ladder(1.25), 1.0)
+    assert reached is not None
+    assert reached[0] == "depends"
+    assert set(reached[1:]) == {"yes"}

@@ -204,6 +204,13 @@ def ask(world: World, scan: UUID) -> Any:
     return answer.json()
 
 
+def ask_reach(world: World, scan: UUID) -> Any:
+    path = f"{world.path}/scans/{scan}/reach"
+    answer = world.server.ask("GET", path, world.people["setter"])
+    assert answer.is_success, answer.text
+    return answer.json()
+
+
 def test_a_new_route_has_a_range_and_the_gyms_grades_move_it(world: World) -> None:
     scan, routes = hang(world, 8)
     system = add_systems(world)["font"]
@@ -302,19 +309,26 @@ def test_a_grade_outside_of_its_range_is_listed_with_its_side(world: World) -> N
 
 @pytest.mark.slow
 def test_a_worker_places_what_a_body_gets_up(world: World) -> None:
-    """A ladder of jugs is climbed, two holds out of reach of each other are not."""
+    """A ladder of jugs is climbed, holds out of reach of each other are not."""
     ladder = [hold(n, 0.2 * (n % 2), 0.4 + 0.35 * n) for n in range(1, 9)]
-    apart = [hold(20, 5.0, 1.0), hold(21, 5.0, 9.0)]
+    apart = [hold(20, 5.0, 1.0), hold(21, 5.0, 5.0), hold(22, 5.0, 9.0)]
     holds = [*ladder, *apart]
-    scan = world.reviewed({1: range(1, 9), 2: [20, 21]}, holds)
+    scan = world.reviewed({1: range(1, 9), 2: [20, 21, 22]}, holds)
     placing = Placing(world.server.database, world.server.services.store)
+    assert ask_reach(world, scan)["state"] == "waiting"
     placing.place(str(scan))  # its holds are not there: none is placed
     assert ask(world, scan)["routes"] == []
+    assert ask_reach(world, scan) == {
+        "state": "ready",
+        "heights": [1.2, 1.35, 1.5, 1.65, 1.8, 1.95],
+        "arms": 0.05,
+        "routes": [],
+    }
     with TemporaryDirectory() as name:
         folder = ScanFolder(Path(name))
         rows = (
             found.Route(id=1, colour="red", holds=tuple(range(1, 9)), start=(1,), top=(8,)),
-            found.Route(id=2, colour="red", holds=(20, 21), start=(20,), top=(21,)),
+            found.Route(id=2, colour="red", holds=(20, 21, 22), start=(20,), top=(22,)),
         )
         found.Routes(routes=rows).save(folder.routes)
         Holds(metric=True, holds=with_routes(holds, rows)).save(folder.holds)
@@ -323,3 +337,8 @@ def test_a_worker_places_what_a_body_gets_up(world: World) -> None:
     placing.place(str(scan))
     payload = ask(world, scan)
     assert [row["number"] for row in payload["routes"]] == [1]
+    reach = {row["number"]: set(row["reached"]) for row in ask_reach(world, scan)["routes"]}
+    assert reach == {1: {"yes"}, 2: {"no"}}
+    with world.server.database.writing() as session:
+        session.add(ScanEdits(scan_id=scan, revision=1, shown=1, log={}))
+    assert ask_reach(world, scan)["state"] == "waiting"

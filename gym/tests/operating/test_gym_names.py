@@ -64,7 +64,7 @@ KEPT = {
     "oidc_attempts": {"state_hash", "nonce", "verifier"},
     "own_networks": {"basis", "result", "key", "error"},
     "people": {"email", "name", "password_hash"},
-    "photo_overlaps": {"groups", "shifts"},
+    "photo_overlaps": {"gaps", "groups", "shifts"},
     "photos": {"name", "state", "reason", "sha256"},
     "placements": {"holds", "hold_types", "reach", "as_was"},
     "plans": {"entries", "found", "error"},
@@ -72,7 +72,7 @@ KEPT = {
     "route_sign_offs": {"grade"},
     "routes": {"name", "colour", "grade", "setter", "tags"},
     "scan_edits": {"log"},
-    "scan_places": {"model", "learnt"},
+    "scan_places": {"model", "learnt", "reach"},
     "scan_progress": {"stage", "doing", "notes"},
     "scans": {
         "state",

@@ -639,6 +639,7 @@ CASES = {
     "drop_photo": Case("setter", Scope.UPLOAD, a_photo, headers=TUS),
     "read_draft": Case("setter", Scope.PUBLISH, a_draft),
     "read_grade_ranges": Case("setter", Scope.PUBLISH, a_draft),
+    "read_scan_reach": Case("setter", Scope.PUBLISH, a_draft),
     "publish_scan": Case(
         "setter", Scope.PUBLISH, a_draft, lambda w: {"revision": 0, "routes": [{"number": 1}]}
     ),

@@ -53,6 +53,12 @@ test("from review to what a climber sees", async ({ browser, places }) => {
   const beside = page.locator(".graded small");
   await beside.filter({ hasText: /^about \d\S* to \d\S*, based on training-board problems only/ }).first().waitFor();
   assert.deepEqual(await page.locator("[data-field=grade]").evaluateAll((all) => all.map(({ value }) => value).filter(Boolean)), []);
+  // Who reaches the top of each route, before anybody climbs it.
+  const reach = page.getByRole("list", { name: "Reach" });
+  await reach.first().waitFor();
+  assert.equal(await reach.first().getByRole("listitem").count(), 6);
+  await reach.first().scrollIntoViewIfNeeded();
+  await setter.shot("review-reach");
   await page.getByLabel("Show estimated grades of new routes").uncheck();
   await beside.first().waitFor({ state: "detached" });
   await page.reload(); // it stays hidden

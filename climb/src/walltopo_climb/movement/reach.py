@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, Literal, TypeAlias
 
 from walltopo.scans.holds import Hold
 from walltopo.scans.routes import Route
@@ -13,6 +13,37 @@ from walltopo_climb.movement.sequence import find_sequence
 
 # Metres, from a child of seven to a tall adult, with arm spans as long as they are high.
 HEIGHTS: Final = (1.20, 1.35, 1.50, 1.65, 1.80, 1.95)
+
+# Share by which the arm spans of climbers of one height are longer or shorter: about two standard
+# deviations (0.028 of the ratio in 1,465 children; Mishra, Mondal and Mondal, "Estimation of height
+# from arm span", Journal of Clinical and Diagnostic Research 11, 2017).
+ARMS: Final = 0.05
+
+# Whether climbers of a height reach the top: all of them, some by their arm span, or none.
+Reached: TypeAlias = Literal["yes", "depends", "no"]
+
+
+def reached_by_arms(route: Route, holds: Sequence[Hold], unit: float) -> tuple[Reached, ...] | None:
+    """Return for each of `HEIGHTS` whether it reaches the top, with arms of any usual length; None
+    if the route is no climb.
+
+    Parameters
+    ----------
+    holds : all holds of the wall. unit : scan units per metre.
+    """
+    climb = climb_of(route, on_route(route, holds, unit), unit)
+    if climb is None:
+        return None
+
+    def reaches(height: float, arms: float) -> bool:
+        moves = find_sequence(climb, Body(height, height * (1 + arms)))
+        return moves is not None and moves.reached
+
+    found: list[Reached] = []
+    for height in HEIGHTS:
+        short, long = reaches(height, -ARMS), reaches(height, ARMS)
+        found.append("yes" if short and long else "depends" if short or long else "no")
+    return tuple(found)
 
 
 def reaching_heights(route: Route, holds: Sequence[Hold], unit: float) -> tuple[float, ...] | None:

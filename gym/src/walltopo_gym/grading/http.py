@@ -1,4 +1,4 @@
-"""Endpoints of grade ranges of a scan in review: shown beside the setter's grade, never instead."""
+"""Endpoints of a scan in review: grade ranges, shown beside the setter's grade, and the reach."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from uuid import UUID
 from fastapi import APIRouter
 from pydantic import BaseModel
 
+from walltopo_climb.movement.reach import ARMS, HEIGHTS, Reached
 from walltopo_gym.api.grades import GradeBounds
 from walltopo_gym.api.services import Db
-from walltopo_gym.grading.service import ranges_of
+from walltopo_gym.grading.service import ranges_of, reach_of
 from walltopo_gym.gyms.access import PublisherMay
 from walltopo_gym.scans.service import check_in_review, scan_of
 
@@ -39,6 +40,27 @@ class GradeRanges(BaseModel):
     routes: list[GradeRange]
 
 
+class RouteReach(BaseModel):
+    """The route with this number in the scan: for each of the heights, whether climbers of it reach
+    the top. `depends`: by their arm span."""
+
+    number: int
+    reached: list[Reached]
+
+
+class ScanReach(BaseModel):
+    """The heights of climbers that reach the tops of a scan's routes, by the movement model.
+
+    `state`: "waiting" while it is computed. `heights`: in metres. `arms`: the share by which arm
+    spans were taken longer and shorter than the height. Routes without start or top have no row.
+    """
+
+    state: Literal["waiting", "ready"]
+    heights: list[float]
+    arms: float
+    routes: list[RouteReach]
+
+
 @router.get("/gyms/{gym}/scans/{scan}/grade-ranges")
 def read_grade_ranges(scan: UUID, session: Db, access: PublisherMay) -> GradeRanges:
     """Return estimated grade ranges of the routes of a scan in review."""
@@ -57,6 +79,21 @@ def read_grade_ranges(scan: UUID, session: Db, access: PublisherMay) -> GradeRan
         voted=found.voted,
         coverage=found.coverage,
         routes=routes,
+    )
+
+
+@router.get("/gyms/{gym}/scans/{scan}/reach")
+def read_scan_reach(scan: UUID, session: Db, access: PublisherMay) -> ScanReach:
+    """Return which heights reach the top of each route of a scan in review."""
+    row = scan_of(session, access.gym.id, scan)
+    check_in_review(row.state)
+    reach = reach_of(session, row.id)
+    found = sorted((int(number), reached) for number, reached in (reach or {}).items())
+    return ScanReach(
+        state="waiting" if reach is None else "ready",
+        heights=list(HEIGHTS),
+        arms=ARMS,
+        routes=[RouteReach(number=number, reached=reached) for number, reached in found],
     )
 
 

@@ -9,6 +9,7 @@ from uuid import UUID
 from sqlalchemy import JSON, ForeignKey, String
 from sqlalchemy.orm import Mapped, mapped_column
 
+from walltopo_climb.movement.reach import Reached
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base
 
@@ -18,7 +19,9 @@ class ScanPlaces(Base):
 
     `model` is the identity of the grade model: estimates of two models are not comparable. `learnt`
     has that model's error statistics (`walltopo_climb.grades.model.Learnt`). `shown` is the
-    revision of the edits that the scan's files showed (`ScanEdits.shown`), 0 before any.
+    revision of the edits that the scan's files showed (`ScanEdits.shown`), 0 before any. `reach`:
+    by a route's number, of each of `walltopo_climb.movement.reach.HEIGHTS` whether it reaches the
+    top; null until computed.
     """
 
     __tablename__ = "scan_places"
@@ -29,6 +32,7 @@ class ScanPlaces(Base):
     model: Mapped[str] = mapped_column(String(16))
     shown: Mapped[int]
     learnt: Mapped[dict[str, Any]] = mapped_column(JSON)
+    reach: Mapped[dict[str, list[Reached]] | None] = mapped_column(JSON(none_as_null=True))
     at: Mapped[datetime] = mapped_column(default=now)
 
 

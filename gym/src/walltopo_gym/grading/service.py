@@ -22,6 +22,7 @@ from walltopo_climb.grades.calibrate import OWN_ERRORS, Known
 from walltopo_climb.grades.font import grade_ends
 from walltopo_climb.grades.model import Learnt, Range
 from walltopo_climb.grades.scale import GymScale
+from walltopo_climb.movement.reach import Reached
 from walltopo_gym.climbing.models import Opinion
 from walltopo_gym.climbing.points import ENOUGH
 from walltopo_gym.climbing.shrinking import NOTHING, Sample, shrunk_means
@@ -249,6 +250,14 @@ def ranges_of(session: Session, gym: UUID, scan: UUID) -> Ranges | None:
         coverage=scale.learnt.known.coverage,
         found={one.number: scale.range(one.place, one.known) for one in placed},
     )
+
+
+def reach_of(session: Session, scan: UUID) -> dict[str, list[Reached]] | None:
+    """Return who reaches the top of each route, by its number; None while it is computed."""
+    row = session.get(ScanPlaces, scan)
+    edits = session.get(ScanEdits, scan)
+    is_current = row is not None and row.shown == (0 if edits is None else edits.shown)
+    return row.reach if row is not None and is_current else None
 
 
 def answer_range(session: Session, question: GradeRangeOf) -> None:
