@@ -10,8 +10,10 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
 from typing import Final
 
@@ -34,6 +36,7 @@ def main() -> int:
         sys.stderr.write("error: npm is missing\nInstall Node 20 or newer.\n")
         return 5
     app = subprocess.Popen([npm, "run", "dev", "--", "--strictPort"], cwd=ROOT / "gym" / "web")
+    threading.Thread(target=_interrupt_after, args=(app,), daemon=True).start()
     # Links in mails and the check of requests' origins name the address that the browser has.
     os.environ["WALLTOPO_GYM_ADDRESS"] = _APP
     serve = " ".join([*walltopo, "gym", "serve", "--data", _DATA])
@@ -41,9 +44,18 @@ def main() -> int:
     try:
         run_process(*(ROOT / one for one in _WATCHED), target=serve, watch_filter=PythonFilter())
     finally:
+        ended = app.poll()
         app.terminate()
         app.wait()
-    return 0
+    if ended:
+        sys.stderr.write(f"error: the app's own server ended with code {ended}\n")
+    return ended or 0
+
+
+def _interrupt_after(app: subprocess.Popen[bytes]) -> None:
+    """Stop like Ctrl-C when the app's server has failed."""
+    if app.wait() > 0:
+        os.kill(os.getpid(), signal.SIGINT)
 
 
 if __name__ == "__main__":

