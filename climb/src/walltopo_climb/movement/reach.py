@@ -9,7 +9,7 @@ from walltopo.scans.holds import Hold
 from walltopo.scans.routes import Route
 from walltopo_climb.movement.body import Body
 from walltopo_climb.movement.on_wall import climb_of, on_route
-from walltopo_climb.movement.sequence import find_sequence
+from walltopo_climb.movement.sequence import Climb, find_sequence
 
 # Metres, from a child of seven to a tall adult, with arm spans as long as they are high.
 HEIGHTS: Final = (1.20, 1.35, 1.50, 1.65, 1.80, 1.95)
@@ -34,14 +34,11 @@ def reached_by_arms(route: Route, holds: Sequence[Hold], unit: float) -> tuple[R
     climb = climb_of(route, on_route(route, holds, unit), unit)
     if climb is None:
         return None
-
-    def reaches(height: float, arms: float) -> bool:
-        moves = find_sequence(climb, Body(height, height * (1 + arms)))
-        return moves is not None and moves.reached
-
     found: list[Reached] = []
     for height in HEIGHTS:
-        short, long = reaches(height, -ARMS), reaches(height, ARMS)
+        short, long = (
+            _reaches(climb, Body(height, height * arms)) for arms in (1 - ARMS, 1 + ARMS)
+        )
         found.append("yes" if short and long else "depends" if short or long else "no")
     return tuple(found)
 
@@ -56,5 +53,10 @@ def reaching_heights(route: Route, holds: Sequence[Hold], unit: float) -> tuple[
     climb = climb_of(route, on_route(route, holds, unit), unit)
     if climb is None:
         return None
-    found = ((height, find_sequence(climb, Body(height))) for height in HEIGHTS)
-    return tuple(height for height, moves in found if moves is not None and moves.reached)
+    return tuple(height for height in HEIGHTS if _reaches(climb, Body(height)))
+
+
+def _reaches(climb: Climb, body: Body) -> bool:
+    """Return whether a body finds moves to the top."""
+    moves = find_sequence(climb, body)
+    return moves is not None and moves.reached

@@ -1,4 +1,4 @@
-"""Estimate the difficulty of a scan's routes, and who reaches their tops: a job of some seconds.
+"""Estimate the difficulty and the reach of a scan's routes: a job of some seconds.
 
 It is queued when a scan comes to its review and when its edits are applied. A starting worker
 queues it for each scan in review, published or former whose estimates are missing or of another
@@ -49,8 +49,8 @@ def review_changed(session: Session, event: ReviewChanged) -> None:
 
 
 def queue_missing(database: Database) -> None:
-    """Queue each scan without estimates of this model and of its edits, the newest first; each
-    once, whatever number of workers start."""
+    """Queue each scan without estimates of this model and of its edits, and each in review without
+    the reach, the newest first; each once, whatever number of workers start."""
     model = shipped_identity()
     shown = func.coalesce(ScanEdits.shown, 0)
     lacks_reach = and_(ScanPlaces.reach.is_(None), Scan.state == State.REVIEW)
@@ -87,7 +87,7 @@ class _Wall:
         return rate_routes(self.routes, self.holds, self.unit, shipped_model())
 
     def reach(self) -> dict[str, list[Reached]]:
-        """Return who reaches the top of each route that is a climb, by its number."""
+        """Return which heights reach the top of each route that is a climb, by its number."""
         found = {route.id: reached_by_arms(route, self.holds, self.unit) for route in self.routes}
         return {str(number): list(row) for number, row in found.items() if row is not None}
 

@@ -237,9 +237,8 @@ class Ranges:
 
 def ranges_of(session: Session, gym: UUID, scan: UUID) -> Ranges | None:
     """Return the ranges as if each route were new; None while they are computed."""
-    row = session.get(ScanPlaces, scan)
-    edits = session.get(ScanEdits, scan)
-    if row is None or row.shown != (0 if edits is None else edits.shown):
+    row = _estimates_of(session, scan)
+    if row is None:
         return None
     graded_routes = scale_routes(session, gym, row.model)
     scale = _gym_scale(row, graded_routes)
@@ -253,11 +252,17 @@ def ranges_of(session: Session, gym: UUID, scan: UUID) -> Ranges | None:
 
 
 def reach_of(session: Session, scan: UUID) -> dict[str, list[Reached]] | None:
-    """Return who reaches the top of each route, by its number; None while it is computed."""
+    """Return which heights reach the top of each route, by number; None while it is computed."""
+    row = _estimates_of(session, scan)
+    return None if row is None else row.reach
+
+
+def _estimates_of(session: Session, scan: UUID) -> ScanPlaces | None:
+    """Return the estimates of a scan; None if it has none, or was edited since."""
     row = session.get(ScanPlaces, scan)
     edits = session.get(ScanEdits, scan)
-    is_current = row is not None and row.shown == (0 if edits is None else edits.shown)
-    return row.reach if row is not None and is_current else None
+    shown = 0 if edits is None else edits.shown
+    return row if row is not None and row.shown == shown else None
 
 
 def answer_range(session: Session, question: GradeRangeOf) -> None:

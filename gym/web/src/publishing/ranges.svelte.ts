@@ -3,15 +3,12 @@
 import { answer, api, type Schemas } from "../api/client";
 import { t } from "../i18n.svelte";
 import { loading, type Loaded } from "../lib/loaded.svelte";
+import { reloadWhileWaiting } from "./waiting.svelte";
 
 const KEPT = "walltopo-review-ranges";
-const FIRST_WAIT_MS = 1500;
-const LONGEST_WAIT_MS = 30_000;
-
 export class Ranges {
   shown = $state(localStorage.getItem(KEPT) !== "no");
   readonly result: Loaded<Schemas["GradeRanges"] | null>;
-  private wait = FIRST_WAIT_MS;
 
   /** Create it while a component is initialised; `ready`: whether there is a draft. */
   constructor(path: () => { gym: string; scan: string }, ready: () => boolean) {
@@ -19,12 +16,7 @@ export class Ranges {
       if (!ready() || !this.shown) return null;
       return answer(api.GET("/api/v1/gyms/{gym}/scans/{scan}/grade-ranges", { params: { path: path() } }));
     });
-    $effect(() => {
-      if (this.result.data?.state !== "waiting") return;
-      const later = setTimeout(() => void this.result.load(), this.wait);
-      this.wait = Math.min(1.5 * this.wait, LONGEST_WAIT_MS);
-      return () => clearTimeout(later);
-    });
+    reloadWhileWaiting(this.result);
   }
 
   show(shown: boolean): void {

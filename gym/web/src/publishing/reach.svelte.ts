@@ -2,27 +2,19 @@
 
 import { answer, api, type Schemas } from "../api/client";
 import { loading, type Loaded } from "../lib/loaded.svelte";
-
-const FIRST_WAIT_MS = 1500;
-const LONGEST_WAIT_MS = 30_000;
+import { reloadWhileWaiting } from "./waiting.svelte";
 
 export type Reached = Schemas["RouteReach"]["reached"][number];
 
 export class Reach {
   private readonly result: Loaded<Schemas["ScanReach"] | null>;
-  private wait = FIRST_WAIT_MS;
 
   /** Create it while a component is initialised; `ready`: whether there is a draft. */
   constructor(path: () => { gym: string; scan: string }, ready: () => boolean) {
     this.result = loading(async () =>
       ready() ? answer(api.GET("/api/v1/gyms/{gym}/scans/{scan}/reach", { params: { path: path() } })) : null,
     );
-    $effect(() => {
-      if (this.result.data?.state !== "waiting") return;
-      const later = setTimeout(() => void this.result.load(), this.wait);
-      this.wait = Math.min(1.5 * this.wait, LONGEST_WAIT_MS);
-      return () => clearTimeout(later);
-    });
+    reloadWhileWaiting(this.result);
   }
 
   /** Share by which arms were taken longer and shorter than usual. */

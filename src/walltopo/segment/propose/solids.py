@@ -7,16 +7,20 @@ outline a volume better than the mesh does (docs/propose.md), so a volume with m
 from __future__ import annotations
 
 from collections.abc import Collection
+from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from walltopo.core.parallel import available_cores
 from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
 from walltopo.segment.propose.pieces import Ground, components_of_area, stands_out
 from walltopo.segment.propose.surroundings import TOP, Surroundings
 
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
+
+Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 VOLUME = "volume"
@@ -55,7 +59,7 @@ def find_solids(
     out = stands_out(heights, ground.panels, unit, RISE) & ((label == 0) | known)
     other = (out | (label > 0)).astype(np.int32)
     surroundings = Surroundings(mesh, heights, ground.panels, other, unit)
-    near = _near(ground, label > 0)
+    instances = _tree_of(mesh.centroids[label > 0])
     found = []
     for rows in components_of_area(
         mesh, ground.neighbours, out, MIN_AREA * unit**2, MAX_AREA * unit**2
@@ -64,25 +68,27 @@ def find_solids(
         if (
             np.ptp(mesh.centroids[rows], axis=0).max() <= LONGEST * unit
             and np.percentile(heights.height[rows], TOP) >= MIN_HEIGHT * unit
-            and near[rows].any()
             and areas[known[rows]].sum() < TAKEN * areas.sum()
+            and _is_near(mesh.centroids[rows], instances, NEAR * unit)
             and surroundings.relief(rows, 0).around >= MIN_AROUND
         ):
             found.append(rows[~known[rows]])
     return found
 
 
-def _near(ground: Ground, marked: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return (F,) whether a triangle is near a marked one; all are if none is marked."""
+def _tree_of(places: Floats) -> cKDTree | None:
+    """Return a tree of at most about `_MAX_PLACES` of (n, 3) places; None without any."""
     from scipy.spatial import cKDTree
 
-    if not marked.any():
-        return ~marked
-    places = ground.mesh.centroids
-    step = max(1, int(np.count_nonzero(marked)) // _MAX_PLACES)
-    tree = cKDTree(places[np.flatnonzero(marked)[::step]])
-    away, _ = tree.query(places, distance_upper_bound=NEAR * ground.unit, workers=available_cores())
-    return np.isfinite(away)
+    return cKDTree(places[:: max(1, len(places) // _MAX_PLACES)]) if len(places) else None
+
+
+def _is_near(places: Floats, instances: cKDTree | None, within: float) -> bool:
+    """Return whether one of (n, 3) places is near an instance; so they are if there is no other."""
+    if instances is None:
+        return True
+    away, _ = instances.query(places, distance_upper_bound=within)
+    return bool(np.isfinite(away).any())
 
 
 def add_volumes(
