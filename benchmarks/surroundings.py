@@ -17,15 +17,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from benchmarks.dense import sample
 from walltopo.cli import main as walltopo
-from walltopo.core import Mesh
 from walltopo.geometry.mesh_files import read_mesh
 from walltopo.publish.coarse_wall import coarse_wall
-from walltopo.publish.surroundings import HAND, hand_of, surroundings
+from walltopo.publish.shown import shown_faces
+from walltopo.publish.surroundings import HAND
 from walltopo.publish.wall_data import read_wall
 from walltopo.scans.folder import ScanFolder
 from walltopo_lab.evaluate.align import align_views
@@ -77,12 +76,11 @@ def make_hall(folder: Path, seed: int) -> tuple[Path, Path]:
     return gym, scan
 
 
-def measure(gym: Path, folder: Path) -> tuple[Hall, Mesh, NDArray[np.bool_]]:
-    """Return what is shown of a hall; and the scan's mesh with what is left out."""
+def measure(gym: Path, folder: Path) -> Hall:
+    """Return the part of a hall that is shown."""
     scan, truth = ScanFolder(folder), read_truth(gym)
     wall = read_wall(scan)
-    coarse = coarse_wall(wall.mesh, wall.face_instance)
-    cut = surroundings(coarse, wall.mesh, hand_of(coarse, wall.metric)) & (wall.face_instance == 0)
+    cut = ~shown_faces(wall, coarse_wall(wall.mesh, wall.face_instance))
     with np.load(gym / "truth/gt.npz") as arrays:
         of_wall = arrays["face_wall"]
     points, face = sample(truth.mesh, np.ones(len(truth.mesh.faces)), _SAMPLES, seed=1)
@@ -97,7 +95,7 @@ def measure(gym: Path, folder: Path) -> tuple[Hall, Mesh, NDArray[np.bool_]]:
     shown = np.bincount(number, area * ~cut, minlength=len(whole) + 1)[1:]
     holds = whole > 0
     lost = holds & (shown < _SHOWN * whole)
-    found = Hall(
+    return Hall(
         room=float(area[room].sum()),
         wall=float(area[on_wall].sum()),
         gone=float(area[room & cut].sum() / max(area[room].sum(), 1e-9)),
@@ -105,7 +103,6 @@ def measure(gym: Path, folder: Path) -> tuple[Hall, Mesh, NDArray[np.bool_]]:
         holds=int(holds.sum()),
         lost=int(lost.sum()),
     )
-    return found, wall.mesh, cut
 
 
 def main() -> None:
@@ -118,7 +115,7 @@ def main() -> None:
     print("| hall | room | left out | wall | shown | holds and volumes not shown |")
     print("|---|---|---|---|---|---|")
     for seed in options.seeds:
-        found, _, _ = measure(*make_hall(options.folder, seed))
+        found = measure(*make_hall(options.folder, seed))
         print(f"| {seed}: {PRESETS[seed % len(PRESETS)]} | {found} |", flush=True)
 
 

@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh
 from walltopo.geometry.topology import joined_meshes
+from walltopo.publish import tiers
 from walltopo.publish.coarse_wall import coarse_wall
+from walltopo.publish.page_tiers import TIERS, page_tiers, read_shown_wall
 from walltopo.publish.settings import ExportSettings
-from walltopo.publish.shown import read_shown_wall, shown_wall
+from walltopo.publish.shown import part_shown, shown_faces
 from walltopo.publish.surroundings import HAND, hand_of, surroundings
 from walltopo.publish.tiers import TierBuilder
 from walltopo.publish.wall_data import WallModel, read_wall
@@ -42,7 +44,8 @@ def with_scrap(wall: WallModel, size: float, label: int) -> WallModel:
 
 
 def shown(wall: WallModel, **options: bool) -> WallModel:
-    return shown_wall(wall, coarse_wall(wall.mesh, wall.face_instance), **options)
+    coarse = coarse_wall(wall.mesh, wall.face_instance)
+    return part_shown(wall, shown_faces(wall, coarse, **options))
 
 
 def test_a_small_piece_stays_with_a_hold_alone(make_scan: MakeScan) -> None:
@@ -76,6 +79,16 @@ def test_pictures_show_what_the_page_shows(make_scan: MakeScan) -> None:
     manifest.settings.setdefault("export", {})["surroundings"] = True
     manifest.save(scan.manifest)
     assert shows <= len(read_shown_wall(scan).mesh.faces) == whole
+
+
+def test_pictures_find_what_the_page_shows_beside_its_tiers(
+    make_scan: MakeScan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scan = make_scan()
+    fresh = read_shown_wall(scan)
+    page_tiers(read_wall(scan), ExportSettings(), scan.work / TIERS)
+    monkeypatch.delattr(tiers, "shown_faces")
+    assert np.array_equal(read_shown_wall(scan).mesh.faces, fresh.mesh.faces)
 
 
 def sheet(path: Sequence[tuple[float, float]], wide: float = 4.0) -> Mesh:

@@ -22,16 +22,19 @@ from walltopo.core import InputError
 from walltopo.core.files import atomic_path, hash_path
 from walltopo.publish.meshopt import available
 from walltopo.publish.settings import ExportSettings
+from walltopo.publish.shown import part_shown
 from walltopo.publish.surface import Surface, TexturedSurface
 from walltopo.publish.texture_image import decode_picture
 from walltopo.publish.tiers import TierBuilder
-from walltopo.publish.wall_data import WallModel
+from walltopo.publish.wall_data import WallModel, read_wall
 from walltopo.publish.web_page import LABELS, write_tier
 from walltopo.scans.document import Document, read_arrays
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.manifest import Manifest
 
 TIERS = "tiers"  # the folder's name, in `work/`
 NAMES = ("detail", "first")
-VERSION = 3  # increase when the tiers change
+VERSION = 4  # increase when the tiers change
 _INDEX, _LOOK, _COVERAGE = "index.json", "first.npz", "coverage.npz"
 _SURFACE = tuple(field.name for field in fields(Surface))
 
@@ -72,6 +75,10 @@ class PageTiers:
     def coverage(self) -> NDArray[np.int32]:
         """Return the (F,) number of photos that see each face of the mesh."""
         return read_arrays(self.folder / _COVERAGE, "counts")[0].astype(np.int32)
+
+    def shown(self) -> NDArray[np.bool_]:
+        """Return (F,) the faces of the mesh that the tiers show."""
+        return read_arrays(self.folder / _COVERAGE, "shown")[0].astype(np.bool_)
 
     def first(self) -> TexturedSurface:
         """Return the first tier, for drawings."""
@@ -127,10 +134,7 @@ def _kept(folder: Path, key: str) -> PageTiers | None:
 def _make(
     wall: WallModel, settings: ExportSettings, folder: Path, key: str, advance: Callable[[], None]
 ) -> None:
-    patches = wall.face_instance if wall.patches is None else wall.patches
-    # Names and edits do not influence the geometry.
-    bare = replace(wall, face_instance=patches, holds=[], routes=[])
-    builder = TierBuilder(bare, settings)
+    builder = _builder(wall, settings)
     triangles = {}
     for name in NAMES:
         triangles[name] = len(builder.textured_surface(name).surface.triangles)
@@ -143,17 +147,39 @@ def _make(
     }
     encoded = np.frombuffer(picture[0], dtype=np.uint8) if picture else none
     np.savez(folder / _LOOK, **parts, picture=encoded)
-    np.savez_compressed(folder / _COVERAGE, counts=builder.coverage.astype(np.uint16))
+    counts = builder.coverage.astype(np.uint16)
+    np.savez_compressed(folder / _COVERAGE, counts=counts, shown=builder.shown)
     files = {path.name: hash_path(path) for path in sorted(folder.iterdir())}
     _Index(made_from=key, files=files, triangles=triangles).save(folder / _INDEX)
 
 
+def _builder(wall: WallModel, settings: ExportSettings) -> TierBuilder:
+    """Return the builder of the tiers: names and edits do not influence the geometry."""
+    patches = wall.face_instance if wall.patches is None else wall.patches
+    return TierBuilder(replace(wall, face_instance=patches, holds=[], routes=[]), settings)
+
+
+def read_shown_wall(scan: ScanFolder) -> WallModel:
+    """Return the part of a finished scan's wall that its page shows.
+
+    Raises
+    ------
+    InputError : as in `read_wall`.
+    """
+    wall = read_wall(scan)
+    stored = Manifest.load(scan.manifest).settings.get("export", {})
+    settings = msgspec.convert(stored, ExportSettings)
+    kept = _kept(scan.work / TIERS, _made_from(wall, settings))
+    return part_shown(wall, _builder(wall, settings).shown if kept is None else kept.shown())
+
+
 def _made_from(wall: WallModel, settings: ExportSettings) -> str:
     """Return a hash of the inputs of the tiers."""
+    # Settings that msgspec converted have no attribute of their own for a default.
     sizes = {
-        name: value
-        for name, value in msgspec.to_builtins(settings).items()
-        if name.startswith((*NAMES, "surroundings"))
+        field.name: getattr(settings, field.name)
+        for field in fields(settings)
+        if field.name.startswith((*NAMES, "surroundings"))
     }
     digest = hashlib.blake2b(repr((VERSION, available(), sorted(sizes.items()))).encode())
     mesh, patches = wall.mesh, wall.face_instance if wall.patches is None else wall.patches

@@ -9,11 +9,9 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh
 from walltopo.geometry.topology import vertex_components
-from walltopo.publish.coarse_wall import CoarseWall, coarse_wall
+from walltopo.publish.coarse_wall import CoarseWall
 from walltopo.publish.surroundings import hand_of, surroundings
-from walltopo.publish.wall_data import WallModel, keep_faces, read_wall
-from walltopo.scans.folder import ScanFolder
-from walltopo.scans.manifest import Manifest
+from walltopo.publish.wall_data import WallModel, keep_faces
 
 # Maximum share of the whole surface of a floating piece. A volume apart from its wall is a hold and
 # always stays.
@@ -23,41 +21,27 @@ Bools = NDArray[np.bool_]
 Labels = NDArray[np.int32]
 
 
-def read_shown_wall(scan: ScanFolder) -> WallModel:
-    """Return what the page of a finished scan shows of its wall.
-
-    Raises
-    ------
-    InputError : as in `read_wall`.
-    """
-    wall = read_wall(scan)
-    settings = Manifest.load(scan.manifest).settings.get("export", {})
-    coarse = coarse_wall(replace(wall.mesh), wall.face_instance)
-    return shown_wall(wall, coarse, all_around=bool(settings.get("surroundings", False)))
-
-
-def shown_wall(wall: WallModel, coarse: CoarseWall, *, all_around: bool = False) -> WallModel:
-    """Return the wall without its surroundings and without small floating pieces.
+def shown_faces(wall: WallModel, coarse: CoarseWall, *, all_around: bool = False) -> Bools:
+    """Return (F,) the faces of a wall without its surroundings and small floating pieces.
 
     Parameters
     ----------
     coarse : the wall's mesh with its holds, simplified.
-    all_around : keep them; only small floating pieces are left out.
-
-    Returns
-    -------
-    The same object if nothing is left out.
+    all_around : keep the surroundings; only small floating pieces are left out.
     """
     mesh = replace(wall.mesh)  # its areas and normals are freed
-    cut = np.zeros(len(mesh.faces), bool) if all_around else _surroundings(wall, coarse, mesh)
-    rest = np.flatnonzero(~cut)
-    cut[rest[small_pieces(mesh, rest, wall.face_instance)]] = True
-    return keep_faces(wall, ~cut, np.unique(wall.face_instance)) if cut.any() else wall
+    shown = np.ones(len(mesh.faces), dtype=bool)
+    if not all_around:
+        cut = surroundings(coarse, mesh, hand_of(coarse, wall.metric))
+        shown = ~cut | (wall.face_instance > 0)
+    rest = np.flatnonzero(shown)
+    shown[rest[small_pieces(mesh, rest, wall.face_instance)]] = False
+    return shown
 
 
-def _surroundings(wall: WallModel, coarse: CoarseWall, mesh: Mesh) -> Bools:
-    found = surroundings(coarse, mesh, hand_of(coarse, wall.metric))
-    return found & (wall.face_instance == 0)
+def part_shown(wall: WallModel, shown: Bools) -> WallModel:
+    """Return the wall with only these faces and all of its holds; the same object if all are."""
+    return wall if shown.all() else keep_faces(wall, shown, np.unique(wall.face_instance))
 
 
 def small_pieces(mesh: Mesh, rows: NDArray[np.int64], labels: Labels) -> Bools:

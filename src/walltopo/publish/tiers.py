@@ -17,7 +17,7 @@ from walltopo.publish.coverage import count_views
 from walltopo.publish.gltf import Packing, write_glb
 from walltopo.publish.meshopt import available
 from walltopo.publish.settings import ExportSettings
-from walltopo.publish.shown import shown_wall
+from walltopo.publish.shown import part_shown, shown_faces
 from walltopo.publish.surface import (
     Surface,
     TexturedSurface,
@@ -68,8 +68,13 @@ class TierBuilder:
         return coarse_wall(own, self.wall.face_instance)
 
     @cached_property
+    def shown(self) -> NDArray[np.bool_]:
+        """Return (F,) the faces that the page shows."""
+        return shown_faces(self.wall, self._coarse_wall, all_around=self.settings.surroundings)
+
+    @cached_property
     def _shown(self) -> WallModel:
-        return shown_wall(self.wall, self._coarse_wall, all_around=self.settings.surroundings)
+        return part_shown(self.wall, self.shown)
 
     @cached_property
     def coverage(self) -> NDArray[np.int32]:

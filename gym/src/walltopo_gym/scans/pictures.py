@@ -36,8 +36,8 @@ def store_front(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
     from PIL import Image
 
     from walltopo.publish.atlas.visible_faces import front_direction
+    from walltopo.publish.page_tiers import read_shown_wall
     from walltopo.publish.report.maps import paper_view
-    from walltopo.publish.shown import read_shown_wall
 
     wall = read_shown_wall(folder)
     canvas = paper_view(
