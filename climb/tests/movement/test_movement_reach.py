@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from walltopo.scans.holds import Hold
@@ -22,8 +24,8 @@ def ladder(step: float, rungs: int = 6) -> tuple[Route, tuple[Hold, ...]]:
 
 
 def test_everyone_climbs_a_ladder_and_nobody_a_bare_wall() -> None:
-    assert reaching_heights(*ladder(0.35), 1.0) == HEIGHTS
-    assert reaching_heights(*ladder(2.5), 1.0) == ()
+    assert tuple(reaching_heights(*ladder(0.35), 1.0) or ()) == HEIGHTS
+    assert reaching_heights(*ladder(2.5), 1.0) == {}
 
 
 @pytest.mark.parametrize("unit", [1.0, 3.0])
@@ -35,6 +37,17 @@ def test_long_steps_are_for_tall_climbers(unit: float) -> None:
     shortest = [min(heights, default=9.0) for heights in found]
     assert shortest == sorted(shortest)
     assert shortest[0] < shortest[-1]
+
+
+@pytest.mark.parametrize("unit", [1.0, 3.0])
+def test_the_longest_reach_is_between_two_rungs_or_two_steps_apart(unit: float) -> None:
+    route, holds = ladder(0.35 * unit)
+    found = reaching_heights(route, holds, unit)
+    assert found is not None
+    rungs = [math.hypot(n % 2 * 0.1 / unit, 0.35 * n) for n in range(6)]
+    for reach in found.values():
+        assert min(abs(reach - rung) for rung in rungs) < 1e-6
+    assert found[1.2] <= found[1.95]
 
 
 def test_without_a_top_it_is_no_climb() -> None:

@@ -9,7 +9,8 @@ from walltopo.scans.holds import Hold
 from walltopo.scans.routes import Route
 from walltopo_climb.movement.body import Body
 from walltopo_climb.movement.on_wall import climb_of, on_route
-from walltopo_climb.movement.sequence import Climb, find_sequence
+from walltopo_climb.movement.sequence import Climb, find_sequence, longest_reach
+from walltopo_climb.movement.sequence import Sequence as Moves
 
 # Metres, from a child of seven to a tall adult, with arm spans as long as they are high.
 HEIGHTS: Final = (1.20, 1.35, 1.50, 1.65, 1.80, 1.95)
@@ -37,14 +38,16 @@ def reached_by_arms(route: Route, holds: Sequence[Hold], unit: float) -> tuple[R
     found: list[Reached] = []
     for height in HEIGHTS:
         short, long = (
-            _reaches(climb, Body(height, height * arms)) for arms in (1 - ARMS, 1 + ARMS)
+            _moves_to_top(climb, Body(height, height * arms)) is not None
+            for arms in (1 - ARMS, 1 + ARMS)
         )
         found.append("yes" if short and long else "depends" if short or long else "no")
     return tuple(found)
 
 
-def reaching_heights(route: Route, holds: Sequence[Hold], unit: float) -> tuple[float, ...] | None:
-    """Return those of `HEIGHTS` for which there are moves to the top; None if it is no climb.
+def reaching_heights(route: Route, holds: Sequence[Hold], unit: float) -> dict[float, float] | None:
+    """Return those of `HEIGHTS` for which there are moves to the top, each with the longest reach
+    on its way in metres (`longest_reach`); None if the route is no climb.
 
     Parameters
     ----------
@@ -53,10 +56,12 @@ def reaching_heights(route: Route, holds: Sequence[Hold], unit: float) -> tuple[
     climb = climb_of(route, on_route(route, holds, unit), unit)
     if climb is None:
         return None
-    return tuple(height for height in HEIGHTS if _reaches(climb, Body(height)))
+    found = {height: _moves_to_top(climb, Body(height)) for height in HEIGHTS}
+    return {
+        height: longest_reach(climb, moves) for height, moves in found.items() if moves is not None
+    }
 
 
-def _reaches(climb: Climb, body: Body) -> bool:
-    """Return whether a body finds moves to the top."""
+def _moves_to_top(climb: Climb, body: Body) -> Moves | None:
     moves = find_sequence(climb, body)
-    return moves is not None and moves.reached
+    return moves if moves is not None and moves.reached else None

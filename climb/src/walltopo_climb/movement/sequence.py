@@ -105,6 +105,13 @@ def find_sequence(climb: Climb, body: Body) -> Sequence | None:
     return Sequence(body, tuple(moves), crux, bool(reached))
 
 
+def longest_reach(climb: Climb, sequence: Sequence) -> float:
+    """Return the longest distance in metres between the holds of both hands at once."""
+    hands = np.array([move.limbs[:2] for move in sequence.moves])
+    ends = climb.grips.position[hands[(hands != NONE).all(axis=1)]]
+    return float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).max(initial=0.0))
+
+
 def _move(
     arrays: tuple[npt.NDArray[np.float64], ...],
     stance: npt.NDArray[np.int64],

@@ -44,7 +44,7 @@ class ProblemEstimate(msgspec.Struct, frozen=True):
 def estimate_problem(request: EstimateRequest) -> ProblemEstimate:
     """Return the estimate of a problem."""
     found = rate_routes([request.route], request.holds, request.unit, shipped_model())
-    heights = reaching_heights(request.route, request.holds, request.unit) or ()
+    heights = tuple(reaching_heights(request.route, request.holds, request.unit) or ())
     if not found:
         return ProblemEstimate(None, known=False, heights=heights)
     return ProblemEstimate(found[0].difficulty, found[0].known, heights)
