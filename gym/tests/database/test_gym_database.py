@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from datetime import date, datetime
 from graphlib import TopologicalSorter
+from json import dumps
 from pathlib import Path
 from typing import Any
 from uuid import UUID
@@ -23,6 +24,7 @@ from walltopo_gym.database.engine import Database
 from walltopo_gym.migrations.run import age_of, migrate, revisions
 from walltopo_gym.migrations.tables import METADATA, is_ours
 from walltopo_gym.operating.doctor import examine
+from walltopo_gym.problems.models import ProblemHold
 from walltopo_gym.settings import load_settings
 
 pytestmark = pytest.mark.both_databases("migrations and constraints")
@@ -41,11 +43,7 @@ def test_the_migrations_make_the_tables_that_the_classes_declare(server: Server)
 @pytest.mark.parametrize("revision", revisions())
 def test_an_upgrade_keeps_every_row(server: Server, tmp_path: Path, revision: str) -> None:
     """From each revision, with a row in each of its tables, to the tables of this version."""
-    url = server.database.engine.url
-    old = f"sqlite:///{tmp_path / 'old.sqlite'}"
-    if not server.database.is_sqlite:
-        old = new_database(f"{url.username}@{url.host}:{url.port}")
-    database = Database(old)
+    database = old_database(server, tmp_path)
     try:
         migrate(database, revision)
         tables = fill(database)
@@ -60,6 +58,14 @@ def test_an_upgrade_keeps_every_row(server: Server, tmp_path: Path, revision: st
         assert len(kept) >= 57
     finally:
         database.close()
+
+
+def old_database(server: Server, folder: Path) -> Database:
+    """Return an empty database of the server's kind."""
+    url = server.database.engine.url
+    if server.database.is_sqlite:
+        return Database(f"sqlite:///{folder / 'old.sqlite'}")
+    return Database(new_database(f"{url.username}@{url.host}:{url.port}"))
 
 
 def fill(database: Database) -> list[str]:
@@ -102,6 +108,22 @@ def _value(column: Column[Any]) -> object:
         float: 1.0,
         bytes: b"a",
     }.get(kind, "a")
+
+
+def test_an_upgrade_finds_old_problems_by_their_holds(server: Server, tmp_path: Path) -> None:
+    database = old_database(server, tmp_path)
+    try:
+        migrate(database, "0011")
+        fill(database)
+        holds = [{"hold": 7, "use": "start"}, {"hold": 9, "use": "top"}]
+        with database.engine.begin() as connection:
+            connection.execute(text("UPDATE problems SET holds = :holds"), {"holds": dumps(holds)})
+        migrate(database)
+        with database.reading() as session:
+            rows = session.execute(select(ProblemHold.problem_id, ProblemHold.hold)).all()
+        assert sorted(rows) == [(KEY, 7), (KEY, 9)]
+    finally:
+        database.close()
 
 
 def test_migrating_again_changes_nothing(server: Server) -> None:

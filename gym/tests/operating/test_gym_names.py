@@ -66,7 +66,7 @@ KEPT = {
     "people": {"email", "name", "password_hash"},
     "photo_overlaps": {"gaps", "groups", "shifts"},
     "photos": {"name", "state", "reason", "sha256"},
-    "placements": {"holds", "hold_types", "reach", "as_was"},
+    "placements": {"holds", "hold_types", "reach", "longest_reach", "features", "as_was"},
     "plans": {"entries", "found", "error"},
     "reset_plans": {"note", "wishes", "state"},
     "route_sign_offs": {"grade"},

@@ -11,6 +11,7 @@ from io import BytesIO
 from typing import Any
 from uuid import UUID, uuid4
 
+import msgspec
 import pytest
 from gym.tests.worlds import World, hold, make_world
 from sqlalchemy import select
@@ -156,6 +157,29 @@ def test_after_a_reset_it_says_which_holds_are_gone(world: World, scan: UUID) ->
     assert (found["holds"], found["gone"]) == (kept, 1)
     remix = put(world, "judge", later, holds=kept, remix_of=str(key), name="Again")
     assert (remix.status_code, remix.json()["gone"], remix.json()["remix_of"]) == (201, 0, str(key))
+
+
+def test_problems_are_found_by_a_hold_over_all_versions(world: World, scan: UUID) -> None:
+    few = [HOLDS[0], HOLDS[-1]]
+    old = uuid4()
+    assert put(world, "member", scan, old, name="Old").is_success
+    assert put(world, "member", scan, name="Few", holds=few).is_success
+    assert put(world, "member", scan, name="Own", share="private").is_success
+    assert names(world, "judge", "?hold=6") == ["Old"]
+    assert names(world, "judge", "?hold=8") == ["Few", "Old"]
+    assert names(world, "member", "?hold=6&mine=true") == ["Own", "Old"]
+    assert names(world, "judge", "?hold=7") == []
+    # Hold 6 is hold 106 of the next version.
+    others = [msgspec.structs.replace(one, id=one.id + 100) for one in LADDER]
+    after = world.reviewed({1: [101]}, others)
+    assert world.publish(after, {"number": 1}, revision=1).is_success
+    assert names(world, "judge", "?hold=106") == ["Old"]
+    assert names(world, "judge", "?hold=6") == []
+    assert put(world, "member", scan, old, name="Old", holds=few).is_success
+    assert names(world, "judge", "?hold=106") == []
+    path = f"/me/problems/{old}"
+    assert world.server.ask("DELETE", path, world.people["member"]).is_success
+    assert names(world, "judge", "?hold=108") == ["Few"]
 
 
 def test_a_remix_is_of_a_problem_that_its_author_may_see(world: World, scan: UUID) -> None:

@@ -86,6 +86,11 @@ def test_a_version_gets_its_moves_after_its_publication(world: World) -> None:
     assert {1.5, 1.65, 1.8} <= set(reach.pop(1))
     assert set(reach.values()) <= {None}  # no climbs
     assert {row["reach"] for row in before.json()["routes"]} == {None}
+    ladder, alone = after["routes"]
+    assert len(ladder["longest_reach"]) == len(ladder["reach"])
+    assert all(0.4 < reach < 1.5 for reach in ladder["longest_reach"])
+    assert ladder["height_m"] == pytest.approx(0.4 * (RUNGS - 2))
+    assert (alone["longest_reach"], alone["height_m"]) == (None, 0.0)
     assert after["files"]["moves.json"].endswith(f"/scans/{scan}/files/moves.json")
     moves = parse(moves_of(world, scan), Moves, "the moves")
     (route,) = moves.routes

@@ -47,6 +47,7 @@ from walltopo_gym.problems.service import (
     set_climbed,
     shown_problems,
     store_problem,
+    with_hold,
 )
 from walltopo_gym.publishing.service import grade_of
 from walltopo_gym.publishing.version_holds import check_version, version_holds
@@ -158,11 +159,16 @@ def list_problems(
     cursor: Cursor = None,
     size: Size = 50,
     mine: Annotated[bool, Query(description="only one's own")] = False,
+    hold: Annotated[
+        int | None, Query(ge=1, le=65535, description="only those with this published hold")
+    ] = None,
 ) -> Page[ClimberProblem]:
     """Return a wall's problems that all members see, and one's own, the newest first."""
     found = wall_of(session, access.gym.id, wall)
     me = access.actor.known
     rows = problems_shown(found, me, mine=mine, is_setter=access.role.covers(Role.SETTER))
+    if hold is not None:
+        rows = rows.where(with_hold(session, services.store, found, hold))
     order = Problem.created_at, Problem.id
     page, following = page_by(session, rows, order, cursor, size)
     problems = shown_problems(session, services.store, found, [row[0] for row in page], me)

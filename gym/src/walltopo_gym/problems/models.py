@@ -52,6 +52,19 @@ class Problem(Edited, Keyed, Base):
     taken_back_at: Mapped[datetime | None]
 
 
+class ProblemHold(Base):
+    """A hold of a problem, for the search by holds; `scan_id` and `hold` as in `Problem`."""
+
+    __tablename__ = "problem_holds"
+    __table_args__ = (Index("ix_problem_holds_of_hold", "scan_id", "hold"),)
+
+    problem_id: Mapped[UUID] = mapped_column(
+        ForeignKey("problems.id", ondelete="CASCADE"), primary_key=True
+    )
+    hold: Mapped[int] = mapped_column(primary_key=True)
+    scan_id: Mapped[UUID] = mapped_column(ForeignKey("scans.id", ondelete="CASCADE"))
+
+
 class ProblemAscent(Edited, Base):
     """Whether a person has climbed a problem, and when for the first time."""
 

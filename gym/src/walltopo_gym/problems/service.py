@@ -9,7 +9,7 @@ from enum import StrEnum
 from typing import Any, Final
 from uuid import UUID
 
-from sqlalchemy import Select, and_, exists, func, or_, select
+from sqlalchemy import ColumnElement, Select, and_, delete, exists, false, func, or_, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.limits import count_problem
@@ -21,7 +21,7 @@ from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
 from walltopo_gym.gyms.days import zone_of
 from walltopo_gym.gyms.models import Ban, Gym
-from walltopo_gym.problems.models import Problem, ProblemAscent
+from walltopo_gym.problems.models import Problem, ProblemAscent, ProblemHold
 from walltopo_gym.publishing.by_hand import HandRoute, add_routes
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.publishing.version_holds import check_version, current_holds
@@ -155,9 +155,21 @@ def store_problem(
         row.grade_system_id, row.grade = words.grade_system, words.grade
         row.share, row.matching, row.remix_of = words.share, words.matching, words.remix_of
         row.holds = [{"hold": used.hold, "use": used.use.value} for used in words.holds]
+        session.add(row)
+        session.flush()
+        _store_holds(session, row)
     session.add(row)
     session.flush()
     return row, is_new
+
+
+def _store_holds(session: Session, problem: Problem) -> None:
+    """Store the rows of a problem's holds anew."""
+    session.execute(delete(ProblemHold).where(ProblemHold.problem_id == problem.id))
+    session.add_all(
+        ProblemHold(problem_id=problem.id, hold=used["hold"], scan_id=problem.scan_id)
+        for used in problem.holds
+    )
 
 
 def _check_remix(
@@ -229,6 +241,20 @@ def problems_shown(
     return rows.where(or_(in_gym, Problem.person_id == person))
 
 
+def with_hold(session: Session, store: FileStore, wall: Wall, hold: int) -> ColumnElement[bool]:
+    """Return the condition that a problem has a hold of the published version, whatever version of
+    the wall it was made on."""
+    made_on = exists().where(Problem.scan_id == Scan.id)
+    scans = session.scalars(select(Scan.id).where(Scan.wall_id == wall.id, made_on)).all()
+    used = [
+        and_(ProblemHold.scan_id == scan, ProblemHold.hold == old)
+        for scan in scans
+        for old, current in current_holds(session, store, wall, scan).items()
+        if current == hold
+    ]
+    return Problem.id.in_(select(ProblemHold.problem_id).where(or_(false(), *used)))
+
+
 def shown_problems(
     session: Session, store: FileStore, wall: Wall, rows: Sequence[Problem], person: UUID | None
 ) -> list[Shown]:
@@ -272,6 +298,7 @@ def delete_problem(session: Session, problem: Problem) -> None:
     problem.taken_back_at = now()
     problem.name = problem.note = problem.grade = ""
     problem.holds, problem.grade_system_id = [], None
+    _store_holds(session, problem)
 
 
 def set_climbed(

@@ -44,9 +44,11 @@ class Placement(Base):
     `steepness_deg` is the mean angle of the wall under its holds, positive for overhangs; null in
     versions older than the column. `hold_types`: type to number of holds. `reach`: heights in
     metres, of `walltopo_climb.movement.reach`, that reach the top; null until computed, or if it is
-    no climb (publishing/moves.py). `as_was`: the route's
-    facts on the day on which the next version replaced this one (publishing/versions.py); null in
-    the current version.
+    no climb (publishing/moves.py). `longest_reach`: in the order of `reach`, the longest distance
+    in metres between both hands at once. `height_m`: of its highest above its lowest hold.
+    `features`: those of the grade model (`walltopo_climb.grades.features`) for an adult, null where
+    unknown. `as_was`: the route's facts on the day on which the next version replaced this one
+    (publishing/versions.py); null in the current version.
     """
 
     __tablename__ = "placements"
@@ -60,6 +62,9 @@ class Placement(Base):
     steepness_deg: Mapped[float | None]
     hold_types: Mapped[dict[str, int]] = mapped_column(JSON, default=dict)
     reach: Mapped[list[float] | None] = mapped_column(JSON(none_as_null=True))
+    longest_reach: Mapped[list[float] | None] = mapped_column(JSON(none_as_null=True))
+    height_m: Mapped[float | None]
+    features: Mapped[list[float | None] | None] = mapped_column(JSON(none_as_null=True))
     as_was: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
 
 

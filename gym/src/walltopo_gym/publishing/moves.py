@@ -1,4 +1,5 @@
-"""Suggested moves and reach of a published version: a job of some seconds.
+"""Suggested moves of a published version, and the facts that climbers search by: a job of some
+seconds.
 
 It is queued with the publication. The moves become a public file of the version, `moves.json` as
 `walltopo moves` writes it. They are computed once per version and never change afterwards.
@@ -7,7 +8,9 @@ It is queued with the publication. The moves become a public file of the version
 from __future__ import annotations
 
 import logging
+import math
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -18,7 +21,10 @@ from sqlalchemy.orm import Session
 
 from walltopo.core import InputError
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import Hold
 from walltopo.scans.moves import Moves, RouteMoves, moves_basis
+from walltopo.scans.routes import Route
+from walltopo_climb.grades.of_scan import climb_route
 from walltopo_climb.movement.body import BODIES
 from walltopo_climb.movement.reach import reaching_heights
 from walltopo_climb.movement.rows import climber_rows
@@ -72,7 +78,7 @@ class SuggestedMoves:
             with tempfile.TemporaryDirectory() as name:
                 folder = ScanFolder(Path(name))
                 download_files(self.store, one, folder, folder.holds, folder.routes)
-                found, reach = _moves(folder, numbers)
+                found, facts = _moves(folder, numbers)
                 found.save(folder.moves)
                 file = store_public_file(self.store, folder.moves)
         except (NotFoundError, InputError) as error:  # another try would find the same files
@@ -86,7 +92,8 @@ class SuggestedMoves:
                 row.files = {**row.files, MOVES_FILE: file}
                 row.moves = _summary([each.route for each in found.routes])
                 for placement in session.scalars(select(Placement).where(Placement.scan_id == one)):
-                    placement.reach = reach.get(placement.number)
+                    for name, value in facts.get(placement.number, {}).items():
+                        setattr(placement, name, value)
 
 
 def record_failure(session: Session, failure: Failure, scan: str) -> None:
@@ -117,17 +124,32 @@ def _is_wanted(row: Scan | None) -> bool:
     return row is not None and row.state in _PUBLIC and row.moves is None
 
 
-def _moves(folder: ScanFolder, numbers: frozenset[int]) -> tuple[Moves, dict[int, list[float]]]:
+def _moves(folder: ScanFolder, numbers: frozenset[int]) -> tuple[Moves, dict[int, dict[str, Any]]]:
     """Return the moves of those of these routes on which some body can leave the ground, and the
-    heights that reach the top of each climb."""
+    facts of each route by its number."""
     holds, routes, unit = read_wall(folder.root)
-    rows, reach = [], {}
+    rows, facts = [], {}
     for route in routes:
         if route.id in numbers:
-            heights = reaching_heights(route, holds, unit)
-            if heights is not None:
-                reach[route.id] = list(heights)
+            facts[route.id] = _facts(route, holds, unit)
             climbers = climber_rows(route, holds, unit, _BODIES)
             if any(climber.moves for climber in climbers):
                 rows.append(RouteMoves(route.id, climbers))
-    return Moves(unit=unit, made_for=moves_basis(holds, routes), routes=tuple(rows)), reach
+    return Moves(unit=unit, made_for=moves_basis(holds, routes), routes=tuple(rows)), facts
+
+
+def _facts(route: Route, holds: Sequence[Hold], unit: float) -> dict[str, Any]:
+    """Return columns of `Placement` by name."""
+    heights = reaching_heights(route, holds, unit)
+    climbed = climb_route(route, holds, unit)
+    ups = [hold.position[2] for hold in holds if hold.id in set(route.holds)]
+    return {
+        "reach": None if heights is None else list(heights),
+        "longest_reach": None
+        if heights is None
+        else [round(reach, 2) for reach in heights.values()],
+        "height_m": round((max(ups) - min(ups)) / unit, 2) if ups else None,
+        "features": None
+        if climbed is None or not climbed.moves.reached
+        else [None if math.isnan(value) else value for value in climbed.features.tolist()],
+    }

@@ -23,6 +23,7 @@ from walltopo_gym.publishing.service import (
     touch_wall,
     undo_stripping,
 )
+from walltopo_gym.publishing.similar import similar_routes
 from walltopo_gym.publishing.versions import gym_routes, route_of, wall_routes
 from walltopo_gym.scans.pictures import route_picture, wall_picture
 from walltopo_gym.walls.lookup import wall_of
@@ -65,7 +66,9 @@ class RouteOut(BaseModel):
     """A route; `number`, `holds` and style are those of the published version. `by_hand`: it was
     added without a scan; while its `number` is null, the 3D view does not show it. `reach`: heights
     in metres (1.20 to 1.95, in steps of .15) for which the movement model finds moves to the top;
-    null while they are computed, or if the route is no climb."""
+    null while they are computed, or if the route is no climb. `longest_reach`: for each height of
+    `reach`, the longest distance in metres between both hands at once. `height_m`: of the highest
+    above the lowest hold."""
 
     id: UUID
     wall_id: UUID
@@ -84,6 +87,8 @@ class RouteOut(BaseModel):
     steepness_deg: float | None = None
     hold_types: dict[str, int] = {}
     reach: list[float] | None = None
+    longest_reach: list[float] | None = None
+    height_m: float | None = None
 
 
 @router.get("/gyms/{gym}/routes")
@@ -96,6 +101,20 @@ def list_routes(session: Db, access: GuestMay) -> list[RouteOut]:
 def read_route(route: UUID, session: Db, access: GuestMay) -> RouteOut:
     """Return a route, current or stripped."""
     return _current_route(session, route_of(session, access.gym.id, route))
+
+
+class SimilarRoutes(BaseModel):
+    """Current routes that climb like a given one, the most similar first."""
+
+    routes: list[UUID]
+
+
+@router.get("/gyms/{gym}/routes/{route}/similar")
+def list_similar_routes(route: UUID, session: Db, access: GuestMay) -> SimilarRoutes:
+    """Return the routes whose moves, holds and steepness are most like those of a route, current or
+    stripped; none if the movement model finds no moves on it."""
+    row = route_of(session, access.gym.id, route)
+    return SimilarRoutes(routes=similar_routes(session, access.gym.id, row.id))
 
 
 @router.patch("/gyms/{gym}/routes/{route}")
@@ -147,7 +166,8 @@ def route_out(row: Route, placement: Placement | None = None) -> RouteOut:
     if placement is not None:
         facts.number, facts.holds = placement.number, placement.holds
         facts.steepness_deg, facts.hold_types = placement.steepness_deg, placement.hold_types
-        facts.reach = placement.reach
+        facts.reach, facts.longest_reach = placement.reach, placement.longest_reach
+        facts.height_m = placement.height_m
     return facts
 
 
