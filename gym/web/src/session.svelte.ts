@@ -1,7 +1,7 @@
 /** The signed-in person. The secret is a cookie that no script can read; this only says whose it is. */
 
 import { answer, api, ApiError, type Schemas } from "./api/client";
-import { forgetBody } from "./walls/body";
+import { forgetBody } from "./walls/body.svelte";
 import { forgetWall } from "./walls/script";
 import { forgetPrivate, isCutOff, KEPT, keeps, returned } from "./offline/reception.svelte";
 

@@ -92,3 +92,65 @@ test("a route shows its moves for one's own body", async ({ browser, places }) =
   await laptop.close();
   console.log(`moves are shown in ${(Date.now() - begun) / 1000} s`);
 });
+
+test("routes are found by their holds and moves, and a link shows the same list", async ({ browser, places }) => {
+  const member = await visit(browser, places);
+  await signIn(member, places, places.member);
+  const { page, go } = member;
+  const address = await routeWithMoves(page, places);
+  const wall = `/g/${places.gym}/w/${places.wall}`;
+  const version = await page.evaluate((path) => fetch(path).then((answer) => answer.json()), `/api/v1${wall.replace("/g/", "/gyms/").replace("/w/", "/walls/")}/published`);
+  const routes = version.routes.filter(({ number }) => number !== null);
+  const listed = () => page.locator("li a[href*='/r/']").count();
+
+  // Of the commonest type; the address has the filter, also after a reload.
+  await go(wall);
+  await wallDrawn(page);
+  await page.getByText("Filter", { exact: true }).click();
+  const type = page.getByLabel("Hold type");
+  await type.selectOption({ index: 1 });
+  const chosen = await type.inputValue();
+  const many = routes.filter((route) => (route.hold_types[chosen] ?? 0) * 3 >= route.holds.length).length;
+  await page.getByText(`${many} of ${version.routes.length}`).waitFor();
+  assert.equal(await listed(), many);
+  assert.equal(new URL(page.url()).searchParams.get("type"), chosen);
+  await page.reload();
+  await page.getByText(`${many} of ${version.routes.length}`).waitFor();
+  await page.getByRole("button", { name: "Clear filters" }).click();
+  assert.equal(new URL(page.url()).search, "");
+
+  // By the reach of one's own body, of the profile.
+  await page.getByText("Filter", { exact: true }).click();
+  await page.getByText("For a height of 1.86 m").waitFor();
+  const reach = page.getByLabel("Longest reach");
+  assert.match(await reach.locator("option").nth(1).textContent(), /^Up to \d\.\d\d m · \d+% of your arm span$/);
+  await reach.selectOption({ index: 1 });
+  await page.getByRole("checkbox", { name: "Top within reach" }).check();
+  await page.getByLabel("Holds", { exact: true }).scrollIntoViewIfNeeded();
+  assert.ok((await listed()) < version.routes.length);
+  await check(member, "search");
+  await page.getByRole("button", { name: "Clear filters" }).click();
+
+  // With one hold.
+  const { number, holds } = routes.find(({ id }) => address.endsWith(id));
+  await page.evaluate((hold) => document.querySelector("wall-topo").selectHold(hold), holds[0]);
+  await page.getByRole("button", { name: "Routes with this hold" }).click();
+  await page.getByRole("button", { name: "With this hold" }).waitFor();
+  await page.waitForURL((url) => url.searchParams.has("hold"));
+  assert.equal(await listed(), routes.filter((route) => route.holds.includes(holds[0])).length, `of route ${number}`);
+  await go(`${wall}?hold=00000000-0000-4000-8000-000000000000.${holds[0]}`);
+  await page.getByRole("button", { name: "Hold of a former version" }).waitFor();
+  await go(`${wall}/problems?hold=${version.scan_id}.${holds[0]}`);
+  await page.getByRole("button", { name: "With this hold" }).waitFor();
+
+  // Like another route.
+  await go(address);
+  await wallDrawn(page);
+  await page.getByRole("link", { name: "Find similar routes" }).click();
+  await page.getByRole("button", { name: "Similar routes" }).waitFor();
+  await page.waitForFunction((all) => document.querySelectorAll("li a[href*='/r/']").length < all, version.routes.length);
+  assert.equal(await page.locator(`li a[href='${address}']`).count(), 0);
+  await page.getByRole("button", { name: "Similar routes" }).scrollIntoViewIfNeeded();
+  await check(member, "similar");
+  await member.close();
+});

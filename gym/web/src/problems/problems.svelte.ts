@@ -29,16 +29,21 @@ export class WallProblems {
     private readonly gym: () => string,
     private readonly wall: () => string,
     isMember: () => boolean,
+    /** Only problems with this hold of the published version. */
+    private readonly hold: () => number | null,
   ) {
     this.first = loadingKept(async (how) => {
       const [slug, id, requested] = [gym(), wall(), Date.now()];
       void this.accepted;
       if (!isMember()) return { items: [], next: null };
-      const params = { path: { gym: slug, wall: id }, query: { size: PROBLEMS_SHOWN } };
+      // Without reception, the page looks among those that are stored.
+      const wanted = offlineSince() ? null : hold();
+      const params = { path: { gym: slug, wall: id }, query: { size: PROBLEMS_SHOWN, ...(wanted === null ? {} : { hold: wanted }) } };
       const page = await answer(api.GET("/api/v1/gyms/{gym}/walls/{wall}/problems", { params, ...how }));
       this.later = [];
       this.cursor = page.next;
-      if (!how.cache && !offlineSince()) await settle(requested, (item) => isOurs(item) && item.gym === slug && item.person === me()?.id);
+      // A search does not list all that the server has.
+      if (wanted === null && !how.cache && !offlineSince()) await settle(requested, (item) => isOurs(item) && item.gym === slug && item.person === me()?.id);
       return page;
     });
   }
@@ -48,7 +53,8 @@ export class WallProblems {
   }
 
   async more(): Promise<void> {
-    const query = { size: PROBLEMS_SHOWN, cursor: this.cursor! };
+    const hold = this.hold();
+    const query = { size: PROBLEMS_SHOWN, cursor: this.cursor!, ...(hold === null ? {} : { hold }) };
     const params = { path: { gym: this.gym(), wall: this.wall() }, query };
     const page = await answer(api.GET("/api/v1/gyms/{gym}/walls/{wall}/problems", { params }));
     this.later = [...this.later, ...page.items];

@@ -2,13 +2,16 @@
 
 import { answer, api, type Schemas } from "../api/client";
 import { colourName } from "../lib/colours";
-import { loadingKept, type Loaded } from "../lib/loaded.svelte";
+import { loading, loadingKept, type Loaded } from "../lib/loaded.svelte";
 import { logbook, taken, type Logbook } from "../outbox/logbook.svelte";
+import { body } from "./body.svelte";
 import { ALL, type Known, type Route, type Tally, type RouteFilter } from "./find";
 import { lastVisit } from "./visits";
 
 const SOON_DAYS = 14;
 const DAY_MS = 86_400_000;
+// Of a climber who has not entered a height.
+const USUAL_M = 1.65;
 
 /** It is kept between the gym's list and the wall. */
 export const filter = $state<RouteFilter>({ ...ALL });
@@ -17,6 +20,7 @@ export class GymRoutes implements Known {
   readonly book: Logbook;
   private readonly systems: Loaded<Schemas["GradeSystemOut"][]>;
   private readonly tallies: Loaded<Tally[]>;
+  private readonly alike: Loaded<Schemas["SimilarRoutes"] | null>;
   private readonly ranks = $derived.by(() => this.order());
   private readonly counts = $derived.by(() => new Map((this.tallies.data ?? []).map((tally) => [tally.route_id, tally])));
   private readonly before = $derived.by(() => lastVisit(this.gym()));
@@ -24,12 +28,17 @@ export class GymRoutes implements Known {
   constructor(
     private readonly gym: () => string,
     isMember: () => boolean,
+    private readonly scans: () => Record<string, string | null>,
   ) {
     const path = () => ({ params: { path: { gym: gym() } } });
     this.systems = loadingKept((how) => answer(api.GET("/api/v1/gyms/{gym}/grade-systems", { ...path(), ...how })));
     this.tallies = loadingKept((how) => {
       void taken(gym());
       return answer(api.GET("/api/v1/gyms/{gym}/tallies", { ...path(), ...how }));
+    });
+    this.alike = loading((how) => {
+      const params = { path: { gym: gym(), route: filter.like } };
+      return filter.like ? answer(api.GET("/api/v1/gyms/{gym}/routes/{route}/similar", { params, ...how })) : Promise.resolve(null);
     });
     this.book = logbook(gym, isMember);
   }
@@ -75,5 +84,23 @@ export class GymRoutes implements Known {
 
   colourName(colour: string): string {
     return colourName(colour);
+  }
+
+  get height(): number {
+    return body.height_cm === null ? USUAL_M : body.height_cm / 100;
+  }
+
+  /** The arm span in metres; null if the climber entered neither span nor height. */
+  get span(): number | null {
+    const span = body.reach_cm ?? body.height_cm;
+    return span === null ? null : span / 100;
+  }
+
+  get similar(): string[] | undefined {
+    return this.alike.data?.routes;
+  }
+
+  scanOf(wall: string): string | null {
+    return this.scans()[wall] ?? null;
   }
 }
