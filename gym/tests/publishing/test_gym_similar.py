@@ -12,9 +12,10 @@ from sqlalchemy import update
 from walltopo_gym.publishing.models import Placement
 from walltopo_gym.publishing.similar import distances
 
-STEEP = [40.0, 9.0, None]
-STEEPER = [45.0, 9.0, 0.5]
-SLAB = [-5.0, 4.0, 0.9]
+Features = list[float | None]
+STEEP: Features = [40.0, 9.0, None]
+STEEPER: Features = [45.0, 9.0, 0.5]
+SLAB: Features = [-5.0, 4.0, 0.9]
 
 
 def test_a_distance_is_in_units_of_the_spread_of_each_feature() -> None:

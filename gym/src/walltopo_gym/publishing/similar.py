@@ -6,6 +6,7 @@ over the gym's current routes. Features that are unknown for one of the two do n
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 from uuid import UUID
 
@@ -42,7 +43,7 @@ def similar_routes(session: Session, gym: UUID, route: UUID) -> list[UUID]:
 
 
 def distances(
-    wanted: list[float | None], others: list[list[float | None]]
+    wanted: Sequence[float | None], others: Sequence[Sequence[float | None]]
 ) -> npt.NDArray[np.float64]:
     """Return the distance of each of N routes from the wanted one, (N,); inf if they have no known
     feature in common.

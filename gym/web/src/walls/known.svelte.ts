@@ -10,7 +10,7 @@ import { lastVisit } from "./visits";
 
 const SOON_DAYS = 14;
 const DAY_MS = 86_400_000;
-// Of a climber who has not entered a height.
+// The height that counts until the climber enters one.
 const USUAL_M = 1.65;
 
 /** It is kept between the gym's list and the wall. */
