@@ -682,6 +682,7 @@ CASES = {
     "read_past": Case("guest", Scope.READ, a_past_version),
     "read_file": Case("guest", Scope.READ, a_published_file),
     "read_route": Case("guest", Scope.READ, a_route),
+    "list_similar_routes": Case("guest", Scope.READ, a_route),
     "change_route": Case("setter", Scope.PUBLISH, a_route, lambda w: {"name": "Moon"}),
     "strip_route": Case("setter", Scope.PUBLISH, a_route),
     "restore_route": Case("setter", Scope.PUBLISH, a_stripped_route),
