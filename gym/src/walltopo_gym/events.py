@@ -221,6 +221,51 @@ class LoggedClimbs(Question[LoggedClimb]):
 
 
 @dataclass(frozen=True)
+class ListedClimb:
+    """A route or problem as a list shows it.
+
+    Parameters
+    ----------
+    number : of a route in the wall's published version. current : whether it can be climbed.
+    """
+
+    id: UUID
+    kind: Literal["route", "problem"]
+    wall_id: UUID
+    name: str
+    colour: str
+    grade_system_id: UUID | None
+    grade: str
+    number: int | None
+    current: bool
+
+
+@dataclass(frozen=True)
+class ClimbsById(Question[ListedClimb]):
+    """Those of these routes and problems that are a gym's and that a person may see.
+
+    Parameters
+    ----------
+    person : None for guests.
+    """
+
+    gym: UUID
+    ids: frozenset[UUID]
+    person: UUID | None
+    is_member: bool
+    is_setter: bool
+
+
+@dataclass(frozen=True)
+class ClimbedBy(Question[tuple[UUID, UUID, datetime]]):
+    """The first time that each of these people topped each of these routes and problems: person,
+    climb and moment."""
+
+    climbs: frozenset[UUID]
+    people: frozenset[UUID]
+
+
+@dataclass(frozen=True)
 class GymDate:
     """A planned date of a gym.
 

@@ -10,11 +10,12 @@ from collections.abc import Collection
 from importlib import import_module
 from typing import Final
 
+from walltopo_gym.climbing.by_id import climbed_routes, routes_by_id
 from walltopo_gym.climbing.counting import queue_recount
 from walltopo_gym.climbing.logged import logged_routes
 from walltopo_gym.climbing.people import took_part
 from walltopo_gym.database.engine import Database, Listener, Listeners
-from walltopo_gym.events import DaysChanged, LoggedClimbs, TookPart
+from walltopo_gym.events import ClimbedBy, ClimbsById, DaysChanged, LoggedClimbs, TookPart
 from walltopo_gym.feature import Feature
 from walltopo_gym.settings import GymSettings, Switch
 
@@ -25,12 +26,15 @@ NAMES: Final = (
     "hall",
     "hold_reports",
     "insights",
+    "lists",
     "notifications",
     "problems",
     "reset_plans",
     "webhooks",
 )
 _CORE: Final[Listeners] = {
+    ClimbedBy: (climbed_routes,),
+    ClimbsById: (routes_by_id,),
     DaysChanged: (queue_recount,),
     LoggedClimbs: (logged_routes,),
     TookPart: (took_part,),

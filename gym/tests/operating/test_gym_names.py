@@ -60,6 +60,7 @@ KEPT = {
     "hall_settings": {"parts", "key_hash"},
     "hold_reports": {"colour", "kind"},
     "invitations": {"role", "token_hash"},
+    "lists": {"name", "note", "share", "items"},
     "mailed_links": {"kind", "token_hash"},
     "oidc_attempts": {"state_hash", "nonce", "verifier"},
     "own_networks": {"basis", "result", "key", "error"},

@@ -328,6 +328,34 @@ def a_members_problem(world: World) -> dict[str, Any]:
     return values
 
 
+def _list_body(world: World, share: str = "gym") -> dict[str, Any]:
+    return {"name": "Warm-up", "share": share, "items": []}
+
+
+def a_new_list(world: World) -> dict[str, Any]:
+    return {"list_id": uuid4()}
+
+
+def _a_list(world: World, who: str, share: str = "gym") -> dict[str, Any]:
+    values = a_new_list(world)
+    path = f"{world.path}/lists/{values['list_id']}"
+    made = world.server.ask("PUT", path, world.people[who], _list_body(world, share))
+    assert made.status_code == 201, made.text
+    return values
+
+
+def an_own_list(world: World) -> dict[str, Any]:
+    return _a_list(world, "owner")
+
+
+def a_linked_list(world: World) -> dict[str, Any]:
+    return _a_list(world, "member", "link")
+
+
+def a_members_list(world: World) -> dict[str, Any]:
+    return _a_list(world, "member")
+
+
 def a_problem_report(world: World) -> dict[str, Any]:
     values = a_members_problem(world)
     path = f"{world.path}/problems/{values['problem']}/report"
@@ -740,6 +768,15 @@ CASES = {
     "put_problem_climbed": Case(
         "member", values=a_members_problem, body=lambda w: {"climbed_at": now().isoformat()}
     ),
+    "put_list": Case("member", values=a_new_list, body=_list_body),
+    "list_lists": Case("member", Scope.READ),
+    "read_list": Case("guest", Scope.READ, a_linked_list),
+    "read_list_progress": Case("member", Scope.READ, an_own_list),
+    "drop_list": Case("signed-in", values=an_own_list),
+    "put_list_joined": Case("member", values=a_members_list, body=lambda w: {}),
+    "drop_list_joined": Case("member", values=a_members_list),
+    "hide_list": Case("setter", Scope.MANAGE, a_members_list),
+    "show_list": Case("setter", Scope.MANAGE, a_members_list),
     "estimate_problem": Case(
         "member",
         values=a_wall_for_problems,
@@ -916,6 +953,8 @@ EXCEPT = (
             "drop_ascent",
             "drop_other_ascent",
             "drop_problem",
+            "drop_list",
+            "read_list_progress",
             "drop_passkey",
             "pin_ascent",
             "unpin_ascent",
@@ -1065,13 +1104,15 @@ BELOW_A_GYM = [
     for name, case in CASES.items()
     if case.who in ROLES
     and case.values not in (no_values, a_floor_plan)
-    # The first four name a route or wall in their body (test_gym_ascents.py, test_gym_problems.py,
-    # test_gym_hold_reports.py, test_gym_reset_plans.py), the others nothing of a gym.
+    # The first five name a route or wall in their body (test_gym_ascents.py, test_gym_lists.py,
+    # test_gym_problems.py, test_gym_hold_reports.py, test_gym_reset_plans.py), the others nothing
+    # of a gym.
     and name
     not in (
         "put_ascent",
         "put_ascents",
         "put_hold_report",
+        "put_list",
         "put_problem",
         "put_reset_plan",
         "read_progress_table",

@@ -40,6 +40,7 @@ _OLD_PASSWORD: Final = Limit("old-password", 10, 900)
 _REPORTS: Final = Limit("report", 30, 86400)
 _HOLD_REPORTS: Final = Limit("hold-report", 30, 86400)
 _PROBLEMS: Final = Limit("problem", 60, 86400)
+_LISTS: Final = Limit("list", 60, 86400)
 _ESTIMATES: Final = Limit("problem-estimate", 300, 3600)
 _DOCUMENTS: Final = Limit("document", 120, 3600)
 _CODE: Final = Limit("second-factor", 10, 900)
@@ -92,6 +93,11 @@ def count_hold_report(session: Session, person: UUID) -> None:
 def count_problem(session: Session, person: UUID) -> None:
     """Count a new problem."""
     _count_try(session, _PROBLEMS, str(person))
+
+
+def count_list(session: Session, person: UUID) -> None:
+    """Count a new list."""
+    _count_try(session, _LISTS, str(person))
 
 
 def count_estimate(session: Session, person: UUID) -> None:

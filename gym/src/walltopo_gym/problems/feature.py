@@ -8,8 +8,9 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.crowd.filled import DemoFilled
 from walltopo_gym.database.engine import Database
-from walltopo_gym.events import LoggedClimbs, OwnTables
+from walltopo_gym.events import ClimbedBy, ClimbsById, LoggedClimbs, OwnTables
 from walltopo_gym.feature import Feature
+from walltopo_gym.problems.by_id import climbed_problems, problems_by_id
 from walltopo_gym.problems.demo import make_problems
 from walltopo_gym.problems.logged import logged_problems
 from walltopo_gym.problems.models import Problem, ProblemAscent, ProblemReport
@@ -35,5 +36,10 @@ FEATURE = Feature(
     "problems",
     listeners={DemoFilled: (make_problems,)},
     parts=_parts,
-    data_listeners={LoggedClimbs: (logged_problems,), OwnTables: (_own_tables,)},
+    data_listeners={
+        ClimbedBy: (climbed_problems,),
+        ClimbsById: (problems_by_id,),
+        LoggedClimbs: (logged_problems,),
+        OwnTables: (_own_tables,),
+    },
 )

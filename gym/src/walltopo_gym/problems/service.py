@@ -188,7 +188,7 @@ def _check_remix(
         return
     in_gym = select(Problem).join(Wall, Wall.id == Problem.wall_id).where(Wall.gym_id == gym)
     found = session.scalar(in_gym.where(Problem.id == base))
-    is_seen = found is not None and _may_see(
+    is_seen = found is not None and may_see(
         found, row.person_id, is_member=True, is_setter=is_setter
     )
     if base == row.id or not is_seen:
@@ -212,12 +212,12 @@ def problem_of(
     """
     in_gym = select(Problem).join(Wall, Wall.id == Problem.wall_id).where(Wall.gym_id == gym)
     row = session.scalar(in_gym.where(Problem.id == problem, Problem.taken_back_at.is_(None)))
-    if row is None or not _may_see(row, person, is_member=is_member, is_setter=is_setter):
+    if row is None or not may_see(row, person, is_member=is_member, is_setter=is_setter):
         raise NotFoundError("not-there-problem")
     return row
 
 
-def _may_see(row: Problem, person: UUID | None, *, is_member: bool, is_setter: bool) -> bool:
+def may_see(row: Problem, person: UUID | None, *, is_member: bool, is_setter: bool) -> bool:
     if row.person_id == person:
         return True
     if row.share == Share.PRIVATE or (row.hidden_at is not None and not is_setter):

@@ -18,9 +18,16 @@ def upgrade() -> None:
         sa.Column("problem_id", sa.Uuid(), nullable=False),
         sa.Column("hold", sa.Integer(), nullable=False),
         sa.Column("scan_id", sa.Uuid(), nullable=False),
-        sa.ForeignKeyConstraint(["problem_id"], ["problems.id"], ondelete="CASCADE"),
-        sa.ForeignKeyConstraint(["scan_id"], ["scans.id"], ondelete="CASCADE"),
-        sa.PrimaryKeyConstraint("problem_id", "hold"),
+        sa.ForeignKeyConstraint(
+            ["problem_id"],
+            ["problems.id"],
+            name="fk_problem_holds_problem_id",
+            ondelete="CASCADE",
+        ),
+        sa.ForeignKeyConstraint(
+            ["scan_id"], ["scans.id"], name="fk_problem_holds_scan_id", ondelete="CASCADE"
+        ),
+        sa.PrimaryKeyConstraint("problem_id", "hold", name="pk_problem_holds"),
     )
     op.create_index("ix_problem_holds_of_hold", "problem_holds", ["scan_id", "hold"])
     columns = (("id", sa.Uuid()), ("scan_id", sa.Uuid()), ("holds", sa.JSON()))
