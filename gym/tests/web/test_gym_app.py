@@ -33,6 +33,7 @@ PUBLISHED = (
     "log",
     "progress",
     "insights",
+    "lists",
     "moves",
     "holds",
 )

@@ -11,6 +11,7 @@ const climbingLog = withTexts("climbingLog");
 const competitions = withTexts("competitions");
 const hall = withTexts("hall");
 const insights = withTexts("insights");
+const lists = withTexts("lists");
 const notifications = withTexts("notifications");
 const ofProblems = withTexts("problems");
 const resets = withTexts("resets");
@@ -65,6 +66,8 @@ export const { p, navigate, preload, route } = createRouter({
   "/g/:gym/competitions/:competition/judge/:problem": of("competitions", () => import("./competitions/JudgeProblem.svelte").then(competitions)),
   "/g/:gym/competitions/:competition/appeals": of("competitions", () => import("./competitions/Appeals.svelte").then(competitions)),
   "/g/:gym/competitions/:competition/board": of("competitions", () => import("./competitions/BoardPage.svelte").then(competitions)),
+  "/g/:gym/lists": () => import("./lists/ListsPage.svelte").then(lists),
+  "/g/:gym/lists/:list": () => import("./lists/ListPage.svelte").then(lists),
   "/g/:gym/settings": () => import("./gyms/GymSettings.svelte"),
   "/g/:gym/settings/hall": of("hall", () => import("./hall/HallPage.svelte").then(hall)),
   "/g/:gym/settings/hall/paper": of("hall", () => import("./hall/Paper.svelte").then(hall)),
@@ -108,6 +111,6 @@ export const { p, navigate, preload, route } = createRouter({
 });
 
 /** A part of the present address; the calling page has it. */
-export function part(name: "gym" | "wall" | "route" | "scan" | "person" | "visit" | "competition" | "problem" | "code" | "plan" | "year"): string {
+export function part(name: "gym" | "wall" | "route" | "scan" | "person" | "visit" | "competition" | "list" | "problem" | "code" | "plan" | "year"): string {
   return route.params[name] ?? "";
 }

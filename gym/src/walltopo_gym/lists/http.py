@@ -164,7 +164,7 @@ def drop_list_joined(list_id: UUID, session: Db, access: ClimberMay) -> None:
 
 
 class ProgressOf(BaseModel):
-    """What a member who consented has climbed of a list."""
+    """The items of a list that a member who consented has climbed."""
 
     person_id: UUID
     name: str
@@ -216,11 +216,11 @@ def _list(session: Session, access: Access, key: UUID) -> ClimbList:
 def _summaries(session: Session, access: Access, rows: list[ClimbList]) -> list[ListSummary]:
     viewer = _viewer(access)
     authors = select(Person.id, Person.name).where(Person.id.in_([row.person_id for row in rows]))
-    names = dict(session.execute(authors).tuples().all()) if viewer.is_member else {}
+    names = dict(session.execute(authors).all()) if viewer.is_member else {}
     mine = select(ListMember.list_id, ListMember.shows_progress).where(
         ListMember.person_id == viewer.person, ListMember.list_id.in_([row.id for row in rows])
     )
-    joined = dict(session.execute(mine).tuples().all())
+    joined = dict(session.execute(mine).all())
     items = {UUID(item) for row in rows for item in row.items}
     own = [] if viewer.person is None else [viewer.person]
     climbed = climbed_by(session, items, own)[viewer.person] if own and viewer.person else {}

@@ -202,6 +202,6 @@ def group_progress(session: Session, row: ClimbList) -> list[Progress]:
         .where(Membership.gym_id == row.gym_id)
         .order_by(Person.name, Person.id)
     )
-    names = dict(session.execute(people).tuples().all())
+    names = dict(session.execute(people).all())
     climbed = climbed_by(session, map(UUID, row.items), names)
     return [Progress(person, name, climbed.get(person, {})) for person, name in names.items()]

@@ -22,8 +22,13 @@ export function readAddress(filter: RouteFilter, gym: string): void {
 
 /** Show the filter in the page's address. */
 export function writeAddress(filter: RouteFilter): void {
-  const address = withFilter(location.pathname, filter) + location.hash;
-  if (address !== location.pathname + location.search + location.hash) history.replaceState(history.state, "", address);
+  const search = new URLSearchParams(location.search);
+  for (const key of KEYS) {
+    if (filter[key] === ALL[key]) search.delete(key);
+    else search.set(key, filter[key]);
+  }
+  const text = search.size ? `?${search}` : "";
+  if (text !== location.search) history.replaceState(history.state, "", location.pathname + text + location.hash);
 }
 
 /** The address of a page with this filter. */
