@@ -82,7 +82,7 @@ def test_a_list_is_stored_once_in_its_order(world: World, items: list[str]) -> N
     assert put(world, "member", items[::-1], key, name="Cool-down").status_code == 200
     assert put(world, "judge", items, key).status_code == 409
     after = read(world, "judge", key).json()
-    assert (after["name"], after["author"], after["size"]) == ("Cool-down", "member", 3)
+    assert (after["name"], after["author"], after["climbs"]) == ("Cool-down", "member", items[::-1])
     assert [one["id"] for one in after["items"]] == items[::-1]
 
 

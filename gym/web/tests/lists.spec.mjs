@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "./fixtures.mjs";
-import { grave, signIn, tooWide, visit, wallDrawn } from "./place.mjs";
+import { grave, OFFLINE, signIn, tooWide, visit, wallDrawn } from "./place.mjs";
 
 async function check(person, name) {
   assert.deepEqual(await grave(person.page), []);
@@ -25,13 +25,21 @@ test("a list is made, shared, followed on the wall and done together", async ({ 
   await page.getByLabel("Name of a new list").fill("Homework");
   await page.getByRole("button", { name: "Create list" }).click();
   await page.getByText("Added to").waitFor();
+  // Without reception it waits here, and arrives later.
   await author.go(`${gym}/w/${places.wall}/r/${second.id}`);
   await page.getByText("Add to a list", { exact: true }).click();
+  await page.getByRole("button", { name: "Homework" }).waitFor();
+  await author.context.setOffline(true);
   await page.getByRole("button", { name: "Homework" }).click();
   await page.getByText("Added to").waitFor();
   await page.getByText("Added to").scrollIntoViewIfNeeded();
   await check(author, "list-add");
   await page.getByRole("link", { name: "Homework" }).click();
+  await page.getByText("Waiting to sync", { exact: true }).waitFor();
+  assert.equal(await page.locator("ol a.item").count(), 2);
+  await check(author, "list-waiting");
+  await author.context.setOffline(false);
+  await page.getByText("Waiting to sync", { exact: true }).waitFor({ state: "detached" });
 
   // Its order, note and people.
   const items = page.locator("ol a.item");
@@ -81,6 +89,7 @@ test("a list is made, shared, followed on the wall and done together", async ({ 
   await page.getByRole("dialog").getByRole("button", { name: "Remove" }).click();
   await page.getByRole("heading", { name: "Lists", level: 1 }).waitFor();
   await page.getByText("No lists yet.").waitFor();
+  author.expected(OFFLINE);
   await author.close();
   await other.close();
 });

@@ -59,8 +59,8 @@ class NewList(Body):
 
 
 class ListSummary(BaseModel):
-    """A list in a table of lists. `size`: number of its items; `climbed`: of those that one has
-    climbed. `author` is empty for people who are not members. `joined`: one does it.
+    """A list in a table of lists. `climbs`: ids of its items in their order; `climbed`: number of
+    those that one has climbed. `author` is empty for people who are not members. `joined`: one does it.
     `shows_progress`: its author sees one's progress. `hidden`: only its author and setters see it.
     """
 
@@ -71,7 +71,7 @@ class ListSummary(BaseModel):
     circuit: bool
     author_id: UUID | None
     author: str
-    size: int
+    climbs: list[UUID]
     climbed: int
     joined: bool
     shows_progress: bool
@@ -233,7 +233,7 @@ def _summaries(session: Session, access: Access, rows: list[ClimbList]) -> list[
             circuit=row.circuit,
             author_id=row.person_id if viewer.is_member else None,
             author=names.get(row.person_id, ""),
-            size=len(row.items),
+            climbs=[UUID(item) for item in row.items],
             climbed=sum(UUID(item) in climbed for item in row.items),
             joined=row.id in joined,
             shows_progress=joined.get(row.id, False),

@@ -9,6 +9,8 @@ const FIRST_WAIT_MS = 5000;
 const MAX_WAIT_MS = 300_000;
 /** Problems on a page of their list; the first page is kept. */
 export const PROBLEMS_SHOWN = 50;
+/** Lists of a gym that the app shows and keeps. */
+export const LISTS_SHOWN = 200;
 
 const kept = new Set<string>();
 
@@ -50,7 +52,7 @@ async function controlled(): Promise<void> {
 async function fetchAll(gym: string, isMember: boolean): Promise<void> {
   const params = { path: { gym } };
   const walls = await answer(api.GET("/api/v1/gyms/{gym}/walls", { params }));
-  const lists = ["", "/routes", "/tallies", "/grade-systems", ...(isMember ? ["/logbook"] : [])];
+  const lists = ["", "/routes", "/tallies", "/grade-systems", ...(isMember ? ["/logbook", `/lists?size=${LISTS_SHOWN}`] : [])];
   const addresses = [...(me() ? [`${PREFIX}/me`] : []), ...lists.map((list) => `${PREFIX}/gyms/${gym}${list}`)];
   for (const wall of walls) {
     const base = `${PREFIX}/gyms/${gym}/walls/${wall.id}`;

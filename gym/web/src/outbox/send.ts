@@ -44,7 +44,7 @@ async function put(item: Item): Promise<Response> {
   const body = item.edit ? { ...item.body, edit: sentEdit(item.edit) } : item.body;
   if (item.what === "opinion") return ask("PUT", `/gyms/${item.gym}/routes/${item.route}/opinion`, item.person, body);
   if (item.what === "climbed") return ask("PUT", `/gyms/${item.gym}/problems/${item.problem}/climbed`, item.person, body);
-  return item.what === "problem" ? putOwn("problems", item, body) : putOwn("ascents", item, body);
+  return putOwn(item, body);
 }
 
 /** All rows in one request; a withdrawal follows row by row. */
@@ -59,8 +59,11 @@ async function putMany({ gym, person, rows, edit, takenBack }: Extract<Item, { w
   return new Response(null, { status: 204 });
 }
 
+const OWN = { ascent: "ascents", problem: "problems", list: "lists" } as const;
+
 /** An ascent of a wrong day, or a problem whose holds are gone, is refused, and deleted all the same. */
-async function putOwn(kind: "problems" | "ascents", { id, gym, person, takenBack }: Extract<Item, { what: "problem" | "ascent" }>, body: unknown): Promise<Response> {
+async function putOwn({ what, id, gym, person, takenBack }: Extract<Item, { what: keyof typeof OWN }>, body: unknown): Promise<Response> {
+  const kind = OWN[what];
   const result = await ask("PUT", `/gyms/${gym}/${kind}/${id}`, person, body);
   if (!takenBack || result.status === 401 || isBusy(result)) return result;
   const answer = await ask("DELETE", `/me/${kind}/${id}`, person);
@@ -95,6 +98,13 @@ async function whoIsHere(): Promise<string | Outcome> {
   return answer.status === 401 ? "sign-in" : "later";
 }
 
+/** Ids of the items that are sent before this one: a withdrawal follows its event, an ascent and a list their problems. */
+function before(item: Item): string[] {
+  if (item.what === "score") return item.body.target_id === null ? [] : [item.body.target_id];
+  if (item.what === "list") return item.body.items;
+  return item.what === "climbed" ? [item.problem] : [];
+}
+
 async function sendWaiting(): Promise<Outcome> {
   const waiting = async () => (await all()).filter(({ done, refused }) => done === null && !refused);
   if ((await waiting()).length === 0) return "empty";
@@ -106,9 +116,7 @@ async function sendWaiting(): Promise<Outcome> {
     // Read again after each item: more may have come meanwhile.
     const rows = await waiting();
     const here = new Set(rows.map((item) => (item.what === "score" || item.what === "problem") && item.id));
-    // A withdrawal follows its event, and an ascent its problem.
-    const before = (item: Item): string => (item.what === "score" ? (item.body.target_id ?? "") : item.what === "climbed" ? item.problem : "");
-    const isNext = (item: Item): boolean => !here.has(before(item));
+    const isNext = (item: Item): boolean => !before(item).some((id) => here.has(id));
     const next = rows.find((item) => item.person === person && isNext(item) && !tried.has(`${keyOf(item)} ${item.version}`));
     if (!next) return outcome;
     tried.add(`${keyOf(next)} ${next.version}`);

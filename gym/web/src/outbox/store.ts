@@ -1,6 +1,6 @@
 /**
  * Entries of a climber or judge that the server may not have yet, stored in this browser (IndexedDB): the wanted state
- * of each ascent, opinion and problem, and score events and hold reports, which never change. So sending any of it again changes nothing.
+ * of each ascent, opinion, problem and list, and score events and hold reports, which never change. So sending any of it again changes nothing.
  */
 
 import { createStore, entries, promisifyRequest, update, type UseStore } from "idb-keyval";
@@ -47,6 +47,15 @@ export interface ProblemIn {
   remix_of: string | null;
 }
 
+/** A list of one's own; `items`: ids of routes and problems. */
+export interface ListIn {
+  name: string;
+  note: string;
+  share: "private" | "link" | "gym";
+  circuit: boolean;
+  items: string[];
+}
+
 /** A score event as a device sends it (`competitions/`); `target_id`: the event that it strikes. */
 export interface ScoreIn {
   entry_id: string;
@@ -83,6 +92,7 @@ export type Words = Common & (
   | { what: "opinion"; route: string; body: OpinionIn }
   | { what: "hold"; id: string; body: HoldReportIn }
   | { what: "problem"; id: string; body: ProblemIn; takenBack: boolean; known: boolean }
+  | { what: "list"; id: string; body: ListIn; takenBack: boolean; known: boolean }
   | { what: "climbed"; problem: string; body: { climbed_at: string | null } }
   | { what: "score"; id: string; competition: string; body: ScoreIn }
 );

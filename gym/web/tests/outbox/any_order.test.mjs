@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { test } from "vitest";
 import { breath, newBrowser } from "./browser.mjs";
 import { FATES, Network, Server } from "./server.mjs";
-import { ascent, many, opinion, score } from "./words.mjs";
+import { ascent, list, many, opinion, problem, score } from "./words.mjs";
 
 /** Pseudorandom numbers, the same for a seed (mulberry32). */
 function chance(seed) {
@@ -53,6 +53,10 @@ class Evening {
       () => earlier?.what === "ascents" && !earlier.takenBack && this.takeBack(earlier),
       () => this.say(opinion(`r${random.below(3)}`, random.below(5) + 1, person)),
       () => this.say(score(`s${this.count++}`, null, person)),
+      () => this.say(problem(`p${this.count++}`, { person })),
+      () => this.say(list(`l${this.count++}`, this.problemsOf(person), { person })),
+      () => earlier?.what === "list" && !earlier.takenBack && this.reorder(earlier),
+      () => ["problem", "list"].includes(earlier?.what) && !earlier.takenBack && !this.isListed(earlier.id) && this.takeBack(earlier),
       () => earlier?.what === "ascent" && !earlier.takenBack && this.edit(earlier),
       () => earlier?.what === "ascent" && !earlier.takenBack && this.takeBack(earlier),
       () => earlier?.what === "score" && !earlier.body.target_id && this.say(score(`v${this.count++}`, earlier.id, person)),
@@ -78,11 +82,26 @@ class Evening {
     await this.say(ascent(words.id, { ...words, kind: "top", tries: words.body.tries + 1, known }));
   }
 
+  /** Problems of a person that are not withdrawn, with a route. */
+  problemsOf(person) {
+    const mine = [...this.entered.values()].filter((words) => words.what === "problem" && words.person === person && !words.takenBack);
+    return ["r1", ...mine.map(({ id }) => id)];
+  }
+
+  isListed(id) {
+    return [...this.entered.values()].some(({ what, body }) => what === "list" && body.items.includes(id));
+  }
+
+  async reorder(words) {
+    const { known } = await this.shown(words);
+    await this.say(list(words.id, words.body.items.toReversed(), { ...words, known }));
+  }
+
   /** A withdrawn ascent stays so: undoing that makes a new one. */
   async takeBack(words) {
     const isIdle = this.sendings.size === 0;
     const { known } = await this.shown(words);
-    if (isIdle && !known && words.what === "ascent") this.never.add(words.id);
+    if (isIdle && !known && words.what !== "ascents") this.never.add(words.id);
     await this.say({ ...words, takenBack: true, known });
   }
 
@@ -115,16 +134,24 @@ class Evening {
       const row = server.opinions.get(`${words.person}/${words.route}`);
       assert.deepEqual(row?.words, words.body);
     }
+    for (const words of wished.filter(({ what }) => what === "problem" || what === "list")) this.checkOwn(words);
     const events = wished.filter(({ what }) => what === "score");
     assert.deepEqual([...server.events.keys()].sort(), events.map(({ id }) => id).sort());
     for (const { person, id, body: words } of events) assert.deepEqual(server.events.get(id), { person, words });
-    for (const row of [...server.ascents.values(), ...server.opinions.values()]) {
+    for (const row of [...server.ascents.values(), ...server.opinions.values(), ...server.problems.values(), ...server.lists.values()]) {
       assert.deepEqual(row.edits, [...new Set(row.edits)].sort((a, b) => a - b));
     }
   }
 
   checkAscent(words) {
-    const row = this.server.ascents.get(words.id);
+    this.checkRow(this.server.ascents.get(words.id), words);
+  }
+
+  checkOwn(words) {
+    this.checkRow(this.server[`${words.what}s`].get(words.id), words);
+  }
+
+  checkRow(row, words) {
     if (words.takenBack) assert.ok(row === undefined || row.gone, `${words.id} is taken back`);
     else assert.deepEqual([row?.person, row?.gone, row?.words], [words.person, undefined, words.body], words.id);
     if (this.never.has(words.id)) assert.ok(!this.network.requested.has(words.id), `${words.id} never left`);

@@ -11,6 +11,7 @@ export class Server {
   /** Problems by id, and whether they were climbed by person and problem. */
   problems = new Map();
   climbed = new Map();
+  lists = new Map();
   /** Every request that reached it, in order: method, path, person, and the number of the edit. */
   reached = [];
   /** Ids that it refuses; of the second ones only what is stored, not what is deleted. */
@@ -29,6 +30,7 @@ export class Server {
     if (id === "ascents") return this.#many(person, body);
     if (method === "DELETE") return this.#takeBack(this[kind], id, person);
     if (kind === "ascents") return this.#edited(this.ascents, id, person, body);
+    if (kind === "lists") return this.#list(id, person, body);
     if (kind === "problems") return this.#edited(this.problems, id, person, body);
     if (id === "climbed") return this.problems.has(kind) ? this.#edited(this.climbed, `${person}/${kind}`, person, body) : { status: 404, body: {} };
     if (id === "opinion") return this.#edited(this.opinions, `${person}/${kind}`, person, body);
@@ -51,6 +53,12 @@ export class Server {
     Object.assign(row, { number: edit.number, words });
     row.edits.push(edit.number);
     return OK;
+  }
+
+  /** A list names problems that are stored already. */
+  #list(id, person, body) {
+    const isKnown = (item) => !item.startsWith("p") || this.problems.has(item);
+    return body.items.every(isKnown) ? this.#edited(this.lists, id, person, body) : { status: 422, body: { code: "list-item-unknown" } };
   }
 
   /** All rows, or none. */

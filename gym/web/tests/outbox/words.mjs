@@ -22,6 +22,10 @@ export function problem(id, { takenBack = false, known = false, person = "ada" }
   return { what: "problem", id, person, gym: GYM, name: id, body: words, takenBack, known };
 }
 
+export function list(id, items = [], { takenBack = false, known = false, person = "ada" } = {}) {
+  return { what: "list", id, person, gym: GYM, name: id, body: { name: id, note: "", share: "gym", circuit: false, items }, takenBack, known };
+}
+
 export function climbed(problem, at = "2026-11-20T18:00:00Z", person = "ada") {
   return { what: "climbed", problem, person, gym: GYM, name: problem, body: { climbed_at: at } };
 }
