@@ -25,8 +25,11 @@ from walltopo_gym.crowd.filled import DemoFilled
 from walltopo_gym.crowd.people import CLIMBERS, DAYS, add_climbers, email_of
 from walltopo_gym.demo.hall import NAME, name_routes
 from walltopo_gym.gyms.models import Gym, Membership
+from walltopo_gym.lists.demo import make_lists
+from walltopo_gym.lists.models import ClimbList
+from walltopo_gym.lists.service import group_progress
 from walltopo_gym.problems.demo import make_problems
-from walltopo_gym.problems.models import Problem, ProblemAscent
+from walltopo_gym.problems.models import Problem, ProblemAscent, ProblemHold
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.publishing.version_holds import version_holds
 from walltopo_gym.walls.models import Wall
@@ -190,6 +193,25 @@ def test_every_route_is_named_and_the_harder_looking_graded_harder() -> None:
     assert named[1][9]["grade"] == "4"
 
 
+def test_the_demo_has_a_circuit_and_a_group_once(world: World) -> None:
+    numbers = range(1, len(GRADES) + 1)
+    scan = world.reviewed({n: [n] for n in numbers}, [hold(n, 0.1 * n, 1.0) for n in numbers])
+    assert world.publish(scan, *({"number": n, "name": f"{n:02}"} for n in numbers)).is_success
+    setter = world.people["setter"].id
+    assert setter is not None
+    with world.server.database.writing() as session:
+        routes = graded(world, session)
+        gym, wall = session.get_one(Gym, world.gym.id), session.get_one(Wall, world.wall.id)
+        add_climbers(session, gym, routes, UNTIL)
+        for _ in range(2):
+            make_lists(session, DemoFilled(gym, setter, routes, [wall], {}, UNTIL))
+        made = session.scalars(select(ClimbList).where(ClimbList.gym_id == gym.id)).all()
+        assert sorted(one.circuit for one in made) == [False, True]
+        assert all(one.items for one in made)
+        (homework,) = (one for one in made if not one.circuit)
+        assert len(group_progress(session, homework)) == 4
+
+
 def test_climbers_made_problems_once(world: World) -> None:
     heights = {n: 0.4 * n for n in range(1, 9)}
     numbers = range(1, len(GRADES) + 1)
@@ -203,6 +225,7 @@ def test_climbers_made_problems_once(world: World) -> None:
         add_climbers(session, gym, routes, UNTIL)
         for _ in range(2):
             make_problems(session, DemoFilled(gym, uuid4(), routes, [wall], versions, UNTIL))
+        assert session.scalar(select(func.count()).select_from(ProblemHold))
         made = select(Problem).where(Problem.wall_id == wall.id)
         problems = session.scalars(made.order_by(Problem.created_at)).all()
         assert len({problem.name for problem in problems}) == len(problems) >= 4

@@ -60,8 +60,9 @@ class NewList(Body):
 
 class ListSummary(BaseModel):
     """A list in a table of lists. `climbs`: ids of its items in their order; `climbed`: number of
-    those that one has climbed. `author` is empty for people who are not members. `joined`: one does it.
-    `shows_progress`: its author sees one's progress. `hidden`: only its author and setters see it.
+    those that one has climbed. `author` is empty for people who are not members. `joined`: one does
+    it. `shows_progress`: its author sees one's progress. `hidden`: only its author and setters see
+    it.
     """
 
     id: UUID

@@ -16,6 +16,7 @@ from walltopo_gym.crowd.filled import DemoFilled
 from walltopo_gym.crowd.people import CLIMBERS, email_of
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.problems.models import Problem, ProblemAscent
+from walltopo_gym.problems.service import store_holds
 
 _SEED: Final = 20260302
 _NAMES: Final = (
@@ -61,6 +62,7 @@ def make_problems(session: Session, event: DemoFilled) -> None:
         )
         session.add(problem)
         session.flush()
+        store_holds(session, problem)
         _add_ascents(session, gym, problem, at, rng)
 
 

@@ -157,13 +157,13 @@ def store_problem(
         row.holds = [{"hold": used.hold, "use": used.use.value} for used in words.holds]
         session.add(row)
         session.flush()
-        _store_holds(session, row)
+        store_holds(session, row)
     session.add(row)
     session.flush()
     return row, is_new
 
 
-def _store_holds(session: Session, problem: Problem) -> None:
+def store_holds(session: Session, problem: Problem) -> None:
     """Store the rows of a problem's holds anew."""
     session.execute(delete(ProblemHold).where(ProblemHold.problem_id == problem.id))
     session.add_all(
@@ -298,7 +298,7 @@ def delete_problem(session: Session, problem: Problem) -> None:
     problem.taken_back_at = now()
     problem.name = problem.note = problem.grade = ""
     problem.holds, problem.grade_system_id = [], None
-    _store_holds(session, problem)
+    store_holds(session, problem)
 
 
 def set_climbed(
