@@ -1,4 +1,4 @@
-"""Routes by their ids, and who has climbed them, for lists."""
+"""Answer for routes by their ids: their facts, and the people who climbed them."""
 
 from __future__ import annotations
 

@@ -8,10 +8,10 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Person
+from walltopo_gym.climbing.sharing import Share
 from walltopo_gym.crowd.filled import DemoFilled
 from walltopo_gym.crowd.people import email_of
 from walltopo_gym.lists.models import ClimbList, ListMember
-from walltopo_gym.lists.service import Share
 
 _COACH: Final = 0
 _GROUP: Final = range(1, 5)

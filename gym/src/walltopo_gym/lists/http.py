@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from datetime import datetime
 from typing import Annotated, Final, Literal
 from uuid import UUID
@@ -19,6 +20,7 @@ from walltopo_gym.api.fields import Body, Name, Text
 from walltopo_gym.api.paging import Cursor, Page, Size, page_of
 from walltopo_gym.api.services import Db
 from walltopo_gym.climbing.ascents import EditOriginIn
+from walltopo_gym.climbing.sharing import Share
 from walltopo_gym.clock import now
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.access import Access, GuestMay, SetterMay, gym_rule
@@ -28,9 +30,7 @@ from walltopo_gym.lists.models import ClimbList, ListMember
 from walltopo_gym.lists.service import (
     MAX_ITEMS,
     ListDraft,
-    Share,
     Viewer,
-    climbed_by,
     delete_list,
     group_progress,
     join_list,
@@ -38,6 +38,7 @@ from walltopo_gym.lists.service import (
     list_of,
     listed_climbs,
     lists_shown,
+    own_climbs,
     store_list,
 )
 
@@ -124,7 +125,9 @@ def list_lists(
     """Return the lists for all members, one's own, and those that one does, the newest first."""
     rows = lists_shown(access.gym.id, _viewer(access))
     page, following = page_of(session, rows, ClimbList, cursor, size)
-    return Page(items=_summaries(session, access, page), next=following)
+    items = {UUID(item) for row in page for item in row.items}
+    climbed = own_climbs(session, _viewer(access), items)
+    return Page(items=_summaries(session, access, page, climbed), next=following)
 
 
 @router.get("/gyms/{gym}/lists/{list_id}")
@@ -214,7 +217,10 @@ def _list(session: Session, access: Access, key: UUID) -> ClimbList:
     return list_of(session, access.gym.id, key, _viewer(access))
 
 
-def _summaries(session: Session, access: Access, rows: list[ClimbList]) -> list[ListSummary]:
+def _summaries(
+    session: Session, access: Access, rows: list[ClimbList], climbed: Container[UUID]
+) -> list[ListSummary]:
+    """Return rows of a table; `climbed`: the items that one has climbed."""
     viewer = _viewer(access)
     authors = select(Person.id, Person.name).where(Person.id.in_([row.person_id for row in rows]))
     names = dict(session.execute(authors).all()) if viewer.is_member else {}
@@ -222,9 +228,6 @@ def _summaries(session: Session, access: Access, rows: list[ClimbList]) -> list[
         ListMember.person_id == viewer.person, ListMember.list_id.in_([row.id for row in rows])
     )
     joined = dict(session.execute(mine).all())
-    items = {UUID(item) for row in rows for item in row.items}
-    own = [] if viewer.person is None else [viewer.person]
-    climbed = climbed_by(session, items, own)[viewer.person] if own and viewer.person else {}
     return [
         ListSummary(
             id=row.id,
@@ -247,15 +250,14 @@ def _summaries(session: Session, access: Access, rows: list[ClimbList]) -> list[
 
 def _list_out(session: Session, access: Access, row: ClimbList) -> ListOut:
     viewer = _viewer(access)
-    [summary] = _summaries(session, access, [row])
     ids = [UUID(item) for item in row.items]
+    climbed = own_climbs(session, viewer, ids)
+    [summary] = _summaries(session, access, [row], climbed)
     climbs = listed_climbs(session, access.gym.id, viewer, ids)
-    climbed = {} if viewer.person is None else climbed_by(session, ids, [viewer.person])
-    own = {} if viewer.person is None else climbed.get(viewer.person, {})
     items = [
         ListItem(id=item, kind="gone")
         if (climb := climbs.get(item)) is None
-        else ListItem(**vars(climb), climbed_at=own.get(item))
+        else ListItem(**vars(climb), climbed_at=climbed.get(item))
         for item in ids
     ]
     return ListOut(**summary.model_dump(), items=items)

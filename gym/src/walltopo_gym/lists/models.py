@@ -9,19 +9,17 @@ from sqlalchemy import JSON, ForeignKey, Index, String
 from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.climbing.edits import Edited
+from walltopo_gym.climbing.sharing import Shared
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
 
-_PERSON = "people.id"
 
-
-class ClimbList(Edited, Keyed, Base):
+class ClimbList(Edited, Shared, Keyed, Base):
     """An ordered list of a gym's routes and problems. The phone makes `id`, so that it is stored
     once.
 
-    `items`: ids of routes and problems, from the first to the last. `share`: "private", "link" or
-    "gym". `circuit`: a setter made it for the gym. `hidden_at`: hidden by the gym. `deleted_at`:
-    the row stays, so that a late copy does not revive it.
+    `items`: ids of routes and problems, from the first to the last. `circuit`: a setter made it for
+    the gym. `deleted_at`: the row stays, so that a late copy does not revive it.
     """
 
     __tablename__ = "lists"
@@ -31,13 +29,10 @@ class ClimbList(Edited, Keyed, Base):
     )
 
     gym_id: Mapped[UUID] = mapped_column(ForeignKey("gyms.id", ondelete="CASCADE"))
-    person_id: Mapped[UUID] = mapped_column(ForeignKey(_PERSON, ondelete="CASCADE"))
     name: Mapped[str] = mapped_column(String(80))
     note: Mapped[str] = mapped_column(String(300), default="")
-    share: Mapped[str] = mapped_column(String(10))
     circuit: Mapped[bool] = mapped_column(default=False)
     items: Mapped[list[str]] = mapped_column(JSON)
-    hidden_at: Mapped[datetime | None]
     deleted_at: Mapped[datetime | None]
 
 
@@ -50,7 +45,7 @@ class ListMember(Base):
         ForeignKey("lists.id", ondelete="CASCADE"), primary_key=True
     )
     person_id: Mapped[UUID] = mapped_column(
-        ForeignKey(_PERSON, ondelete="CASCADE"), primary_key=True, index=True
+        ForeignKey("people.id", ondelete="CASCADE"), primary_key=True, index=True
     )
     shows_progress: Mapped[bool]
     joined_at: Mapped[datetime] = mapped_column(default=now)

@@ -6,7 +6,6 @@ from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from enum import StrEnum
 from typing import Final
 from uuid import UUID
 
@@ -17,21 +16,14 @@ from walltopo_gym.accounts.limits import count_list
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.accounts.people import lock_person
 from walltopo_gym.climbing.edits import Edit, is_newer_edit
+from walltopo_gym.climbing.sharing import Share, may_see, not_hidden
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError, RequestError
 from walltopo_gym.events import ClimbedBy, ClimbsById, ListedClimb, collect_answers
-from walltopo_gym.gyms.models import Ban, Gym, Membership
+from walltopo_gym.gyms.models import Gym, Membership
 from walltopo_gym.lists.models import ClimbList, ListMember
 
 MAX_ITEMS: Final = 100
-
-
-class Share(StrEnum):
-    """The people who see a list: its author, people with the link, or all members of the gym."""
-
-    PRIVATE = "private"
-    LINK = "link"
-    GYM = "gym"
 
 
 @dataclass(frozen=True)
@@ -108,17 +100,14 @@ def list_of(session: Session, gym: UUID, key: UUID, viewer: Viewer) -> ClimbList
     NotFoundError : there is none, or it is not for this person.
     """
     row = session.get(ClimbList, key)
-    if row is None or row.gym_id != gym or row.deleted_at is not None or not _may_see(row, viewer):
+    if (
+        row is None
+        or row.gym_id != gym
+        or row.deleted_at is not None
+        or not may_see(row, viewer.person, is_member=viewer.is_member, is_setter=viewer.is_setter)
+    ):
         raise NotFoundError("not-there-list")
     return row
-
-
-def _may_see(row: ClimbList, viewer: Viewer) -> bool:
-    if row.person_id == viewer.person:
-        return True
-    if row.share == Share.PRIVATE or (row.hidden_at is not None and not viewer.is_setter):
-        return False
-    return row.share == Share.LINK or viewer.is_member
 
 
 def lists_shown(gym: UUID, viewer: Viewer) -> Select[ClimbList]:
@@ -130,10 +119,7 @@ def lists_shown(gym: UUID, viewer: Viewer) -> Select[ClimbList]:
         ClimbList.share != Share.PRIVATE,
         exists().where(ListMember.list_id == ClimbList.id, ListMember.person_id == viewer.person),
     )
-    others = or_(shared, joined)
-    if not viewer.is_setter:
-        banned = exists().where(Ban.gym_id == gym, Ban.person_id == ClimbList.person_id)
-        others = and_(others, ClimbList.hidden_at.is_(None), ~banned)
+    others = and_(or_(shared, joined), not_hidden(ClimbList, gym, is_setter=viewer.is_setter))
     return rows.where(or_(others, ClimbList.person_id == viewer.person))
 
 
@@ -148,6 +134,13 @@ def listed_climbs(
         gym, ids, viewer.person, is_member=viewer.is_member, is_setter=viewer.is_setter
     )
     return {climb.id: climb for climb in collect_answers(session, question)}
+
+
+def own_climbs(session: Session, viewer: Viewer, items: Iterable[UUID]) -> dict[UUID, datetime]:
+    """Return when the viewer first climbed those of these items that they climbed."""
+    if viewer.person is None:
+        return {}
+    return climbed_by(session, items, [viewer.person]).get(viewer.person, {})
 
 
 def climbed_by(

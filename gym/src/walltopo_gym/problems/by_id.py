@@ -1,13 +1,13 @@
-"""Problems by their ids, and who has climbed them, for lists."""
+"""Answer for problems by their ids: their facts, and the people who climbed them."""
 
 from __future__ import annotations
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from walltopo_gym.climbing.sharing import may_see
 from walltopo_gym.events import ClimbedBy, ClimbsById, ListedClimb
 from walltopo_gym.problems.models import Problem, ProblemAscent
-from walltopo_gym.problems.service import may_see
 from walltopo_gym.walls.models import Wall
 
 

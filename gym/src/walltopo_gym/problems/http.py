@@ -24,6 +24,7 @@ from walltopo_gym.api.paging import Cursor, Page, Size, page_by
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.api.turns import turn_for
 from walltopo_gym.climbing.ascents import EditOriginIn
+from walltopo_gym.climbing.sharing import Share
 from walltopo_gym.clock import now
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.events import GradeRangeOf, collect_answers
@@ -35,7 +36,6 @@ from walltopo_gym.problems.models import Problem, ProblemReport
 from walltopo_gym.problems.service import (
     MAX_HOLDS,
     ProblemDraft,
-    Share,
     Shown,
     Use,
     UsedHold,

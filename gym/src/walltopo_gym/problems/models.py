@@ -10,20 +10,20 @@ from sqlalchemy import JSON, ForeignKey, Index, String, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.climbing.edits import Edited
+from walltopo_gym.climbing.sharing import Shared
 from walltopo_gym.database.base import Base, Keyed
 from walltopo_gym.gyms.models import GRADE_BY
 
 _PERSON = "people.id"
 
 
-class Problem(Edited, Keyed, Base):
+class Problem(Edited, Shared, Keyed, Base):
     """A climber's problem. The phone makes `id`, so that it is stored once.
 
     `holds`: {"hold", "use"} from the first to the last tapped, with the ids of the version
-    `scan_id`; `use` is "start", "hand", "foot" or "top". `share`: "private", "link" or "gym".
-    `matching`: both hands may take one hold. `remix_of`: the problem that it was made from.
-    `route_id`: the route that a setter made of it. `hidden_at`: hidden by the gym.
-    `taken_back_at`: deleted; the row stays, so that a late copy does not revive it.
+    `scan_id`; `use` is "start", "hand", "foot" or "top". `matching`: both hands may take one
+    hold. `remix_of`: the problem that it was made from. `route_id`: the route that a setter made of
+    it. `taken_back_at`: deleted; the row stays, so that a late copy does not revive it.
     """
 
     __tablename__ = "problems"
@@ -34,13 +34,11 @@ class Problem(Edited, Keyed, Base):
 
     wall_id: Mapped[UUID] = mapped_column(ForeignKey("walls.id", ondelete="CASCADE"))
     scan_id: Mapped[UUID] = mapped_column(ForeignKey("scans.id", ondelete="CASCADE"), index=True)
-    person_id: Mapped[UUID] = mapped_column(ForeignKey(_PERSON, ondelete="CASCADE"))
     name: Mapped[str] = mapped_column(String(80))
     grade_system_id: Mapped[UUID | None] = mapped_column(
         ForeignKey("grade_systems.id", ondelete="SET NULL"), index=True
     )
     grade: Mapped[str] = mapped_column(String(80), default="", info={GRADE_BY: "grade_system_id"})
-    share: Mapped[str] = mapped_column(String(10))
     matching: Mapped[bool]
     note: Mapped[str] = mapped_column(String(300), default="")
     holds: Mapped[list[dict[str, Any]]] = mapped_column(JSON)
@@ -48,7 +46,6 @@ class Problem(Edited, Keyed, Base):
     route_id: Mapped[UUID | None] = mapped_column(
         ForeignKey("routes.id", ondelete="SET NULL"), index=True
     )
-    hidden_at: Mapped[datetime | None]
     taken_back_at: Mapped[datetime | None]
 
 

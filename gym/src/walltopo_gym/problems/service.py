@@ -17,10 +17,11 @@ from walltopo_gym.accounts.models import Person
 from walltopo_gym.accounts.people import lock_person
 from walltopo_gym.climbing.dates import check_climbed
 from walltopo_gym.climbing.edits import Edit, is_newer_edit
+from walltopo_gym.climbing.sharing import Share, may_see, not_hidden
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
 from walltopo_gym.gyms.days import zone_of
-from walltopo_gym.gyms.models import Ban, Gym
+from walltopo_gym.gyms.models import Gym
 from walltopo_gym.problems.models import Problem, ProblemAscent, ProblemHold
 from walltopo_gym.publishing.by_hand import HandRoute, add_routes
 from walltopo_gym.publishing.models import Route
@@ -39,14 +40,6 @@ class Use(StrEnum):
     HAND = "hand"
     FOOT = "foot"
     TOP = "top"
-
-
-class Share(StrEnum):
-    """The people who see a problem: its author, people with the link, or all members of the gym."""
-
-    PRIVATE = "private"
-    LINK = "link"
-    GYM = "gym"
 
 
 @dataclass(frozen=True)
@@ -217,14 +210,6 @@ def problem_of(
     return row
 
 
-def may_see(row: Problem, person: UUID | None, *, is_member: bool, is_setter: bool) -> bool:
-    if row.person_id == person:
-        return True
-    if row.share == Share.PRIVATE or (row.hidden_at is not None and not is_setter):
-        return False
-    return row.share == Share.LINK or is_member
-
-
 def problems_shown(
     wall: Wall, person: UUID, *, mine: bool, is_setter: bool
 ) -> Select[Problem, datetime, UUID]:
@@ -234,10 +219,8 @@ def problems_shown(
     )
     if mine:
         return rows.where(Problem.person_id == person)
-    in_gym = Problem.share == Share.GYM
-    if not is_setter:
-        banned = exists().where(Ban.gym_id == wall.gym_id, Ban.person_id == Problem.person_id)
-        in_gym = and_(in_gym, Problem.hidden_at.is_(None), ~banned)
+    seen = not_hidden(Problem, wall.gym_id, is_setter=is_setter)
+    in_gym = and_(Problem.share == Share.GYM, seen)
     return rows.where(or_(in_gym, Problem.person_id == person))
 
 

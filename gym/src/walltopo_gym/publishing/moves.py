@@ -143,13 +143,14 @@ def _facts(route: Route, holds: Sequence[Hold], unit: float) -> dict[str, Any]:
     heights = reaching_heights(route, holds, unit)
     climbed = climb_route(route, holds, unit)
     ups = [hold.position[2] for hold in holds if hold.id in set(route.holds)]
-    return {
-        "reach": None if heights is None else list(heights),
-        "longest_reach": None
-        if heights is None
-        else [round(reach, 2) for reach in heights.values()],
-        "height_m": round((max(ups) - min(ups)) / unit, 2) if ups else None,
-        "features": None
-        if climbed is None or not climbed.moves.reached
-        else [None if math.isnan(value) else value for value in climbed.features.tolist()],
-    }
+    names = ("reach", "longest_reach", "height_m", "features")
+    facts: dict[str, Any] = dict.fromkeys(names)
+    if heights is not None:
+        facts["reach"] = list(heights)
+        facts["longest_reach"] = [round(reach, 2) for reach in heights.values()]
+    if ups:
+        facts["height_m"] = round((max(ups) - min(ups)) / unit, 2)
+    if climbed is not None and climbed.moves.reached:
+        values = climbed.features.tolist()
+        facts["features"] = [None if math.isnan(value) else value for value in values]
+    return facts

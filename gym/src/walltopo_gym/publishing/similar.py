@@ -52,24 +52,10 @@ def distances(
     ----------
     wanted : F features. others : N times F features.
     """
-    table = np.array([wanted, *others], np.float64)
-    spread = _spread(table)
+    table = np.ma.masked_invalid(np.array([wanted, *others], np.float64))
+    spread = np.ma.masked_equal(table.std(axis=0), 0.0)
     away = (table[1:] - table[0]) / spread
-    known = np.isfinite(away)
-    count = known.sum(axis=1)
-    squares = np.where(known, away, 0.0) ** 2
-    mean = squares.sum(axis=1) / np.maximum(count, 1)
-    return np.where(count > 0, np.sqrt(mean), np.inf)
-
-
-def _spread(table: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return the standard deviation of each column; NaN for one without any."""
-    known = np.isfinite(table)
-    count = np.maximum(known.sum(axis=0), 1)
-    values = np.where(known, table, 0.0)
-    mean = values.sum(axis=0) / count
-    variance = (np.where(known, table - mean, 0.0) ** 2).sum(axis=0) / count
-    return np.where(variance > 0, np.sqrt(variance), np.nan)
+    return np.ma.sqrt((away**2).mean(axis=1)).filled(np.inf)
 
 
 def _features(session: Session, route: UUID) -> list[float | None] | None:
