@@ -7,7 +7,7 @@ import { loadingKept, type Loaded } from "../lib/loaded.svelte";
 import { LISTS_SHOWN } from "../offline/keepGym";
 import { offlineSince } from "../offline/reception.svelte";
 import { mine, say } from "../outbox/outbox.svelte";
-import { keyOf, settle, type Item, type ListIn } from "../outbox/store";
+import { acceptedKey, settle, type Item, type ListIn } from "../outbox/store";
 import { p } from "../routes";
 import { me } from "../session.svelte";
 
@@ -40,11 +40,12 @@ export class GymLists {
   ) {
     this.first = loadingKept(async (how) => {
       const [slug, requested] = [gym(), Date.now()];
-      void this.accepted;
+      void acceptedKey(this.entered);
       if (!isMember()) return [];
       const params = { path: { gym: slug }, query: { size: LISTS_SHOWN } };
       const page = await answer(api.GET("/api/v1/gyms/{gym}/lists", { params, ...how }));
-      if (!how.cache && !offlineSince()) await settle(requested, (item) => item.what === "list" && item.gym === slug && item.person === me()?.id);
+      // Afterwards, as the page would show the older state for a moment.
+      if (!how.cache && !offlineSince()) void settle(requested, (item) => item.what === "list" && item.gym === slug && item.person === me()?.id);
       return page.items;
     });
   }
@@ -60,11 +61,6 @@ export class GymLists {
 
   async drop(list: Facts): Promise<void> {
     await say({ what: "list", id: list.id, person: me()!.id, gym: this.gym(), name: list.name, body: wordsOf(list), takenBack: true, known: true });
-  }
-
-  /** Changes when the server has accepted an item. */
-  private get accepted(): string {
-    return this.entered.filter(({ done }) => done !== null).map((item) => `${keyOf(item)} ${item.version}`).join();
   }
 
   private gather(): ClimbList[] {

@@ -5,7 +5,7 @@ import { loadingKept, type Loaded } from "../lib/loaded.svelte";
 import { offlineSince } from "../offline/reception.svelte";
 import { me } from "../session.svelte";
 import { mine } from "./outbox.svelte";
-import { keyOf, settle, type AscentIn, type Item, type Kind, type OpinionIn } from "./store";
+import { acceptedKey, settle, type AscentIn, type Item, type Kind, type OpinionIn } from "./store";
 
 /** `known`: the server has it, or may have. */
 export type OwnAscent = AscentIn & { id: string; waits: boolean; known: boolean };
@@ -82,7 +82,7 @@ function isLogged({ what }: Item): boolean {
 
 /** Changes when the server has accepted an item of a gym's logbook, so that views reload. */
 export function taken(gym: string): string {
-  return mine().filter((item) => item.gym === gym && isLogged(item) && item.done !== null).map((item) => `${keyOf(item)} ${item.version}`).join();
+  return acceptedKey(mine().filter((item) => item.gym === gym && isLogged(item)));
 }
 
 /** Filled for members; empty for others. */
@@ -92,7 +92,8 @@ export function logbook(gym: () => string, isMember: () => boolean): Logbook {
     void taken(slug);
     if (!person || !isMember()) return NONE;
     const facts = await answer(api.GET("/api/v1/gyms/{gym}/logbook", { params: { path: { gym: slug } }, ...how }));
-    if (!how.cache && !offlineSince()) await settle(requested, (item) => isLogged(item) && item.gym === slug && item.person === person);
+    // Afterwards, as the page would show the older state for a moment.
+    if (!how.cache && !offlineSince()) void settle(requested, (item) => isLogged(item) && item.gym === slug && item.person === person);
     return facts;
   });
   return new Logbook(gym, known);

@@ -123,6 +123,11 @@ export function keyOf(item: Words): string {
   return item.what === "climbed" ? `climbed/${item.person}/${item.problem}` : `${item.what}/${item.id}`;
 }
 
+/** Changes when the server has accepted one of these items. */
+export function acceptedKey(items: Item[]): string {
+  return items.filter(({ done }) => done !== null).map((item) => `${keyOf(item)} ${item.version}`).join();
+}
+
 const channel = new BroadcastChannel("walltopo-outbox");
 // A channel does not hear itself.
 const here = new Set<() => void>();

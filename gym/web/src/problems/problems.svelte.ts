@@ -5,7 +5,7 @@ import { loadingKept, type Loaded } from "../lib/loaded.svelte";
 import { PROBLEMS_SHOWN } from "../offline/keepGym";
 import { offlineSince } from "../offline/reception.svelte";
 import { mine, say } from "../outbox/outbox.svelte";
-import { keyOf, settle, type Item, type ProblemIn } from "../outbox/store";
+import { acceptedKey, settle, type Item, type ProblemIn } from "../outbox/store";
 import { me } from "../session.svelte";
 
 type Facts = Schemas["ClimberProblem"];
@@ -34,7 +34,7 @@ export class WallProblems {
   ) {
     this.first = loadingKept(async (how) => {
       const [slug, id, requested] = [gym(), wall(), Date.now()];
-      void this.accepted;
+      void acceptedKey(this.entered);
       if (!isMember()) return { items: [], next: null };
       // Without reception, the page looks among those that are stored.
       const wanted = offlineSince() ? null : hold();
@@ -43,7 +43,8 @@ export class WallProblems {
       this.later = [];
       this.cursor = page.next;
       // A search does not list all that the server has.
-      if (wanted === null && !how.cache && !offlineSince()) await settle(requested, (item) => isOurs(item) && item.gym === slug && item.person === me()?.id);
+      // Afterwards, as the page would show the older state for a moment.
+      if (wanted === null && !how.cache && !offlineSince()) void settle(requested, (item) => isOurs(item) && item.gym === slug && item.person === me()?.id);
       return page;
     });
   }
@@ -79,11 +80,6 @@ export class WallProblems {
   async climb(problem: WallProblem, isClimbed: boolean): Promise<void> {
     const body = { climbed_at: isClimbed ? new Date().toISOString() : null };
     await say({ what: "climbed", problem: problem.id, person: me()!.id, gym: this.gym(), name: problem.name, body });
-  }
-
-  /** Changes when the server has accepted an item. */
-  private get accepted(): string {
-    return this.entered.filter(({ done }) => done !== null).map((item) => `${keyOf(item)} ${item.version}`).join();
   }
 
   private gather(): WallProblem[] {
