@@ -7,8 +7,17 @@ const KEYS = Object.keys(ALL) as (keyof RouteFilter)[];
 const VALUES: Partial<Record<keyof RouteFilter, readonly string[]>> = { lean: LEANS, only: ONLY, order: ORDERS, holds: HOLDS, fits: ["yes"] };
 let lastGym = "";
 
+/** Keep the filter of a page and its address the same. `path`: it changes with the page's address. */
+export function keepInAddress(filter: RouteFilter, gym: () => string, path: () => string): void {
+  $effect.pre(() => readAddress(filter, gym()));
+  $effect(() => {
+    void [path(), { ...filter }];
+    writeAddress(filter);
+  });
+}
+
 /** Begin a page of a gym: with the filter of its address, else with that of the page before in the same gym. */
-export function readAddress(filter: RouteFilter, gym: string): void {
+function readAddress(filter: RouteFilter, gym: string): void {
   if (gym === lastGym && !location.search) return;
   const given = new URLSearchParams(location.search);
   const isGiven = KEYS.some((key) => given.has(key));
@@ -21,18 +30,18 @@ export function readAddress(filter: RouteFilter, gym: string): void {
 }
 
 /** Show the filter in the page's address. */
-export function writeAddress(filter: RouteFilter): void {
-  const search = new URLSearchParams(location.search);
+function writeAddress(filter: RouteFilter): void {
+  const address = withFilter(location.pathname + location.search, filter);
+  if (address !== location.pathname + location.search) history.replaceState(history.state, "", address + location.hash);
+}
+
+/** The address with this filter; what else it asks for stays. */
+export function withFilter(address: string, filter: RouteFilter): string {
+  const [path, asked] = address.split("?");
+  const search = new URLSearchParams(asked);
   for (const key of KEYS) {
     if (filter[key] === ALL[key]) search.delete(key);
     else search.set(key, filter[key]);
   }
-  const text = search.size ? `?${search}` : "";
-  if (text !== location.search) history.replaceState(history.state, "", location.pathname + text + location.hash);
-}
-
-/** The address of a page with this filter. */
-export function withFilter(address: string, filter: RouteFilter): string {
-  const chosen = KEYS.filter((key) => filter[key] !== ALL[key]).map((key) => [key, filter[key]]);
-  return chosen.length ? `${address}?${new URLSearchParams(chosen)}` : address;
+  return search.size ? `${path}?${search}` : path!;
 }
