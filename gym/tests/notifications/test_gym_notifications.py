@@ -44,6 +44,8 @@ from walltopo_gym.notifications.models import Message, NotificationPreferences, 
 from walltopo_gym.notifications.preferences import awake_at
 from walltopo_gym.notifications.secrets import public_push_key, unsubscribe_token
 from walltopo_gym.notifications.sending import MessageSender, record_failure
+from walltopo_gym.publishing.models import Route
+from walltopo_gym.publishing.versions import gym_routes
 from walltopo_gym.scans.models import Scan
 
 pytestmark = pytest.mark.usefixtures("midday")
@@ -360,6 +362,50 @@ def test_the_weeks_mail(gym: World, monkeypatch: pytest.MonkeyPatch) -> None:
     assert gone.status_code == 204, gone.text
     assert gym.server.ask("GET", "/me/messages", member).json()["digest"] is False
     assert gym.server.ask("GET", "/me/messages", member).json()["new_routes"] is True
+
+
+def test_the_weeks_summary_by_push(
+    gym: World, service: Service, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    member = gym.people["member"]
+    wish(gym, member, service, digest_by="push", new_routes=False)
+    at(monkeypatch, next_monday().replace(hour=12))
+    run(gym)
+    run(gym)
+    (answer,) = service.read()
+    assert answer["title"] == f"{gym.gym.name}: weekly summary"
+    assert (answer["text"], answer["path"]) == ("New routes: 2", f"/g/{gym.gym.slug}")
+    assert letters_to(gym, member) == []
+
+
+def test_a_week_without_news_sends_no_summary(
+    gym: World, service: Service, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wish(gym, gym.people["member"], service, digest_by="push")
+    wish(gym, gym.people["judge"])
+    monday = next_monday() + timedelta(days=14)
+    at(monkeypatch, monday.replace(hour=12))
+    run(gym)
+    assert service.got == []
+    assert letters_to(gym, gym.people["judge"]) == []
+    # Routes that come later that day wait for the next Monday.
+    monkeypatch.setattr(due, "new_routes", lambda *_: gym_routes_of(gym))
+    run(gym)
+    assert service.got == []
+    assert letters_to(gym, gym.people["judge"]) == []
+
+
+def gym_routes_of(world: World) -> list[Route]:
+    with world.server.database.reading() as session:
+        return [route for route, _ in gym_routes(session, world.gym.id)]
+
+
+def test_a_person_is_asked_until_they_choose(gym: World) -> None:
+    ask, member = gym.server.ask, gym.people["member"]
+    before = ask("GET", "/me/messages", member).json()
+    assert (before["chosen"], before["digest"]) == (False, False)
+    assert ask("PUT", "/me/messages", member, {"digest": False}).is_success
+    assert ask("GET", "/me/messages", member).json()["chosen"] is True
 
 
 def test_forerunners_hear_once_that_their_routes_are_set(gym: World, service: Service) -> None:

@@ -59,12 +59,18 @@ test("the hall's settings, on paper and on a website", async ({ browser, places 
   await owner.close();
 });
 
-test("messages end by a mail's link, signed in nowhere, and come back", async ({ browser, places }) => {
+test("the week's summary is offered once; messages end by a mail's link, signed in nowhere, and come back", async ({ browser, places }) => {
   const member = await visit(browser, places);
   await signIn(member, places, places.member);
+  await member.go(`/g/${places.gym}`);
+  await member.page.getByRole("heading", { name: "New routes, once a week?" }).waitFor();
+  assert.deepEqual(await grave(member.page), []);
+  await member.shot("ask-digest");
+  await member.page.getByRole("button", { name: "By email" }).click();
+  await member.page.getByRole("heading", { name: "New routes, once a week?" }).waitFor({ state: "detached" });
   await member.go("/me/messages");
   const weekly = "Weekly summary: new routes in my gyms, and my projects that leave soon";
-  await member.page.getByLabel(weekly).check();
+  assert.ok(await member.page.getByLabel("By email").isChecked());
   await member.page.getByLabel("New routes in my gyms", { exact: true }).check();
   await member.page.getByRole("button", { name: "Save" }).click();
   await member.page.getByText("Saved.").waitFor();
@@ -86,7 +92,7 @@ test("messages end by a mail's link, signed in nowhere, and come back", async ({
   await reader.close();
 
   await member.go("/me/messages");
-  assert.equal(await member.page.getByLabel(weekly).isChecked(), false);
+  assert.ok(await member.page.getByLabel("Off").isChecked());
   await member.close();
 });
 

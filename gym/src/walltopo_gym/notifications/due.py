@@ -1,10 +1,11 @@
-"""Find the messages that are due by the clock: the week's mail, an evening's new routes, projects
-that will be stripped."""
+"""Find the messages that are due by the clock: the week's summary, an evening's new routes,
+projects that will be stripped."""
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Iterator
+from dataclasses import dataclass
 from datetime import date, datetime, time, timedelta
 from functools import partial
 from typing import Any, Final
@@ -39,7 +40,7 @@ from walltopo_gym.walls.models import Wall
 from walltopo_gym.words import Words, words_in
 
 _LOG = logging.getLogger("walltopo_gym.notifications")
-# The week's mail goes on Monday from eight by the gym's clock; a worker that was away catches up.
+# The week's summary goes on Monday from eight by the gym's clock; a late worker catches up.
 _DIGEST_AT: Final = time(8)
 _DIGEST_LATE: Final = timedelta(days=2)
 _WEEK: Final = 7
@@ -90,36 +91,54 @@ def _digests(session: Session, gym: Gym) -> Iterator[Row]:
         return
     new = new_routes(session, gym, _WEEK + 1)
     walls = {wall.id: wall for wall in session.scalars(select(Wall).filter_by(gym_id=gym.id))}
+    subject = f"{gym.id} {monday}"
     for preferences in to:
-        words = words_in(preferences.language)
         goes = _projects(session, gym, preferences.person_id, monday + timedelta(days=2 * _WEEK))
-        body: dict[str, Any] = {}
-        if new or goes:
-            lines = _digest_lines(gym, words, new, goes, walls)
-            body = {"subject": words.say("digest", gym=gym.name), "lines": lines}
+        week = _Week(new, goes, walls)
+        if preferences.digest_by == "push":
+            shown = partial(_digest_push, gym, week)
+            notice = Notice(DIGEST, subject, f"{DIGEST} {gym.id}", DIGEST, shown)
+            rows = push_rows(session, gym, notice, [preferences])
+        else:
+            body = _digest_mail(gym, week, words_in(preferences.language))
+            rows = [message_row(gym, preferences.person_id, DIGEST, subject, MAIL, body)]
         # A week without news is noted too, and nothing is sent.
-        row = message_row(gym, preferences.person_id, DIGEST, f"{gym.id} {monday}", MAIL, body)
-        yield row if body else row | {"sent_at": now()}
+        yield from rows if new or goes else [row | {"body": {}, "sent_at": now()} for row in rows]
 
 
-def _digest_lines(
-    gym: Gym, words: Words, new: list[Route], goes: list[Route], walls: dict[UUID, Wall]
-) -> list[str]:
+@dataclass(frozen=True)
+class _Week:
+    """The content of a digest: new routes, a person's projects that go soon, and the gym's walls by
+    id."""
+
+    new: list[Route]
+    goes: list[Route]
+    walls: dict[UUID, Wall]
+
+
+def _digest_push(gym: Gym, week: _Week, words: Words) -> Shown:
+    parts = [("push_new", week.new), ("push_goes", week.goes)]
+    text = ". ".join(words.say(key, number=len(routes)) for key, routes in parts if routes)
+    return Shown(words.say("digest", gym=gym.name), text, f"/g/{gym.slug}")
+
+
+def _digest_mail(gym: Gym, week: _Week, words: Words) -> dict[str, Any]:
     lines = []
-    if new:
+    if week.new:
         lines += [words.say("digest_lead", gym=gym.name), ""]
-        for wall in walls.values():
-            here = [route for route in new if route.wall_id == wall.id]
+        for wall in week.walls.values():
+            here = [route for route in week.new if route.wall_id == wall.id]
             lines += [f"{wall.name}: {len(here)}"] if here else []
             lines += [f"  {_route_label(route, words)}" for route in here[:_LINES]]
         lines.append("")
-    if goes:
+    if week.goes:
         lines += [words.say("digest_goes"), ""]
-        for route in goes[:_LINES]:
+        for route in week.goes[:_LINES]:
             until = words.say("until", day=words.day(_day(route)))
-            lines.append(f"  {_route_label(route, words)} ({walls[route.wall_id].name}), {until}")
+            wall_name = week.walls[route.wall_id].name
+            lines.append(f"  {_route_label(route, words)} ({wall_name}), {until}")
         lines.append("")
-    return lines
+    return {"subject": words.say("digest", gym=gym.name), "lines": lines}
 
 
 def _route_label(route: Route, words: Words) -> str:

@@ -19,7 +19,7 @@ from walltopo_gym.database.engine import take_turn
 from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.languages import Language
 from walltopo_gym.mail import sender_of
-from walltopo_gym.notifications.models import NotificationPreferences, PushAddress
+from walltopo_gym.notifications.models import Channel, NotificationPreferences, PushAddress
 from walltopo_gym.notifications.preferences import preferences_of
 from walltopo_gym.notifications.push import check_address, push
 from walltopo_gym.notifications.secrets import person_of, public_push_key, push_key
@@ -33,7 +33,7 @@ Base64 = r"^[A-Za-z0-9_-]+=*$"
 
 
 class NewsKinds(Body):
-    """Message preferences: `digest` by mail, the others by push.
+    """Message preferences: `digest` weekly, the others at once, by push.
 
     `hold_reports`: to setters about new hold reports, to climbers when theirs are done. `forerun`:
     to forerunners when the routes of a planned reset are set.
@@ -51,6 +51,7 @@ class NewsIn(NewsKinds):
     """All message preferences; `quiet_from` and `quiet_to` are hours."""
 
     language: Language = "en"
+    digest_by: Channel = "mail"
     quiet_from: Hour = 22
     quiet_to: Hour = 8
 
@@ -64,8 +65,12 @@ class PushOut(BaseModel):
 
 
 class NewsOut(NewsIn):
-    """Message preferences, subscribed browsers, and the server's public push `key`."""
+    """Message preferences, subscribed browsers, and the server's public push `key`.
 
+    `chosen`: whether the person has chosen before; else these are the defaults, and the app asks.
+    """
+
+    chosen: bool
     key: str
     browsers: list[PushOut]
 
@@ -184,7 +189,7 @@ def put_preferences_by_link(
 
 @router.post("/unsubscribe/{token}", status_code=204)
 def end_mails(person: Whose, services: ServicesOf, actor: AnyoneMay) -> None:
-    """Turn the weekly mail off by the mail program's own button (RFC 8058)."""
+    """Turn the week's summary off by the mail program's own button (RFC 8058)."""
     with services.database.writing() as session:
         row = session.get(NotificationPreferences, person)
         if row is not None:
@@ -196,6 +201,7 @@ def _news_out(session: Session, services: ServicesOf, person: UUID) -> NewsOut:
     words = NewsIn.model_validate(preferences_of(session, person), from_attributes=True)
     return NewsOut(
         **words.model_dump(),
+        chosen=session.get(NotificationPreferences, person) is not None,
         key=public_push_key(services.database),
         browsers=[
             PushOut.model_validate(row, from_attributes=True)

@@ -25,7 +25,7 @@ _WAITS: Final = (60, 600, 3600, 14400, 43200)
 MAILS: Final = Job("mails", at_once=16, of_one_gym=8, waits=_WAITS)
 PUSHES: Final = Job("pushes", waits=_WAITS)
 MAIL: Final = "mail"
-DIGEST: Final = "digest"  # the one kind that is sent by mail
+DIGEST: Final = "digest"  # the one kind that may be sent by mail
 _TEXT: Final = 300
 
 Row = dict[str, Any]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from datetime import datetime
-from typing import Any
+from typing import Any, Literal
 from uuid import UUID
 
 from sqlalchemy import JSON, ForeignKey, String, Text, UniqueConstraint, false
@@ -13,13 +13,14 @@ from walltopo_gym.database.base import Base, Keyed
 from walltopo_gym.languages import Language
 
 _PERSON = "people.id"
+Channel = Literal["mail", "push"]
 
 
 class NotificationPreferences(Base):
     """Message preferences; a person without a row gets no messages.
 
-    `digest`: weekly by mail; the others at once, by push. From `quiet_from` to `quiet_to`, hours by
-    the gym's clock, no push is sent; equal hours: never quiet.
+    `digest`: weekly, by mail or push as `digest_by` says; the others at once, by push. From
+    `quiet_from` to `quiet_to`, hours by the gym's clock, no push is sent; equal hours: never quiet.
     """
 
     __tablename__ = "notification_preferences"
@@ -29,6 +30,7 @@ class NotificationPreferences(Base):
     )
     language: Mapped[Language] = mapped_column(String(2))
     digest: Mapped[bool]
+    digest_by: Mapped[Channel] = mapped_column(String(4), default="mail", server_default="mail")
     new_routes: Mapped[bool]
     soon: Mapped[bool]
     competitions: Mapped[bool]

@@ -24,6 +24,7 @@ def preferences_of(session: Session, person: UUID) -> NotificationPreferences:
         person_id=person,
         language="en",
         digest=False,
+        digest_by="mail",
         new_routes=False,
         soon=False,
         competitions=False,

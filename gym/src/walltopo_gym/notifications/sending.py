@@ -21,6 +21,7 @@ from walltopo_gym.gyms.days import zone_of
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.jobs.queue import Failure, NotYetError
 from walltopo_gym.mail import Mail, Mailer, sender_of
+from walltopo_gym.notifications.messages import MAIL
 from walltopo_gym.notifications.models import Message, PushAddress
 from walltopo_gym.notifications.preferences import awake_at, preferences_of
 from walltopo_gym.notifications.push import push
@@ -90,7 +91,7 @@ class MessageSender:
             person = session.get_one(Person, row.person_id)
             preferences = preferences_of(session, row.person_id)
             gym = session.get_one(Gym, row.gym_id)
-        if not preferences.digest:
+        if not preferences.digest or preferences.digest_by != MAIL:
             return  # they have changed their mind since
         base = self.settings.link_base
         token = unsubscribe_token(self.database, person.id)
