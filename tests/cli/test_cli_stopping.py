@@ -13,6 +13,8 @@ from tests.breakpoints.breakpoint import Breakpoint
 
 from walltopo.scans.manifest import Manifest
 
+# Both take the same way through a command; one of them in each quick run.
+EACH_SIGNAL = [pytest.param(signal.SIGINT, marks=pytest.mark.slow), signal.SIGTERM]
 SWALLOWS = """
     try:
         ready()
@@ -114,7 +116,7 @@ def _stop(
     assert output.strip() == "stopped; run the same command again to continue"
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", EACH_SIGNAL)
 def test_a_stopped_scan_says_so(
     tiny_photos: Path, tmp_path: Path, number: signal.Signals, child_breakpoint: Breakpoint
 ) -> None:
@@ -135,7 +137,7 @@ def _lift(gym: Path, out: Path) -> list[str]:
 
 
 @pytest.mark.data
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", EACH_SIGNAL)
 @pytest.mark.parametrize("make", [_detect, _lift])
 def test_a_stopped_command_writes_nothing(
     make: Callable[[Path, Path], list[str]],

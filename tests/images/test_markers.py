@@ -107,6 +107,7 @@ def test_small_stickers_are_found_where_plates_would_not_be() -> None:
     assert len(found) >= 18  # of 20
 
 
+@pytest.mark.slow
 def test_noise_holds_no_sticker() -> None:
     rng = np.random.default_rng(1)
     for _ in range(10):

@@ -45,6 +45,7 @@ def test_setting_proposes_what_was_wished_for() -> None:
         assert set(by_name) == {"child", "short", "adult", "tall"}
 
 
+@pytest.mark.slow
 def test_setting_is_the_same_for_the_same_seed() -> None:
     spec = ProblemSpec(grade="6C", moves=3, count=1, seed=7)
     once = propose(POOL, spec, SCALE)
@@ -52,6 +53,7 @@ def test_setting_is_the_same_for_the_same_seed() -> None:
     assert once.proposals != propose(POOL, replace(spec, seed=8), SCALE).proposals
 
 
+@pytest.mark.slow
 def test_setting_keeps_to_the_style_and_the_body() -> None:
     slopers = propose(POOL, ProblemSpec(grade="7A", holds="slopers", count=1), SCALE).proposals[0]
     own = [POOL.by_id[number].type for number in slopers.hands]
@@ -112,6 +114,7 @@ def route_of_first() -> Route:
     return Route(3, holds=holds, start=one.start, top=one.top, footholds=one.feet)
 
 
+@pytest.mark.slow
 def test_setting_eases_by_a_hold_that_hangs_near() -> None:
     route = route_of_first()
     other = Route(4, holds=tuple(range(1, 61)))

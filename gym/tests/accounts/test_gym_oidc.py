@@ -12,6 +12,7 @@ from urllib.parse import parse_qs, urlsplit
 
 import pytest
 from authlib.oauth2.rfc7636 import create_s256_code_challenge
+from fastapi import FastAPI
 from fastapi.testclient import TestClient
 from flask import Flask, Response, jsonify, redirect, request
 from gym.tests.worlds import ORIGIN, Server
@@ -76,6 +77,9 @@ class Provider:
         return jsonify({"access_token": "a", "token_type": "Bearer", "id_token": id_token})
 
 
+_APPS: dict[tuple[Any, ...], FastAPI] = {}
+
+
 @pytest.fixture(scope="module")
 def running() -> Iterator[Provider]:
     provider = Provider()
@@ -103,9 +107,15 @@ def browser(server: Server, provider: Provider, **settings: Any) -> TestClient:
         "oidc_name": "Gym pass",
         **settings,
     }
-    fields = {name: getattr(server.services, name) for name in Services.__dataclass_fields__}
-    fields["settings"] = server.settings.model_copy(update=ways)
-    return TestClient(build_app(Services(**fields)), base_url=ORIGIN, follow_redirects=False)
+    # An application's first request takes a second.
+    key = (id(server), *sorted(ways.items()))
+    if key not in _APPS:
+        parts = {name: getattr(server.services, name) for name in Services.__dataclass_fields__}
+        parts["settings"] = server.settings.model_copy(update=ways)
+        _APPS[key] = build_app(Services(**parts))
+    client = TestClient(_APPS[key], base_url=ORIGIN, follow_redirects=False)
+    client.portal = server.portal
+    return client
 
 
 def come_back(client: TestClient) -> Any:

@@ -51,6 +51,7 @@ def full(server: Server) -> Iterator[None]:
         server.database.engine.dispose()
 
 
+@pytest.mark.slow
 def test_a_write_on_a_full_disk_is_refused_in_words(lone: World) -> None:
     with full(lone.server):
         answers = [

@@ -224,6 +224,7 @@ def test_a_name_of_a_mac_is_kept_as_others_write_it() -> None:
     assert kept_name("Gru\u0308n.jpg") == "Gr\u00fcn.jpg"
 
 
+@pytest.mark.slow
 def test_a_killed_server_has_all_that_it_acknowledged(tmp_path: Path) -> None:
     world = make_world(Server(tmp_path))
     world.server.close()
@@ -248,6 +249,7 @@ def test_a_killed_server_has_all_that_it_acknowledged(tmp_path: Path) -> None:
     assert (tmp_path / "files" / "originals" / key).read_bytes() == content
 
 
+@pytest.mark.slow
 def test_a_video_is_as_many_photos_as_are_taken_of_it(phone: Sender, tmp_path: Path) -> None:
     made = tmp_path / "walk.mp4"
     write_film(made, frames=60)

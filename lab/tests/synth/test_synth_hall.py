@@ -94,6 +94,7 @@ def test_a_hall_of_two_walls_and_a_reset_of_a_hall_are_refused() -> None:
         set_up(HALL, 3, Reset(1))
 
 
+@pytest.mark.slow
 def test_photos_show_wall_after_wall_and_the_gaps_between(hall: Gym) -> None:
     poses = walk_hall(hall.sections, HALL, PHOTOS, np.random.default_rng(0))
     assert len(poses) == PHOTOS.photos

@@ -33,6 +33,7 @@ class Hill:
         return {"one": 1 - (values["a"] - 0.7) ** 2, "two": 1 - abs(values["a"] - 0.7)}
 
 
+@pytest.mark.slow
 def test_search_finds_resumes_and_explains(tmp_path: Path) -> None:
     storage, hill = f"sqlite:///{tmp_path / 's.db'}", Hill()
     run_trials(open_study(hill, storage, "hill", 0), hill, 12)

@@ -95,6 +95,7 @@ def test_the_moving_part_of_live_photos_is_left_out(tmp_path: Path) -> None:
     assert any("walk" in photo.source for photo in PhotoList.load(scan.photo_list).photos)
 
 
+@pytest.mark.slow
 def test_a_long_film_of_a_photos_name_is_a_film(tmp_path: Path) -> None:
     folder = tmp_path / "in"
     write_photos(folder)

@@ -60,7 +60,13 @@ def noise(data: bytes) -> bytes:
 @pytest.mark.parametrize(
     ("damage", "complete"),
     # Without the content's hash, as a kill leaves it, only what breaks the file is seen.
-    [(halved, True), (one_bit, True), (noise, True), (halved, False), (noise, False)],
+    [
+        (halved, True),
+        (one_bit, True),
+        pytest.param(noise, True, marks=pytest.mark.slow),
+        pytest.param(halved, False, marks=pytest.mark.slow),
+        (noise, False),
+    ],
 )
 def test_damage_is_found_and_mended(
     wall: ScanFolder, damage: Callable[[bytes], bytes], complete: bool

@@ -86,11 +86,12 @@ class TestWatched:
             ("while True: pass", "hang"),
         ],
     )
-    def test_finds(self, monkeypatch: pytest.MonkeyPatch, what: str, kind: str) -> None:
+    def test_finds(
+        self, watched: Watched, monkeypatch: pytest.MonkeyPatch, what: str, kind: str
+    ) -> None:
         monkeypatch.setattr("tools.fuzz.watched.MAX_WAIT", 600.0)
-        with Watched() as process:
-            with monkeypatch.context() as patch:
-                if kind == "hang":  # what ends gets the usual time: an import can take a second
-                    patch.setattr("tools.fuzz.watched.MAX_SECONDS", 1.0)
-                assert process.read("probe", {"code.py": what.encode()}).kind == kind
-            assert process.read("probe", {"code.py": b""}).kind == "read"  # a new one takes over
+        with monkeypatch.context() as patch:
+            if kind == "hang":  # what ends gets the usual time: an import can take a second
+                patch.setattr("tools.fuzz.watched.MAX_SECONDS", 1.0)
+            assert watched.read("probe", {"code.py": what.encode()}).kind == kind
+        assert watched.read("probe", {"code.py": b""}).kind == "read"  # a new one takes over

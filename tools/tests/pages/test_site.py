@@ -114,6 +114,7 @@ def test_nothing_is_loaded_from_another_host(pages: dict[Path, Page]) -> None:
     assert [target for page in pages.values() for target in page.loads if foreign(target)] == []
 
 
+@pytest.mark.slow
 def test_the_first_page_is_small(site: Path, pages: dict[Path, Page]) -> None:
     first = site / "index.html"
     files = {leads_to(first, target) for target in pages[first].loads} | {first}
