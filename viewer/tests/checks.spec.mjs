@@ -123,6 +123,30 @@ test("works by keyboard alone", async ({ browser, places: { disk } }) => {
   await close();
 });
 
+test("each hold is reached and selected by keys", async ({ browser, places: { disk } }) => {
+  const { page, log, close } = await open(browser, disk);
+  await ask(page, (wall) => wall.shadowRoot.querySelector("canvas").focus());
+  const said = () => ask(page, (wall) => wall.shadowRoot.querySelector("[role=status]").textContent);
+  await page.keyboard.press("Shift+ArrowRight");
+  assert.match(await said(), /\d (cm|m)$/, "nobody hears how high the hold is");
+  const first = await said();
+  await page.keyboard.press("Shift+ArrowRight");
+  assert.notEqual(await said(), first);
+  await page.keyboard.press("Enter");
+  const { hold, route } = await state(page);
+  assert.ok(hold > 0);
+  assert.equal(route, await ask(page, (wall, id) => wall.holds.find((each) => each.id === id).route ?? null, hold));
+  // To the left of it, as it is drawn.
+  await settle(page);
+  await page.keyboard.press("Shift+ArrowLeft");
+  await page.keyboard.press("Space");
+  const next = (await state(page)).hold;
+  const [from, to] = await ask(page, (wall, ids) => ids.map((id) => wall.project(id).x), [hold, next]);
+  assert.ok(to < from, `${next} lies at ${to}, not left of ${from}`);
+  fine(log);
+  await close();
+});
+
 test("fits a phone and a large screen", async ({ browser, places: { disk, shots } }) => {
   for (const [name, options] of Object.entries({
     phone: { width: 390, height: 844, phone: true, dark: true },

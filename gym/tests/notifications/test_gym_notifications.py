@@ -400,7 +400,7 @@ def gym_routes_of(world: World) -> list[Route]:
         return [route for route, _ in gym_routes(session, world.gym.id)]
 
 
-def test_a_person_is_asked_until_they_choose(gym: World) -> None:
+def test_preferences_say_whether_somebody_has_chosen(gym: World) -> None:
     ask, member = gym.server.ask, gym.people["member"]
     before = ask("GET", "/me/messages", member).json()
     assert (before["chosen"], before["digest"]) == (False, False)

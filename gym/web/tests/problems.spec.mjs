@@ -148,3 +148,28 @@ test("a problem is made, climbed, remixed, reported, and becomes a route", async
   await page.getByText("No problems here yet.").waitFor();
   await maker.close();
 });
+
+test("a problem is made by keys alone", async ({ browser, places }) => {
+  const maker = await visit(browser, places);
+  const { page } = maker;
+  await signIn(maker, places, places.member);
+  await maker.go(`/g/${places.gym}/w/${places.wall}`);
+  await page.getByRole("link", { name: "Problems" }).press("Enter");
+  await page.getByRole("button", { name: "Make a problem" }).press("Enter");
+  await wallDrawn(page);
+  const wall = page.locator("wall-topo").getByRole("img");
+  const heard = page.locator("wall-topo").getByRole("status");
+  await mark(page, "Start").press("Enter");
+  await wall.press("Shift+ArrowRight");
+  await wall.press("Enter");
+  await mark(page, "Start").getByText("1").waitFor();
+  await heard.filter({ hasText: "Start" }).waitFor({ state: "attached" });
+  await mark(page, "Top").press("Enter");
+  await wall.press("Shift+ArrowUp");
+  await wall.press("Enter");
+  await mark(page, "Top").getByText("1").waitFor();
+  await heard.filter({ hasText: "Top" }).waitFor({ state: "attached" });
+  await page.getByText(/In reach|Out of reach/).waitFor();
+  await maker.shot("problem-by-keys");
+  await maker.close();
+});

@@ -129,6 +129,15 @@ export class CameraViews {
     this.rig.moveTo(place.clone().addScaledVector(way.normalize(), distance), place, true);
   }
 
+  /** As far from a place of the wall as before, straight before it. */
+  turnTo(place: Vector3): void {
+    const { controls } = this.rig;
+    const eye = controls.getPosition(new Vector3());
+    const way = place.clone().sub(controls.getTarget(new Vector3()));
+    this.markMoved();
+    this.rig.moveTo(eye.add(way), place, true);
+  }
+
   /** Eye and target, as in a link. */
   lookFrom(camera: number[], animate: boolean): void {
     const [a, b, c, d, e, f] = camera as [number, number, number, number, number, number];

@@ -1,7 +1,10 @@
 /** Taps, the mouse and keys on the picture: selecting, measuring, looking closer. */
 
-import type { Vector3 } from "three";
+import { Vector3 } from "three";
+import { nearestTo, nextInDirection } from "../input/hold_cursor";
+import type { Direction } from "../input/hold_cursor";
 import { handleKey } from "../input/keyboard";
+import type { Hit } from "../input/picking";
 import { listenForTaps } from "../input/taps";
 import { say } from "../languages";
 import type { Parts } from "./parts";
@@ -16,6 +19,8 @@ export interface ViewActions {
 export class Interaction {
   private isMeasuring = false;
   private touched: Vector3 | null = null;
+  /** The last hold of the keyboard's cursor, until somebody taps; it is drawn while the picture has the focus. */
+  private cursor: number | null = null;
 
   constructor(
     private readonly parts: Parts,
@@ -48,6 +53,8 @@ export class Interaction {
     listenForTaps(canvas, taps, signal);
     canvas.addEventListener("keydown", (event) => this.key(event));
     canvas.addEventListener("pointermove", (event) => this.hover(event));
+    canvas.addEventListener("blur", () => this.selection.moveCursor(null));
+    canvas.addEventListener("focus", () => this.selection.moveCursor(this.cursor));
   }
 
   /** With a mouse, the pointer tells what can be selected. */
@@ -59,8 +66,14 @@ export class Interaction {
   }
 
   private tapped(x: number, y: number): void {
+    this.cursor = null;
+    this.selection.moveCursor(null);
+    this.act(this.parts.stage!.pick(x, y));
+  }
+
+  /** A tap on the wall, or Enter on the cursor's hold. */
+  private act(hit: Hit | null): void {
     const { parts, selection } = this;
-    const hit = parts.stage!.pick(x, y);
     this.touched = hit?.point ?? null;
     if (this.isMeasuring) {
       if (hit) this.measure(hit.point);
@@ -86,6 +99,31 @@ export class Interaction {
     if (this.touched && !this.isMeasuring) this.parts.views!.closer(this.touched);
   }
 
+  /** The cursor goes to the next hold in a direction of the picture, and the camera after it where it leaves the picture. */
+  private stepCursor(to: Direction): void {
+    const { parts, selection } = this;
+    const { rig } = parts.stage!;
+    const places = new Map<number, { x: number; y: number }>();
+    for (const { id, position } of parts.tables.holds.values()) {
+      const { x, y, ahead } = rig.project(position);
+      if (ahead) places.set(id, { x, y });
+    }
+    const from = parts.cursor ?? parts.selected.hold;
+    const here = places.get(from ?? -1);
+    const { clientWidth, clientHeight } = parts.canvas;
+    const next = here ? nextInDirection(places, here, to) : nearestTo(places, { x: clientWidth / 2, y: clientHeight / 2 });
+    if (next === null) return;
+    this.cursor = next;
+    selection.moveCursor(next);
+    const { x, y } = places.get(next)!;
+    if (x < 0 || y < 0 || x > clientWidth || y > clientHeight) parts.views!.turnTo(new Vector3(...parts.tables.holds.get(next)!.position));
+  }
+
+  private actAtCursor(): void {
+    const hold = this.parts.tables.holds.get(this.parts.cursor ?? -1);
+    if (hold) this.act({ point: new Vector3(...hold.position), hold: hold.id });
+  }
+
   private key(event: KeyboardEvent): void {
     const { parts, selection } = this;
     const toggle = (): void => void (this.measuring = !this.isMeasuring);
@@ -93,6 +131,8 @@ export class Interaction {
       controls: parts.stage!.rig.controls,
       moved: () => parts.views!.markMoved(),
       step: (by) => selection.step(by),
+      cursor: (to) => this.stepCursor(to),
+      tap: () => this.actAtCursor(),
       escape: () => (this.isMeasuring ? toggle() : selection.choose(null, null)),
       home: () => this.actions.home(),
       climber: () => this.actions.climber(),

@@ -39,6 +39,8 @@ export class Parts {
   tables: Tables = { title: "", metric: true, holds: new Map(), routes: new Map() };
   /** Ids of the selected route and hold. */
   selected: { route: number | null; hold: number | null } = { route: null, hold: null };
+  /** Id of the hold that the keyboard's cursor is on. */
+  cursor: number | null = null;
   private capture: GestureCapture | null = null;
 
   constructor(readonly element: HTMLElement) {

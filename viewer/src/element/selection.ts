@@ -2,7 +2,7 @@
 
 import type { HoldSet, Vec3 } from "../data/types";
 import { say } from "../languages";
-import { holdName, routeName } from "../languages/format";
+import { holdName, metres, routeName } from "../languages/format";
 import { holdCard, routeCard } from "../panels/cards";
 import type { CardActions } from "../panels/cards";
 import { h } from "../panels/dom";
@@ -68,6 +68,28 @@ export class Selection {
     this.route(shown[next]!.id, { move: true });
   }
 
+  /** The keyboard's cursor goes to a hold, which screen readers hear; null: it goes away. */
+  moveCursor(hold: number | null): void {
+    if (this.parts.cursor === hold) return;
+    this.parts.cursor = hold;
+    this.repaint();
+    this.announceCursor();
+  }
+
+  /** Screen readers hear the hold at the cursor, its use and route, its height. */
+  announceCursor(): void {
+    const { cursor, tables, stage, toast } = this.parts;
+    const hold = tables.holds.get(cursor ?? -1);
+    if (!hold) return;
+    const { words } = say();
+    const shown = this.set ?? tables.routes.get(hold.route ?? -1);
+    const as = (ids: number[] | undefined, use: string): string => (ids?.includes(hold.id) ? use : "");
+    const uses = [as(shown?.start, words.start), as(shown?.top, words.top), as(this.set?.feet, words.foot)];
+    const route = this.set ? undefined : tables.routes.get(hold.route ?? -1);
+    const height = metres(hold.position[2] - (stage?.rig.framing?.floor ?? 0), tables.metric);
+    toast.announce([holdName(hold), ...uses, route && routeName(route), height].filter(Boolean).join(", "));
+  }
+
   /** Draw lit and faded holds, outlines, flags and lines anew. */
   repaint(): void {
     const { parts, set } = this;
@@ -78,6 +100,7 @@ export class Selection {
     for (const id of route?.holds ?? []) outlines.set(id, Outline.route);
     if (hold !== null) outlines.set(hold, Outline.chosen);
     for (const id of editor?.marked ?? []) outlines.set(id, Outline.marked);
+    if (parts.cursor !== null) outlines.set(parts.cursor, Outline.cursor);
     const alone = hold === null ? [] : [hold];
     const isEmpty = set?.holds.length === 0;
     const lit = isEmpty ? null : heatmap.shown ? new Set(alone) : route ? new Set([...route.holds, ...alone]) : parts.list.lit;

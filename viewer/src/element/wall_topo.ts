@@ -136,6 +136,7 @@ export class WallTopo extends HTMLElement {
     if (set && !selection.set) selection.choose(null, null);
     selection.set = set;
     selection.repaint();
+    selection.announceCursor();
     if (options.move && set?.holds.length) parts.views?.route(set, parts.tables);
   }
 

@@ -1,12 +1,17 @@
 /** The keys of the focused picture. */
 
 import type CameraControls from "camera-controls";
+import type { Direction } from "./hold_cursor";
 
 export interface KeyActions {
   readonly controls: CameraControls;
   /** The camera is about to be moved by hand. */
   moved(): void;
   step(by: number): void;
+  /** The cursor goes to the next hold. */
+  cursor(to: Direction): void;
+  /** As a tap on the cursor's hold. */
+  tap(): void;
   escape(): void;
   home(): void;
   climber(): void;
@@ -27,15 +32,24 @@ export function handleKey(event: KeyboardEvent, on: KeyActions): boolean {
     "-": () => void controls.dolly(-controls.distance * 0.25, true),
     "[": () => on.step(-1),
     "]": () => on.step(1),
+    Enter: () => on.tap(),
+    " ": () => on.tap(),
     Escape: () => on.escape(),
     h: () => on.home(),
     c: () => on.climber(),
     m: () => on.measure(),
   };
-  const act = acts[event.key];
+  const steps: Record<string, () => void> = {
+    ArrowLeft: () => on.cursor("left"),
+    ArrowRight: () => on.cursor("right"),
+    ArrowUp: () => on.cursor("up"),
+    ArrowDown: () => on.cursor("down"),
+  };
+  const step = event.shiftKey ? steps[event.key] : undefined;
+  const act = step ?? acts[event.key];
   if (!act) return false;
   event.preventDefault();
-  if (/^Arrow|[-+=]/.test(event.key)) on.moved();
+  if (!step && /^Arrow|[-+=]/.test(event.key)) on.moved();
   act();
   return true;
 }

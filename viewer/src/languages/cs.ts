@@ -70,7 +70,7 @@ export const cs: Language = {
     routes: "Cesty",
     view: "Pohled",
     chosen: "Vybráno",
-    picture: "Stěna ve 3D. Šipky otáčejí, plus a minus přibližují, hranaté závorky přepínají cesty.",
+    picture: "Stěna ve 3D. Šipky otáčejí, plus a minus přibližují, hranaté závorky přepínají cesty. Shift se šipkou jde od chytu k chytu, Enter vybírá.",
     home: "Celá stěna",
     climber: "Pohled lezce",
     measure: "Měřit",

@@ -70,7 +70,7 @@ export const de: Language = {
     routes: "Routen",
     view: "Ansicht",
     chosen: "Ausgewählt",
-    picture: "Die Wand in 3D. Pfeiltasten drehen, Plus und Minus zoomen, eckige Klammern wechseln die Route.",
+    picture: "Die Wand in 3D. Pfeiltasten drehen, Plus und Minus zoomen, eckige Klammern wechseln die Route. Umschalt mit einer Pfeiltaste geht von Griff zu Griff, Eingabe wählt.",
     home: "Ganze Wand",
     climber: "Aus Sicht der Kletternden",
     measure: "Messen",

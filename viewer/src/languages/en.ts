@@ -60,7 +60,7 @@ const words = {
   routes: "Routes",
   view: "View",
   chosen: "Selected",
-  picture: "The wall in 3D. Arrow keys turn, plus and minus zoom, brackets step through the routes.",
+  picture: "The wall in 3D. Arrow keys turn, plus and minus zoom, brackets step through the routes. Shift with an arrow key goes from hold to hold, Enter selects.",
   home: "Whole wall",
   climber: "View as a climber",
   measure: "Measure",

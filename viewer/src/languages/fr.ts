@@ -70,7 +70,7 @@ export const fr: Language = {
     routes: "Voies",
     view: "Vue",
     chosen: "Sélection",
-    picture: "Le mur en 3D. Les flèches tournent, plus et moins zooment, les crochets changent de voie.",
+    picture: "Le mur en 3D. Les flèches tournent, plus et moins zooment, les crochets changent de voie. Maj avec une flèche va de prise en prise, Entrée sélectionne.",
     home: "Tout le mur",
     climber: "Vue du grimpeur",
     measure: "Mesurer",

@@ -8,7 +8,7 @@ import { DataTexture, NearestFilter, RGBAFormat, UnsignedByteType } from "three"
 export const STATE_WIDTH = 1024;
 
 /** Outline kinds, in the green channel. */
-export const Outline = { none: 0, route: 1, chosen: 2, marked: 3 } as const;
+export const Outline = { none: 0, route: 1, chosen: 2, marked: 3, cursor: 4 } as const;
 
 export class HoldState {
   readonly texture: DataTexture;

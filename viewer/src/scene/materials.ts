@@ -166,8 +166,8 @@ export function outlineMaterial(mask: Texture): ShaderMaterial {
         }
         line = smoothstep(0.0, 0.3, line / float(RING));
         halo = smoothstep(0.0, 0.6, halo / float(RING)) * 0.55 * (own.r > 0.0 ? 0.0 : 1.0);
-        // The chosen hold is ringed in blue, beyond the route's white.
-        vec3 ink = chosen > 1.5 ? vec3(0.24, 0.56, 1.0) : vec3(1.0);
+        // Beyond the route's white, the chosen hold is ringed in blue and the keyboard's cursor in orange.
+        vec3 ink = chosen > 3.5 ? vec3(1.0, 0.6, 0.0) : chosen > 1.5 ? vec3(0.24, 0.56, 1.0) : vec3(1.0);
         float alpha = max(line, halo) * uStrength;
         colour = vec4(mix(vec3(0.0), ink, line) * alpha, alpha);
       }`,
