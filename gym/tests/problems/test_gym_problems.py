@@ -317,6 +317,36 @@ def test_the_model_gives_a_grade_and_who_reaches_the_holds(world: World, scan: U
     assert not any(row["reached"] for row in far["heights"])
 
 
+def test_a_maker_sees_moves_and_holds_that_open_the_problem(world: World, scan: UUID) -> None:
+    def ask(what: str, *wanted: tuple[int, str]) -> Any:
+        path = f"{world.path}/walls/{world.wall.id}/problem-{what}"
+        holds = [{"hold": hold, "use": use} for hold, use in wanted]
+        words = {"scan_id": str(scan), "holds": holds}
+        answer = world.server.ask("POST", path, world.people["member"], words)
+        assert answer.status_code == 200, answer.text
+        return answer.json()
+
+    whole = [(n, "start" if n == 2 else "top" if n == 8 else "hand") for n in range(1, 9)]
+    moves = ask("moves", *whole)
+    assert [body["climber"] for body in moves["climbers"]] == ["child", "short", "adult", "tall"]
+    adult = moves["climbers"][2]
+    assert adult["reached"]
+    assert adult["moves"][0]["limb"] == "start"
+    assert {hold for move in adult["moves"] for hold in move["holds"]} <= {0, *range(1, 9)}
+    assert ask("openings", *whole) == []  # everybody reaches the top
+    # Without three of its rungs it is long; with one of them shorter climbers reach the top.
+    gapped = [each for each in whole if each[0] not in (4, 5, 6)]
+    found = ask("openings", *gapped)
+    assert found[0]["hold"] in (4, 5, 6)
+
+    def lowest(*wanted: tuple[int, str]) -> float:
+        heights = ask("estimate", *wanted)["heights"]
+        return min((row["height_m"] for row in heights if row["reached"]), default=9.0)
+
+    with_it = lowest(*gapped, (found[0]["hold"], found[0]["use"]))
+    assert with_it == found[0]["height_m"] < lowest(*gapped)
+
+
 KERNELS = """
 import gc
 from numba.core.dispatcher import Dispatcher

@@ -784,6 +784,20 @@ CASES = {
             name: value for name, value in _problem_body(w).items() if name in ("scan_id", "holds")
         },
     ),
+    "find_problem_moves": Case(
+        "member",
+        values=a_wall_for_problems,
+        body=lambda w: {
+            name: value for name, value in _problem_body(w).items() if name in ("scan_id", "holds")
+        },
+    ),
+    "find_problem_openings": Case(
+        "member",
+        values=a_wall_for_problems,
+        body=lambda w: {
+            name: value for name, value in _problem_body(w).items() if name in ("scan_id", "holds")
+        },
+    ),
     "promote_problem": Case("setter", Scope.PUBLISH, a_members_problem),
     "report_problem": Case("member", values=a_members_problem, body=lambda w: {"reason": "rude"}),
     "list_problem_reports": Case("setter", Scope.MANAGE),

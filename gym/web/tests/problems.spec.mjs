@@ -171,5 +171,12 @@ test("a problem is made by keys alone", async ({ browser, places }) => {
   await heard.filter({ hasText: "Top" }).waitFor({ state: "attached" });
   await page.getByText(/In reach|Out of reach/).waitFor();
   await maker.shot("problem-by-keys");
+  // The moves of a body, and holds that would open it to shorter ones.
+  await page.getByRole("button", { name: "Suggested moves" }).click();
+  await page.getByText(/For a body of/).waitFor();
+  assert.deepEqual(await grave(page), []);
+  await maker.shot("problem-moves");
+  await page.getByRole("button", { name: "Hide the figure" }).click();
+  await page.getByText(/For a body of/).waitFor({ state: "detached" });
   await maker.close();
 });

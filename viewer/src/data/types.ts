@@ -1,6 +1,6 @@
 /** The tables as the viewer has them: of the wire, or of another program, whose rows may lack much (`tables.ts`). */
 
-import type { Hold as HoldRow, Route as RouteRow, ShownHold } from "./wire";
+import type { ClimberRow, Hold as HoldRow, Route as RouteRow, ShownHold } from "./wire";
 
 type OrNull<T, K extends keyof T> = { [P in keyof T]: P extends K ? T[P] | null : T[P] };
 
@@ -28,6 +28,8 @@ export interface HoldSet {
   start: number[];
   top: number[];
   feet: number[];
+  /** How several bodies may climb them; a scan unit is a metre over `unit`. */
+  moves?: { unit: number; climbers: ClimberRow[] } | null;
 }
 
 export type Vec3 = [number, number, number];

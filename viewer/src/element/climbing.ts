@@ -1,5 +1,6 @@
-/** The figure that climbs the selected route, where the page names a `moves.json`. */
+/** The figure that climbs the selected route, where the page names a `moves.json`, or a set of holds that has moves. */
 
+import type { HoldSet } from "../data/types";
 import type { RouteMoves } from "../data/wire";
 import { readMoves } from "../moves/moves_file";
 import type { Moves, Person } from "../moves/moves_file";
@@ -11,14 +12,17 @@ export class Climbing {
   player: Player | null = null;
   private moves: Moves | null = null;
 
-  /** `changed`: called when the card has to show something else. */
+  /** `set`: the holds in the stead of a route. `changed`: called when the card has to show something else. */
   constructor(
     private readonly parts: Parts,
+    private readonly set: () => HoldSet | null,
     private readonly changed: () => void,
   ) {}
 
-  /** The moves of the selected route; null where none are known. */
+  /** The moves of the selected route, or of the set in its stead; null where none are known. */
   get ofRoute(): RouteMoves | null {
+    const set = this.set();
+    if (set) return set.moves ? { route: 0, climbers: set.moves.climbers } : null;
     return this.moves?.routes.get(this.parts.selected.route ?? -1) ?? null;
   }
 
@@ -27,9 +31,9 @@ export class Climbing {
     return this.ofRoute?.climbers.some(({ moves }) => moves.length > 0) ?? false;
   }
 
-  /** Whether a file of moves was read. */
+  /** Whether the moves are there, or nothing is to be read. */
   get isRead(): boolean {
-    return this.moves !== null;
+    return this.moves !== null || this.set() !== null;
   }
 
   async read(signal: AbortSignal): Promise<void> {
@@ -41,13 +45,14 @@ export class Climbing {
 
   /** Put a figure on the selected route; null where no moves are known. */
   begin(person: Person | null = null): Player | null {
-    const { parts, moves, ofRoute } = this;
-    if (!parts.stage || !moves || !ofRoute || !this.isPossible) {
+    const { parts, ofRoute } = this;
+    const unit = this.set()?.moves?.unit ?? this.moves?.unit;
+    if (!parts.stage || unit === undefined || !ofRoute || !this.isPossible) {
       this.stop();
       return null;
     }
     this.player?.dispose();
-    this.player = new Player(parts.stage, parts.tables, ofRoute, moves.unit, {
+    this.player = new Player(parts.stage, parts.tables, ofRoute, unit, {
       close: () => this.end(),
       person,
       shows: (climber) => parts.emit("moves-show", { climber }),

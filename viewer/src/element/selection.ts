@@ -24,7 +24,7 @@ export class Selection {
     private readonly parts: Parts,
     private readonly changed: () => void,
   ) {
-    this.climbing = new Climbing(parts, () => this.showCard());
+    this.climbing = new Climbing(parts, () => this.set, () => this.showCard());
   }
 
   choose(route: number | null, hold: number | null): void {

@@ -134,10 +134,11 @@ export class WallTopo extends HTMLElement {
   showHolds(set: HoldSet | null, options: { move?: boolean } = {}): void {
     const { parts, selection } = this;
     if (set && !selection.set) selection.choose(null, null);
+    if (set?.moves !== selection.set?.moves) selection.climbing.end();
     selection.set = set;
     selection.repaint();
     selection.announceCursor();
-    if (options.move && set?.holds.length) parts.views?.route(set, parts.tables);
+    if (options.move && set?.holds.length) parts.views?.route(set, parts.tables, true, selection.climbing.player?.places);
   }
 
   /** Draw dashed lines on the wall, each through places in the scan's frame; an empty list: none. */
@@ -153,7 +154,7 @@ export class WallTopo extends HTMLElement {
 
   /**
    * A figure climbs the selected route, as the file of the attribute `moves` has it, which is read now if it was not
-   * before. It is the climber who reaches about as high as `person`. Returns that climber; null where no moves are
+   * before; or the holds of `showHolds`, as their own `moves` have it. It is the climber who reaches about as high as `person`. Returns that climber; null where no moves are
    * known.
    */
   async showMoves(person: Person | null = null): Promise<ClimberRow | null> {

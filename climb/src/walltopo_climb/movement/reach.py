@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import takewhile
 from typing import Final, Literal, TypeAlias
 
 from walltopo.scans.holds import Hold
@@ -60,6 +61,21 @@ def reaching_heights(route: Route, holds: Sequence[Hold], unit: float) -> dict[f
     return {
         height: longest_reach(climb, moves) for height, moves in found.items() if moves is not None
     }
+
+
+def reached_of(
+    heights: Sequence[float], route: Route, holds: Sequence[Hold], unit: float
+) -> list[float]:
+    """Return the first of these heights, as many as reach the top before one does not.
+
+    Parameters
+    ----------
+    heights : of climbers, in metres. holds : all holds of the wall. unit : scan units per metre.
+    """
+    climb = climb_of(route, on_route(route, holds, unit), unit)
+    if climb is None:
+        return []
+    return list(takewhile(lambda height: _moves_to_top(climb, Body(height)) is not None, heights))
 
 
 def _moves_to_top(climb: Climb, body: Body) -> Moves | None:

@@ -52,7 +52,7 @@ def adjust_grade(
     wanted = -1.0 if direction == "easier" else 1.0
     found: list[tuple[float, Route, Tweak]] = []
     tried = 0
-    changes = _additions(pool, route) if direction == "easier" else _removals(route)
+    changes = nearby_additions(pool, route) if direction == "easier" else _removals(route)
     for do, hold, changed in changes:
         tried += 1
         after = climb_route(changed, pool.near(changed.holds), pool.unit)
@@ -85,14 +85,14 @@ def _penalty(tweak: Tweak) -> float:
     return 0.3 * (abs(tweak.eases) < _MIN_EASING) + 0.2 * (tweak.on > 0)
 
 
-def _additions(pool: Pool, route: Route) -> Iterator[tuple[Do, int, Route]]:
-    """Yield each nearby hold with the route that includes it."""
+def nearby_additions(pool: Pool, route: Route) -> Iterator[tuple[Do, int, Route]]:
+    """Yield each nearby hold, the nearest first, with the route that includes it."""
     own = [pool.row_of[number] for number in route.holds if number in pool.row_of]
     if not own:
         return
-    near = np.flatnonzero(pool.distances[own].min(axis=0) < _NEAR)
-    top = max(pool.position[pool.row_of[number], 2] for number in route.top)
-    for row in near:
+    away = pool.distances[own].min(axis=0)
+    top = max((pool.by_id[number].position[2] - pool.floor) / pool.unit for number in route.top)
+    for row in np.argsort(away, kind="stable")[: int((away < _NEAR).sum())]:
         number = int(pool.ids[row])
         if number in route.holds or pool.position[row, 2] > top:
             continue

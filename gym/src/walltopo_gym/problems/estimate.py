@@ -5,12 +5,15 @@ from __future__ import annotations
 import threading
 from collections.abc import Sequence
 from contextlib import ExitStack
-from typing import Final
+from typing import Final, TypeVar
 
 import msgspec
+from msgspec.structs import replace
 
 from walltopo.core.children import Child, child_process, python_module
+from walltopo.scans.moves import ClimberRow
 from walltopo.scans.routes import Route
+from walltopo_climb.problems.openings import Opening
 from walltopo_gym.database.lock import check_unlocked
 from walltopo_gym.errors import RequestError, UnavailableError
 from walltopo_gym.problems.estimate_worker import EstimateRequest, ProblemEstimate
@@ -19,6 +22,9 @@ from walltopo_gym.publishing.version_holds import VersionHolds
 
 _LIMIT_S: Final = 5.0  # of one estimate; an ordinary problem takes a tenth of a second
 _BEGIN_S: Final = 180.0  # of a new process, which may have to compile
+
+
+Answer = TypeVar("Answer")
 
 
 class Estimator:
@@ -37,8 +43,20 @@ class Estimator:
         ------
         RequestError : it takes too long; UnavailableError : the process does not start.
         """
+        return self._ask(_request(used, version), ProblemEstimate)
+
+    def moves(self, used: Sequence[UsedHold], version: VersionHolds) -> tuple[ClimberRow, ...]:
+        """Return the moves of several bodies; errors as for `estimate`."""
+        wanted = replace(_request(used, version), task="moves")
+        return self._ask(wanted, tuple[ClimberRow, ...])
+
+    def openings(self, used: Sequence[UsedHold], version: VersionHolds) -> tuple[Opening, ...]:
+        """Return the holds that open a problem to shorter climbers; errors as for `estimate`."""
+        wanted = replace(_request(used, version), task="openings")
+        return self._ask(wanted, tuple[Opening, ...])
+
+    def _ask(self, request: EstimateRequest, kind: type[Answer]) -> Answer:
         check_unlocked("a problem is estimated")
-        request = EstimateRequest(_route(used, version), [*version.by_id.values()], version.unit)
         message = msgspec.json.encode(request) + b"\n"
         with self._lock:
             line, is_late = _exchange_message(self._running(), message, _LIMIT_S)
@@ -46,7 +64,7 @@ class Estimator:
                 line, is_late = _exchange_message(self._running(), message, _LIMIT_S)
         if not line:
             raise RequestError("estimate-too-long", "estimate-fewer-holds")
-        return msgspec.json.decode(line, type=ProblemEstimate)
+        return msgspec.json.decode(line, type=kind)
 
     def close(self) -> None:
         """End the process for good."""
@@ -90,6 +108,10 @@ def _exchange_message(child: Child, message: bytes, limit_s: float) -> tuple[byt
         child.kill()
         return b"", late.is_set()
     return line, late.is_set()
+
+
+def _request(used: Sequence[UsedHold], version: VersionHolds) -> EstimateRequest:
+    return EstimateRequest(_route(used, version), [*version.by_id.values()], version.unit)
 
 
 def _route(used: Sequence[UsedHold], version: VersionHolds) -> Route:

@@ -8,22 +8,33 @@ from __future__ import annotations
 
 import os
 import sys
+from typing import Final, Literal
 
 import msgspec
 
 from walltopo.scans.holds import Hold
+from walltopo.scans.moves import ClimberRow
 from walltopo.scans.routes import Route
 from walltopo_climb.grades.model import shipped_model
 from walltopo_climb.grades.of_scan import rate_routes
+from walltopo_climb.movement.body import BODIES
 from walltopo_climb.movement.reach import reaching_heights
+from walltopo_climb.movement.rows import climber_rows
+from walltopo_climb.problems.openings import Opening, find_openings
+from walltopo_climb.problems.pool import Pool
 
 
 class EstimateRequest(msgspec.Struct, frozen=True):
-    """A problem as a route of its wall, the wall's holds, and scan units per metre."""
+    """A problem as a route of its wall, the wall's holds, and scan units per metre.
+
+    `task`: its grade and who reaches the top, the moves of several bodies, or holds that open it to
+    shorter climbers.
+    """
 
     route: Route
     holds: list[Hold]
     unit: float
+    task: Literal["estimate", "moves", "openings"] = "estimate"
 
 
 class ProblemEstimate(msgspec.Struct, frozen=True):
@@ -50,6 +61,23 @@ def estimate_problem(request: EstimateRequest) -> ProblemEstimate:
     return ProblemEstimate(found[0].difficulty, found[0].known, heights)
 
 
+def find_moves(request: EstimateRequest) -> tuple[ClimberRow, ...]:
+    """Return the moves of a child, and of a short, an adult and a tall climber."""
+    return climber_rows(request.route, request.holds, request.unit, BODIES)
+
+
+def find_openings_of(request: EstimateRequest) -> tuple[Opening, ...]:
+    """Return the holds that open the problem to shorter climbers."""
+    return find_openings(Pool.of(request.holds, request.unit, False), request.route)
+
+
+_TASKS: Final = {
+    "estimate": estimate_problem,
+    "moves": find_moves,
+    "openings": find_openings_of,
+}
+
+
 # A climb with moves compiles or loads every kernel, before the time of the first request runs. A
 # kernel that a request had to compile would outlast its time, and never reach the disk.
 _FIRST = EstimateRequest(
@@ -69,7 +97,7 @@ def main() -> None:
     out.write(msgspec.json.encode(estimate_problem(_FIRST)) + b"\n")
     for line in sys.stdin.buffer:
         request = msgspec.json.decode(line, type=EstimateRequest)
-        out.write(msgspec.json.encode(estimate_problem(request)) + b"\n")
+        out.write(msgspec.json.encode(_TASKS[request.task](request)) + b"\n")
 
 
 if __name__ == "__main__":

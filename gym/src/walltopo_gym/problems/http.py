@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from datetime import datetime
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, Literal
 from uuid import UUID
 
+import msgspec
 from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, Field
 from sqlalchemy import Select, delete, select
@@ -50,7 +51,7 @@ from walltopo_gym.problems.service import (
     with_hold,
 )
 from walltopo_gym.publishing.service import grade_of
-from walltopo_gym.publishing.version_holds import check_version, version_holds
+from walltopo_gym.publishing.version_holds import VersionHolds, check_version, version_holds
 from walltopo_gym.storage.files import FileStore
 from walltopo_gym.walls.lookup import wall_of
 from walltopo_gym.walls.models import Wall
@@ -231,17 +232,25 @@ class ProblemEstimate(BaseModel):
     heights: list[ReachOut]
 
 
-@router.post("/gyms/{gym}/walls/{wall}/problem-estimate")
-def estimate_problem(
-    wall: UUID, body: ProblemOfHolds, _: EstimateTurn, services: ServicesOf, access: ClimberMay
-) -> ProblemEstimate:
-    """Estimate grade and reach of a problem before it is stored."""
+def _ready_problem(
+    wall: UUID, body: ProblemOfHolds, services: ServicesOf, access: Access
+) -> tuple[list[UsedHold], VersionHolds]:
+    """Return the holds of a request for the movement model, which counts as an estimate."""
     with services.database.reading() as session:
         check_version(session, wall_of(session, access.gym.id, wall), body.scan_id)
     used, version = _used_holds(body.holds), version_holds(services.store, body.scan_id)
     check_holds(version.by_id, used)
     with services.database.writing() as session:
         count_estimate(session, access.actor.known)
+    return used, version
+
+
+@router.post("/gyms/{gym}/walls/{wall}/problem-estimate")
+def estimate_problem(
+    wall: UUID, body: ProblemOfHolds, _: EstimateTurn, services: ServicesOf, access: ClimberMay
+) -> ProblemEstimate:
+    """Estimate grade and reach of a problem before it is stored."""
+    used, version = _ready_problem(wall, body, services, access)
     made = services.get(Estimator).estimate(used, version)
     grades = None
     if made.difficulty is not None:
@@ -257,6 +266,66 @@ def estimate_problem(
         grades=None if grades is None else GradeBounds.of(grades),
         heights=[ReachOut(height_m=one, reached=one in made.heights) for one in HEIGHTS],
     )
+
+
+class MoveOut(BaseModel):
+    """A move of one limb, as in `moves.json`."""
+
+    limb: str
+    holds: tuple[int, int, int, int]
+    hip: tuple[float, float, float]
+    effort: float
+    beyond_m: float
+
+
+class BodyMoves(BaseModel):
+    """The moves of one body, as in `moves.json`; none if its start is out of reach."""
+
+    climber: str
+    height_m: float
+    span_m: float
+    reached: bool
+    crux: int
+    moves: list[MoveOut]
+
+
+class ProblemMoves(BaseModel):
+    """The moves of several bodies on a problem; `unit`: of the scan, per metre."""
+
+    unit: float
+    climbers: list[BodyMoves]
+
+
+@router.post("/gyms/{gym}/walls/{wall}/problem-moves")
+def find_problem_moves(
+    wall: UUID, body: ProblemOfHolds, _: EstimateTurn, services: ServicesOf, access: ClimberMay
+) -> ProblemMoves:
+    """Find the likely moves of a child, and of a short, an adult and a tall climber."""
+    used, version = _ready_problem(wall, body, services, access)
+    rows = services.get(Estimator).moves(used, version)
+    climbers = [BodyMoves.model_validate(msgspec.to_builtins(row)) for row in rows]
+    return ProblemMoves(unit=version.unit, climbers=climbers)
+
+
+class OpeningOut(BaseModel):
+    """A hold of the version that opens a problem: with it the shortest climber who reaches the top
+    is `height_m` tall."""
+
+    hold: int
+    use: Literal[Use.HAND, Use.FOOT]
+    height_m: float
+
+
+@router.post("/gyms/{gym}/walls/{wall}/problem-openings")
+def find_problem_openings(
+    wall: UUID, body: ProblemOfHolds, _: EstimateTurn, services: ServicesOf, access: ClimberMay
+) -> list[OpeningOut]:
+    """Find the holds that open a problem to shorter climbers, the best first."""
+    used, version = _ready_problem(wall, body, services, access)
+    return [
+        OpeningOut(hold=one.hold, use=Use.FOOT if one.foot else Use.HAND, height_m=one.height)
+        for one in services.get(Estimator).openings(used, version)
+    ]
 
 
 @router.post("/gyms/{gym}/problems/{problem}/promote")

@@ -1,6 +1,7 @@
 /** A problem that is being made, changed or remixed. */
 
 import { SvelteMap } from "svelte/reactivity";
+import type { Schemas } from "../api/client";
 import type { ProblemIn } from "../outbox/store";
 import type { HoldSet } from "../walls/viewer";
 import type { WallProblem } from "./problems.svelte";
@@ -9,10 +10,16 @@ export const USES = ["start", "hand", "foot", "top"] as const;
 export type Use = (typeof USES)[number];
 type Used = ProblemIn["holds"];
 
-/** The holds as the viewer shows them. */
-export function setOf(holds: Used): HoldSet {
+/** The moves of a problem of these holds (as JSON). */
+export interface KnownMoves {
+  of: string;
+  moves: Schemas["ProblemMoves"];
+}
+
+/** The holds as the viewer shows them, with the moves if they are of these. */
+export function setOf(holds: Used, known: KnownMoves | null): HoldSet {
   const of = (use: Use): number[] => holds.filter((each) => each.use === use).map(({ hold }) => hold);
-  return { holds: holds.map(({ hold }) => hold), start: of("start"), top: of("top"), feet: of("foot") };
+  return { holds: holds.map(({ hold }) => hold), start: of("start"), top: of("top"), feet: of("foot"), moves: known?.of === JSON.stringify(holds) ? known.moves : null };
 }
 
 export class ProblemDraft {

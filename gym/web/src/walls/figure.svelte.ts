@@ -2,9 +2,9 @@
 
 import type { Climber, Person } from "./viewer";
 
-/** The address of the moves, and the person whose reach the figure should have; null: an adult's. */
+/** The address of the moves (null: the set of holds on the wall has them), and the person whose reach the figure should have; null: an adult's. */
 export interface Climb {
-  moves: string;
+  moves: string | null;
   person: Person | null;
 }
 

@@ -1,5 +1,6 @@
 /** `<wall-topo>`, walltopo's viewer (docs/viewer.md): a script of its own, loaded when a wall is shown. */
 
+import type { Schemas } from "../api/client";
 import { loadViewer } from "./script";
 
 /** Height and arm span in metres. */
@@ -20,6 +21,8 @@ export interface HoldSet {
   start: number[];
   top: number[];
   feet: number[];
+  /** How several bodies may climb them. */
+  moves?: Schemas["ProblemMoves"] | null;
 }
 
 export interface WallElement extends HTMLElement {
