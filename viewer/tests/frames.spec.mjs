@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { ask, cells, fine, open, ready, settle, spread, tapHold } from "./browser.mjs";
 import { test } from "./fixtures.mjs";
 
-/** Counts frames that are asked for and bytes that go to the GPU. Runs before the page's scripts. */
+/** Counts frames that are asked for, draw calls, and bytes that go to the GPU. Runs before the page's scripts. */
 function count() {
   window.frames_ = 0;
   window.uncountedFrame = window.requestAnimationFrame.bind(window);
@@ -13,7 +13,15 @@ function count() {
     return window.uncountedFrame(step);
   };
   window.sent = [];
+  window.draws = 0;
   const gl = WebGL2RenderingContext.prototype;
+  for (const name of ["drawArrays", "drawElements"]) {
+    const draw = gl[name];
+    gl[name] = function (...rest) {
+      window.draws++;
+      return draw.apply(this, rest);
+    };
+  }
   for (const name of ["texImage2D", "texSubImage2D", "bufferData", "bufferSubData"]) {
     const send = gl[name];
     gl[name] = function (...rest) {
@@ -97,6 +105,54 @@ test("lighting a route is one texture write", async ({ browser, places: { disk }
   await ask(page, (wall) => wall.selectRoute(2));
   await settle(page);
   assert.deepEqual(await page.evaluate(() => window.sent), [{ name: "texSubImage2D", bytes: STATES }]);
+  await close();
+});
+
+// A frame that sends nothing and draws the wall in a handful of calls leaves 16 ms for the GPU's own work.
+test("a problem among 2,000 holds is made and turned on the budget of a frame", async ({ browser, places: { odd } }) => {
+  const { page, log, close } = await open(browser, odd.many, { before: count });
+  await ready(page, "first");
+  const use = await ask(page, (wall) => {
+    const ids = wall.holds.map(({ id }) => id);
+    const problem = (holds) => ({ holds, start: holds.slice(0, 2), top: holds.slice(-1), feet: holds.slice(2, 12) });
+    window.problem = problem;
+    wall.showHolds(problem(ids.slice(0, 60)));
+    return { holds: ids.length };
+  });
+  assert.ok(use.holds >= 800, `only ${use.holds} holds`);
+  await settle(page);
+  // One more hold: the texture of looks goes over, and nothing else.
+  await page.evaluate(() => (window.sent = []));
+  await ask(page, (wall) => wall.showHolds(window.problem(wall.holds.map(({ id }) => id).slice(0, 61))));
+  await settle(page);
+  const sent = await page.evaluate(() => window.sent);
+  assert.deepEqual(sent.map(({ name }) => name), ["texSubImage2D"]);
+  assert.ok(sent[0].bytes <= STATES * Math.ceil((use.holds + 1) / 1024));
+  // Turned: nothing goes over, and no frame touches more of the page than its flags.
+  const turned = await ask(page, async (wall) => {
+    window.sent = [];
+    const { stage, shadowRoot } = wall;
+    let touched = 0;
+    const watch = new MutationObserver((records) => (touched += records.length));
+    watch.observe(shadowRoot, { subtree: true, childList: true, attributes: true, characterData: true });
+    const times = [];
+    window.draws = 0;
+    for (let k = 0; k < 30; k++) {
+      wall.swing(k / 30);
+      const begun = performance.now();
+      stage.drawNow();
+      times.push(performance.now() - begun);
+      await new Promise((resolve) => setTimeout(resolve));
+    }
+    watch.disconnect();
+    times.sort((a, b) => a - b);
+    return { touched: touched / 30, calls: window.draws / 30, bytes: window.sent.length, ms: times[15] };
+  });
+  console.log(`scripts of a frame with ${use.holds} holds: ${turned.ms.toFixed(1)} ms in the median`);
+  assert.equal(turned.bytes, 0);
+  assert.ok(turned.calls >= 2 && turned.calls <= 12, `${turned.calls} draw calls a frame`);
+  assert.ok(turned.touched <= 20, `${turned.touched} changes of the page a frame`);
+  fine(log);
   await close();
 });
 
