@@ -166,7 +166,9 @@ class Server:
 
     async def _send(self, request: httpx.Request) -> httpx.Response:
         # Half the time of a browser of `client`, which crosses threads for each part of an answer.
-        transport = httpx.ASGITransport(self.app, False, client=("testclient", 50000))
+        transport = httpx.ASGITransport(
+            self.app, raise_app_exceptions=False, client=("testclient", 50000)
+        )
         async with httpx.AsyncClient(transport=transport, trust_env=False) as browser:
             return await browser.send(request)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
@@ -21,7 +21,6 @@ from joserfc.jwk import KeySet, RSAKey
 from werkzeug.serving import make_server
 
 from walltopo_gym.accounts import oidc
-from walltopo_gym.api.services import Services
 from walltopo_gym.server.app import PREFIX, build_app
 
 KEY = RSAKey.generate_key(2048, {"kid": "1", "alg": "RS256", "use": "sig"})
@@ -98,21 +97,20 @@ def provider(running: Provider) -> Provider:
     return running
 
 
-def browser(server: Server, provider: Provider, **settings: Any) -> TestClient:
+def browser(server: Server, provider: Provider, **other: Any) -> TestClient:
     """At a server that has this provider."""
     ways = {
         "oidc_issuer": provider.address,
         "oidc_client_id": "walls",
         "oidc_client_secret": "s",
         "oidc_name": "Gym pass",
-        **settings,
+        **other,
     }
     # An application's first request takes a second.
-    key = (id(server), *sorted(ways.items()))
+    key = (server, *sorted(ways.items()))
     if key not in _APPS:
-        parts = {name: getattr(server.services, name) for name in Services.__dataclass_fields__}
-        parts["settings"] = server.settings.model_copy(update=ways)
-        _APPS[key] = build_app(Services(**parts))
+        settings = server.settings.model_copy(update=ways)
+        _APPS[key] = build_app(replace(server.services, settings=settings))
     client = TestClient(_APPS[key], base_url=ORIGIN, follow_redirects=False)
     client.portal = server.portal
     return client

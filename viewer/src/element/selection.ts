@@ -82,10 +82,10 @@ export class Selection {
     const hold = tables.holds.get(cursor ?? -1);
     if (!hold) return;
     const { words } = say();
-    const shown = this.set ?? tables.routes.get(hold.route ?? -1);
+    const route = this.set ? undefined : tables.routes.get(hold.route ?? -1);
+    const shown = this.set ?? route;
     const as = (ids: number[] | undefined, use: string): string => (ids?.includes(hold.id) ? use : "");
     const uses = [as(shown?.start, words.start), as(shown?.top, words.top), as(this.set?.feet, words.foot)];
-    const route = this.set ? undefined : tables.routes.get(hold.route ?? -1);
     const height = metres(hold.position[2] - (stage?.rig.framing?.floor ?? 0), tables.metric);
     toast.announce([holdName(hold), ...uses, route && routeName(route), height].filter(Boolean).join(", "));
   }

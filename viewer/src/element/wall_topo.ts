@@ -154,8 +154,8 @@ export class WallTopo extends HTMLElement {
 
   /**
    * A figure climbs the selected route, as the file of the attribute `moves` has it, which is read now if it was not
-   * before; or the holds of `showHolds`, as their own `moves` have it. It is the climber who reaches about as high as `person`. Returns that climber; null where no moves are
-   * known.
+   * before; or the holds of `showHolds`, as their own `moves` have it. It is the climber who reaches about as high as
+   * `person`. Returns that climber; null where no moves are known.
    */
   async showMoves(person: Person | null = null): Promise<ClimberRow | null> {
     const { signal } = this.loading;

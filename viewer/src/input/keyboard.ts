@@ -18,6 +18,8 @@ export interface KeyActions {
   measure(): void;
 }
 
+const ARROWS: Record<string, Direction> = { ArrowLeft: "left", ArrowRight: "right", ArrowUp: "up", ArrowDown: "down" };
+
 /** Whether the key was one of them. */
 export function handleKey(event: KeyboardEvent, on: KeyActions): boolean {
   if (event.ctrlKey || event.metaKey || event.altKey) return false;
@@ -39,17 +41,11 @@ export function handleKey(event: KeyboardEvent, on: KeyActions): boolean {
     c: () => on.climber(),
     m: () => on.measure(),
   };
-  const steps: Record<string, () => void> = {
-    ArrowLeft: () => on.cursor("left"),
-    ArrowRight: () => on.cursor("right"),
-    ArrowUp: () => on.cursor("up"),
-    ArrowDown: () => on.cursor("down"),
-  };
-  const step = event.shiftKey ? steps[event.key] : undefined;
-  const act = step ?? acts[event.key];
+  const to = event.shiftKey ? ARROWS[event.key] : undefined;
+  const act = to ? () => on.cursor(to) : acts[event.key];
   if (!act) return false;
   event.preventDefault();
-  if (!step && /^Arrow|[-+=]/.test(event.key)) on.moved();
+  if (!to && /^Arrow|[-+=]/.test(event.key)) on.moved();
   act();
   return true;
 }

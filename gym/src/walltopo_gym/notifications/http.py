@@ -198,10 +198,11 @@ def end_mails(person: Whose, services: ServicesOf, actor: AnyoneMay) -> None:
 
 def _news_out(session: Session, services: ServicesOf, person: UUID) -> NewsOut:
     mine = select(PushAddress).where(PushAddress.person_id == person)
-    words = NewsIn.model_validate(preferences_of(session, person), from_attributes=True)
+    preferences = preferences_of(session, person)
+    words = NewsIn.model_validate(preferences, from_attributes=True)
     return NewsOut(
         **words.model_dump(),
-        chosen=session.get(NotificationPreferences, person) is not None,
+        chosen=preferences in session,
         key=public_push_key(services.database),
         browsers=[
             PushOut.model_validate(row, from_attributes=True)

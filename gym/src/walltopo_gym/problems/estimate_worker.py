@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import sys
-from typing import Final, Literal
+from typing import Literal
 
 import msgspec
 
@@ -61,21 +61,13 @@ def estimate_problem(request: EstimateRequest) -> ProblemEstimate:
     return ProblemEstimate(found[0].difficulty, found[0].known, heights)
 
 
-def find_moves(request: EstimateRequest) -> tuple[ClimberRow, ...]:
-    """Return the moves of a child, and of a short, an adult and a tall climber."""
-    return climber_rows(request.route, request.holds, request.unit, BODIES)
-
-
-def find_openings_of(request: EstimateRequest) -> tuple[Opening, ...]:
-    """Return the holds that open the problem to shorter climbers."""
-    return find_openings(Pool.of(request.holds, request.unit, False), request.route)
-
-
-_TASKS: Final = {
-    "estimate": estimate_problem,
-    "moves": find_moves,
-    "openings": find_openings_of,
-}
+def work_on(request: EstimateRequest) -> ProblemEstimate | tuple[ClimberRow | Opening, ...]:
+    """Return the answer to a request, of the kind that its task has."""
+    if request.task == "moves":
+        return climber_rows(request.route, request.holds, request.unit, BODIES)
+    if request.task == "openings":
+        return find_openings(Pool.of(request.holds, request.unit, False), request.route)
+    return estimate_problem(request)
 
 
 # A climb with moves compiles or loads every kernel, before the time of the first request runs. A
@@ -97,7 +89,7 @@ def main() -> None:
     out.write(msgspec.json.encode(estimate_problem(_FIRST)) + b"\n")
     for line in sys.stdin.buffer:
         request = msgspec.json.decode(line, type=EstimateRequest)
-        out.write(msgspec.json.encode(_TASKS[request.task](request)) + b"\n")
+        out.write(msgspec.json.encode(work_on(request)) + b"\n")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,6 @@
 /** A problem that is being made, changed or remixed. */
 
 import { SvelteMap } from "svelte/reactivity";
-import type { Schemas } from "../api/client";
 import type { ProblemIn } from "../outbox/store";
 import type { HoldSet } from "../walls/viewer";
 import type { WallProblem } from "./problems.svelte";
@@ -10,16 +9,10 @@ export const USES = ["start", "hand", "foot", "top"] as const;
 export type Use = (typeof USES)[number];
 type Used = ProblemIn["holds"];
 
-/** The moves of a problem of these holds (as JSON). */
-export interface KnownMoves {
-  of: string;
-  moves: Schemas["ProblemMoves"];
-}
-
-/** The holds as the viewer shows them, with the moves if they are of these. */
-export function setOf(holds: Used, known: KnownMoves | null): HoldSet {
+/** The holds as the viewer shows them, with their moves if they are known. */
+export function setOf(holds: Used, moves: HoldSet["moves"]): HoldSet {
   const of = (use: Use): number[] => holds.filter((each) => each.use === use).map(({ hold }) => hold);
-  return { holds: holds.map(({ hold }) => hold), start: of("start"), top: of("top"), feet: of("foot"), moves: known?.of === JSON.stringify(holds) ? known.moves : null };
+  return { holds: holds.map(({ hold }) => hold), start: of("start"), top: of("top"), feet: of("foot"), moves };
 }
 
 export class ProblemDraft {

@@ -35,10 +35,10 @@ function writeAddress(filter: RouteFilter): void {
   if (address !== location.pathname + location.search) history.replaceState(history.state, "", address + location.hash);
 }
 
-/** The address with this filter; what else it asks for stays. */
+/** The address with this filter; its other parameters stay. */
 export function withFilter(address: string, filter: RouteFilter): string {
-  const [path, asked] = address.split("?");
-  const search = new URLSearchParams(asked);
+  const [path, query] = address.split("?");
+  const search = new URLSearchParams(query);
   for (const key of KEYS) {
     if (filter[key] === ALL[key]) search.delete(key);
     else search.set(key, filter[key]);
