@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import importlib.util
 import json
 import subprocess
@@ -11,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import walltopo
-from walltopo.cli import build_parser, main
+from walltopo.cli import COMMANDS, build_parser, main
 
 HEAVY = (
     "cv2",
@@ -42,6 +43,16 @@ def test_every_command_has_help() -> None:
     assert commands is not None
     for name in ("scan", "status", "view", "doctor", "lift", "detect", "export", "evaluate"):
         assert name in commands
+
+
+@pytest.mark.parametrize("word", COMMANDS)
+def test_a_command_is_registered_by_the_module_of_its_entry(word: str) -> None:
+    def commands(parser: argparse.ArgumentParser) -> set[str]:
+        return {name for a in parser._actions for name in (a.choices or ())}
+
+    of_module = {name for name, module in COMMANDS.items() if module == COMMANDS[word]}
+    assert commands(build_parser(word)) == of_module
+    assert commands(build_parser()) > of_module
 
 
 def test_no_command_prints_help_and_fails(capsys: pytest.CaptureFixture[str]) -> None:

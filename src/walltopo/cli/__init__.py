@@ -14,29 +14,31 @@ import sys
 import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from importlib.metadata import entry_points
 
 from walltopo import __version__
 from walltopo.cli.options import Parser, check_needs
 from walltopo.cli.quiet import quiet_console, quiet_libraries, show_unprintable
 from walltopo.cli.stopping import STOPPED, Stop, handle_signals
 
-GROUPS = (
-    "scan",
-    "importing",
-    "batch",
-    "status",
-    "view",
-    "doctor",
-    "lift",
-    "detect",
-    "measure",
-    "mesh",
-    "export",
-    "palette",
-    "inventory",
-    "completion",
-)
+# Each command and the module of this package that registers it, in the order of the help.
+COMMANDS = {
+    "settings": "scan",
+    "scan": "scan",
+    "import": "importing",
+    "batch": "batch",
+    "status": "status",
+    "view": "view",
+    "doctor": "doctor",
+    "lift": "lift",
+    "detect": "detect",
+    "measure": "measure",
+    "mesh": "mesh",
+    "export": "export",
+    "merge": "export",
+    "palette": "palette",
+    "inventory": "inventory",
+    "completion": "completion",
+}
 
 # Other distributions add commands by entry points of this group: name -> `register`.
 ENTRY_POINTS = "walltopo.commands"
@@ -68,8 +70,14 @@ exit codes:
 """
 
 
-def build_parser() -> argparse.ArgumentParser:
-    """Return the parser of all commands, without importing heavy libraries."""
+def build_parser(word: str = "") -> argparse.ArgumentParser:
+    """Return the parser of all commands, without importing heavy libraries.
+
+    Parameters
+    ----------
+    word : first argument of a command line. If it is one of our commands or `--version`, the
+        parser lacks the commands that this line does not name, and is made in half the time.
+    """
     parser = Parser(
         prog="walltopo",
         description="Phone photos of an indoor climbing wall to a 3D topo.",
@@ -78,9 +86,12 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"walltopo {__version__}")
     commands = parser.add_subparsers(title="commands", dest="command", metavar="COMMAND")
-    for group in GROUPS:
-        importlib.import_module(f"walltopo.cli.{group}").register(commands)
-    _add_plugins(commands)
+    if word == "--version":
+        return parser
+    for module in [COMMANDS[word]] if word in COMMANDS else dict.fromkeys(COMMANDS.values()):
+        importlib.import_module(f"walltopo.cli.{module}").register(commands)
+    if word not in COMMANDS:
+        _add_plugins(commands)
     for command in leaf_parsers(parser):
         _add_common(command)
     return parser
@@ -111,6 +122,8 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
 
 def _add_plugins(commands: argparse._SubParsersAction[Parser]) -> None:
     """Add the commands of installed distributions, and placeholders for those not installed."""
+    from importlib.metadata import entry_points
+
     found = set()
     for point in sorted(entry_points(group=ENTRY_POINTS), key=lambda point: point.name):
         point.load()(commands)
@@ -139,8 +152,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     show_unprintable()
     with handle_signals() as stop:
         try:
-            parser = build_parser()
-            parser.parse_args(arguments, namespace=args)
+            given = sys.argv[1:] if arguments is None else list(arguments)
+            parser = build_parser(given[0] if given else "")
+            parser.parse_args(given, namespace=args)
             if not hasattr(args, "run"):
                 parser.print_help()
                 return 2
