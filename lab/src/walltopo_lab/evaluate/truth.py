@@ -27,7 +27,7 @@ class TrueInstance:
     id : the value in `face_instance`.
     label : class id, 1 hold, 2 volume.
     kind : jug, crimp, sloper, pinch, pocket, foot or volume.
-    colour : name.
+    colour : name; colours : its one or two colours, its route's first.
     route : >= 0; -1 a volume, part of every route; -2 a downclimb jug, part of none.
     position, normal : (3,) metres, unit; world frame.
     """
@@ -39,6 +39,7 @@ class TrueInstance:
     route: int
     position: tuple[float, ...]
     normal: tuple[float, ...]
+    colours: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +86,7 @@ def _instances(path: Path) -> dict[int, TrueInstance]:
                 int(row["route"]),
                 tuple(row["position"]),
                 tuple(row["normal"]),
+                tuple(row.get("colours", [row["colour"]])),
             )
             for row in scene["instances"]
         }

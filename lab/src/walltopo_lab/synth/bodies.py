@@ -106,6 +106,24 @@ class Placement:
     origin: Floats
 
 
+@dataclass(frozen=True)
+class SecondColour:
+    """The second colour of a hold and the part that has it.
+
+    Parameters
+    ----------
+    name : name of the colour; rgb : (3,) albedo in sRGB, 0..1.
+    plane : x, y, z of a unit vector and a distance: the part of the body beyond this plane; None:
+        the slick part.
+    share : of the body's area.
+    """
+
+    name: str
+    rgb: tuple[float, float, float]
+    plane: tuple[float, float, float, float] | None
+    share: float
+
+
 @dataclass(frozen=True, eq=False)
 class GymInstance:
     """One instance of the truth, as in `scene.json`.
@@ -120,6 +138,7 @@ class GymInstance:
     route : >= 0; -1 = every route (volume); -2 = no route (downclimb jug).
     position, normal : (3,) world, metres: the mounting point and the wall's outward normal.
     role : hold, foot, start, top, volume or downclimb.
+    second : a second colour of the hold, None for most.
     """
 
     id: int
@@ -133,3 +152,4 @@ class GymInstance:
     role: str = "hold"
     body: Body | None = None
     placement: Placement | None = None
+    second: SecondColour | None = None

@@ -28,6 +28,7 @@ from walltopo_lab.synth.setter import MakeHold, SetWall, set_downclimbs, set_rou
 from walltopo_lab.synth.stickers import place_stickers
 from walltopo_lab.synth.tnuts import sockets_of
 from walltopo_lab.synth.tracer import Tracer
+from walltopo_lab.synth.two_colours import paint_second_colours
 from walltopo_lab.synth.volumes import place_volumes, volume_footprint
 from walltopo_lab.synth.wall import build_hall, build_wall
 
@@ -199,6 +200,9 @@ def _one_wall(
         (v.position, 0.8 * volume_footprint(v, volume_facets), v.id) for v in volumes
     ]
     _set_wall(set_wall, settings, seed, number, reset, make)
+    if settings.two_coloured:
+        painted = paint_second_colours(set_wall.holds, settings, (seed, 13, number))
+        set_wall.holds[:] = painted
     plates = place_plates(wall, plate_numbers, np.random.default_rng([seed, 6, number]))
     section = Section(wall, plates, None)
     chance = np.random.default_rng([seed, 12, number])

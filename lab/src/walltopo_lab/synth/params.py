@@ -59,6 +59,9 @@ class GymSettings:
     colours: Annotated[
         Literal["vivid", "faded", "plain", "neutral"], about("palette of the holds")
     ] = "vivid"
+    two_coloured: Annotated[
+        float, about("share of the holds with a second colour", low=0, high=1)
+    ] = 0.0
     hold_scale: Annotated[
         float, about("size of the holds against real ones", low=0.4, high=2.5)
     ] = 1.0

@@ -50,10 +50,15 @@ class Bitmaps(NamedTuple):
 class Finish(NamedTuple):
     """Surface by instance id: linear colour (I, 3), shine, grain, screws (I, S, 2) m, noise shift.
 
-    `noise` is the result of `noise_table`; `chalk` is the thickness of chalk on all holds.
+    `second` (I, 3) is the linear colour beyond `plane` (I, 4) in the hold's frame, or of its slick
+    part where `on_slick` (I,) is 1. `noise` is the result of `noise_table`; `chalk` is the
+    thickness of chalk on all holds.
     """
 
     rgb: Doubles
+    second: Doubles
+    plane: Doubles
+    on_slick: Doubles
     gloss: Doubles
     grain: Doubles
     screws: Doubles
@@ -162,8 +167,14 @@ def _hold_colour(finish, item, p, mark, albedo):  # type: ignore[no-untyped-def]
     dust = mark[0] * finish.chalk * (0.75 + 0.55 * stain + 0.35 * grain) * (1.0 - 0.6 * slick)
     dust = min(max(dust - 0.22, 0.0), 0.75)
     dirt = min(max(0.55 * (stain - 1.1), 0.0), 0.35) * rough
+    height = finish.plane[item, 3]
     for k in range(3):
-        base = finish.rgb[item, k] * dark * (1.0 - dirt)
+        height -= finish.plane[item, k] * p[k]
+    beyond = min(max(0.5 - height / 0.002, 0.0), 1.0)  # the border is two millimetres wide
+    beyond += finish.on_slick[item] * (slick - beyond)
+    for k in range(3):
+        paint = finish.rgb[item, k] + beyond * (finish.second[item, k] - finish.rgb[item, k])
+        base = paint * dark * (1.0 - dirt)
         base = base * (1.0 - dust) + 0.80 * dust
         albedo[k] = base * (1.0 - mark[2]) + 0.22 * mark[2]
     return dust

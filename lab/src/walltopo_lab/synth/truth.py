@@ -151,6 +151,7 @@ def scene_record(gym: Gym, preset: str, photos: Sequence[str]) -> dict[str, Any]
                 "class": item.label,
                 "kind": item.kind,
                 "colour": item.colour,
+                "colours": [item.colour, *([item.second.name] if item.second else [])],
                 "rgb": [round(float(c), 4) for c in item.rgb],
                 "route": item.route,
                 "role": item.role,
