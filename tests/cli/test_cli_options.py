@@ -15,7 +15,14 @@ from walltopo.pipeline.settings import load_settings, sections
 from walltopo.segment.lift.settings import LiftParams
 
 # These write what the user names as an argument; the others by `-o`, `--out` or `--output`.
-BY_ARGUMENT = {"gym backup", "synth", "train paint", "dataset convert", "dataset split"}
+BY_ARGUMENT = {
+    "gym backup",
+    "synth",
+    "train paint",
+    "train two-colours",
+    "dataset convert",
+    "dataset split",
+}
 # `scan` guards its folder itself (pipeline/workplace.py).
 GUARDED = {"scan", "import"}
 

@@ -194,6 +194,23 @@ def test_a_recoloured_hold_goes_where_its_colour_is() -> None:
     assert 12 in members(after(put))[2]
 
 
+def test_a_hold_with_a_second_colour_may_go_to_the_route_of_either() -> None:
+    found = after([SetHold(hold=ref(12), second_colour="red")])
+    row = hold(found, 12)
+    assert row is not None
+    assert row.colours == (row.colour, "red")
+    assert row.second_rgb == (200, 30, 40)
+    assert 12 in members(found)[2], "a hold stays in a route of one of its colours"
+    both = [SetHold(hold=ref(12), colour="pink"), SetHold(hold=ref(12), second_colour="red")]
+    assert 12 in members(after(both))[1] + members(after(both))[3]
+    one = hold(after([*both, SetHold(hold=ref(12), second_colour="")]), 12)
+    assert one is not None
+    assert one.colours == ("pink",)
+    same = hold(after([*both, SetHold(hold=ref(12), colour="red")]), 12)
+    assert same is not None
+    assert same.colours == ("red",)
+
+
 def test_what_is_taken_out_can_be_brought_back() -> None:
     gone = after([Remove(hold=ref(2))])
     assert hold(gone, 2) is None

@@ -72,6 +72,9 @@ test("edits are made, undone, saved and undone after that", async ({ browser, pl
   await press("Undo");
   assert.equal((await hold(page, 5)).route, before);
   await pick("Colour", "green");
+  await pick("Second colour", "red");
+  assert.deepEqual(await hold(page, 5).then((own) => [own.colour, own.second_colour]), ["green", "red"]);
+  assert.match(await text(page, ".card"), /Green\/red/);
   await pick("Type", "crimp");
   await page.screenshot({ path: `${shots}/edit.png` });
   await press("Select several");

@@ -26,6 +26,7 @@ USES = {
     "train d -o o --model yolo11s-seg": {"ultralytics", "torch", "onnx", "matplotlib"},
     "train classifier s -o o.onnx --label colour": {"torch", "onnx"},
     "train hold-types -o o.onnx": {"torch", "onnx", "skimage"},
+    "train two-colours f -o o.onnx": {"torch", "onnx", "skimage"},
     "train paint f": {"sklearn", "skimage"},
     "tune lift w -o o": {"optuna", "torch", "matplotlib"},
     "tune routes w -o o": {"optuna", "torch", "matplotlib", "sklearn"},

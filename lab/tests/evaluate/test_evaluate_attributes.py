@@ -9,9 +9,10 @@ from walltopo_lab.evaluate.routes import attribute_metrics
 from walltopo_lab.evaluate.truth import TrueInstance
 
 
-def true_hold(number: int, kind: str) -> TrueInstance:
+def true_hold(number: int, kind: str, *colours: str) -> TrueInstance:
+    names = colours or ("red",)
     label = 2 if kind == "volume" else 1
-    return TrueInstance(number, label, kind, "red", 0, (0, 0, 0), (0, -1, 0))
+    return TrueInstance(number, label, kind, names[0], 0, (0, 0, 0), (0, -1, 0), names)
 
 
 def test_types_named_and_right() -> None:
@@ -23,6 +24,23 @@ def test_types_named_and_right() -> None:
     assert figures["type_named"] == pytest.approx(3 / 4)  # volumes are no holds
     assert figures["type_accuracy"] == pytest.approx(2 / 3)  # a foot is a foothold
     assert figures["type_unknown"] == 1
+
+
+def test_both_names_of_a_two_coloured_hold_count_in_either_order() -> None:
+    truth = {1: true_hold(1, "jug"), 2: true_hold(2, "jug"), 3: true_hold(3, "jug", "red", "white")}
+    truth |= {4: true_hold(4, "jug", "red", "white"), 5: true_hold(5, "jug", "red", "white")}
+    names = {
+        1: ("red", ""),
+        2: ("red", "blue"),
+        3: ("white", "red"),
+        4: ("white", ""),
+        5: ("blue", ""),
+    }
+    holds = [Hold(k, "hold", colour=a, second_colour=b) for k, (a, b) in names.items()]
+    figures = attribute_metrics(holds, {k: k for k in names}, truth)
+    assert figures["colour_accuracy"] == pytest.approx(4 / 5)
+    assert figures["both_colours"] == pytest.approx(1 / 3)
+    assert figures["called_two_coloured"] == 1
 
 
 def test_nothing_matched_gives_no_figures() -> None:

@@ -57,7 +57,7 @@ def labels_on(mesh: Mesh) -> NDArray[np.int32]:
 
 
 def instance(number: int, route: int, label: int = 1) -> TrueInstance:
-    return TrueInstance(number, label, "jug", "red", route, (0, 0, 0), (0, 1, 0))
+    return TrueInstance(number, label, "jug", "red", route, (0, 0, 0), (0, 1, 0), ("red",))
 
 
 TRUE = {1: instance(1, 0), 2: instance(2, 1), 3: instance(3, -1, 2)}

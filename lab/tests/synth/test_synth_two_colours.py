@@ -10,8 +10,9 @@ import pytest
 from walltopo_lab.synth import GymSettings
 from walltopo_lab.synth.bodies import GymInstance
 from walltopo_lab.synth.gym import Reset, set_up
+from walltopo_lab.synth.mesh import merge_surface
 from walltopo_lab.synth.shade import Finish, _hold_colour, noise_table
-from walltopo_lab.synth.two_colours import _vertex_areas
+from walltopo_lab.synth.two_colours import _vertex_areas, second_faces
 
 ONE = GymSettings(width=5.0, height=3.4, columns=4, routes=6, volumes=1, detail=0.4, downclimb=2)
 TWO = replace(ONE, two_coloured=0.5)
@@ -27,11 +28,15 @@ def test_the_given_share_of_holds_has_a_second_colour(holds: list[GymInstance]) 
     assert 0.3 < len(painted) / len(holds) < 0.7
     assert all(hold.second.name != hold.colour for hold in painted if hold.second)
     assert not any(hold.second for hold in holds if hold.role == "downclimb")
+    pairs = {frozenset((hold.colour, hold.second.name)) for hold in painted if hold.second}
+    assert not pairs & {frozenset(("red", "orange")), frozenset(("pink", "red"))}
     assert not any(hold.second for hold in set_up(ONE, 4).holds)
 
 
 def test_the_second_colour_covers_its_share_of_the_hold(holds: list[GymInstance]) -> None:
     planes = 0
+    surface = merge_surface([], holds, 0.05)
+    second = second_faces(surface, holds)
     for hold in holds:
         if hold.second is None or hold.body is None:
             continue
@@ -42,6 +47,9 @@ def test_the_second_colour_covers_its_share_of_the_hold(holds: list[GymInstance]
             planes += 1
             *way, level = hold.second.plane
             covered = float(area[hold.body.vertices @ np.array(way) > level].sum())
+        own = surface.face_instance == hold.id
+        assert (second & own).any() == (covered > 0)
+        assert not (second & own).all()
         assert covered == pytest.approx(hold.second.share, abs=0.03)
         assert 0.22 < covered < 0.58
     assert planes > 3

@@ -20,6 +20,7 @@ from walltopo.editing.snapshot import ScanSnapshot
 from walltopo.editing.solid import solid_at
 from walltopo.editing.state import EditState, RouteFacts
 from walltopo.editing.view_crops import ViewCrop, view_crops
+from walltopo.scans.document import Rgb
 from walltopo.scans.edits import (
     Add,
     Assign,
@@ -46,21 +47,27 @@ REMOVED = "taken out by hand"
 
 
 def set_hold(state: EditState, edit: SetHold) -> None:
-    """Correct class, colour and type; corrected values are certain and need no review."""
+    """Correct class, colours and type; corrected values are certain and need no review."""
     before = state.hold(edit.hold)
     hold = _of_kind(before, edit.kind or before.kind)
     by_setter = state.by_setter.setdefault(hold.id, set())
-    by_setter.update(name for name in ("colour", "type") if getattr(edit, name) is not None)
+    given = ("colour", "second_colour", "type")
+    by_setter.update(name for name in given if getattr(edit, name) is not None)
     if edit.colour is not None:
         hold = _painted(state, hold, edit.colour)
+    if edit.second_colour is not None:
+        rgb = _paint_named(state, hold, edit.second_colour, hold.second_rgb)
+        hold = replace(hold, second_colour=edit.second_colour, second_rgb=rgb)
+    if hold.second_colour == hold.colour:
+        hold = replace(hold, second_colour="")
     if edit.type is not None:
         hold = replace(hold, type=edit.type, type_confidence=1.0)
     state.holds[hold.id] = replace(hold, review=False)
-    if hold.role == before.role and hold.colour == before.colour:
+    if hold.role == before.role and hold.colours == before.colours:
         return
     route = state.route_of.get(hold.id)
     settled = route is not None and (
-        hold.id in state.decided or route_colour(state, route) == hold.colour
+        hold.id in state.decided or route_colour(state, route) in hold.colours
     )
     if not settled or hold.role != "hold":
         fit_into_route(state, hold.id)
@@ -79,14 +86,19 @@ def _painted(state: EditState, hold: Hold, colour: str) -> Hold:
 
     Holds are linked by paint. With its measured paint, the hold would stay in its route.
     """
+    rgb = _paint_named(state, hold, colour, hold.colour_rgb)
+    return replace(hold, colour=colour, colour_confidence=1.0, colour_rgb=rgb)
+
+
+def _paint_named(state: EditState, hold: Hold, colour: str, without: Rgb) -> Rgb:
+    """Return the paint of the other holds with a colour; `without` if no other hold has it."""
     paints = [
         other.colour_rgb
         for other in state.holds.values()
         if other.colour == colour and other.id != hold.id
     ]
-    red, green, blue = np.median(paints, axis=0).round() if paints else hold.colour_rgb
-    rgb = int(red), int(green), int(blue)
-    return replace(hold, colour=colour, colour_confidence=1.0, colour_rgb=rgb)
+    red, green, blue = np.median(paints, axis=0).round() if paints else without
+    return int(red), int(green), int(blue)
 
 
 def remove(state: EditState, edit: Remove) -> None:

@@ -15,6 +15,7 @@ from walltopo.describe.classify.geometry import Shape
 from walltopo.describe.classify.light import ERODE
 from walltopo.describe.classify.observations import HoldView, hold_views
 from walltopo.describe.classify.palette import Entry
+from walltopo.describe.classify.two_colours import second_colours, split_paints
 from walltopo.describe.classify.types import reliefs
 from walltopo.editing.caches import cached
 from walltopo.editing.route_fit import fit_into_route
@@ -56,7 +57,7 @@ def measure_hold(
     shape : of those triangles; crops : the place in photos.
     """
     views = _best_views(own, crops, snapshot.found.measured_with.cutout_px)
-    colour = _colour(snapshot, shape, views)
+    colour, second = _colours(snapshot, views)
     names = [view.name for view in snapshot.views]
     hold = with_shape(
         Hold(
@@ -65,6 +66,8 @@ def measure_hold(
             colour=colour.name,
             colour_rgb=colour.rgb,
             colour_confidence=colour.confidence,
+            second_colour="" if second is None else second.name,
+            second_rgb=(128, 128, 128) if second is None else second.rgb,
             photos=tuple(names[view.photo] for view in views),
         ),
         shape,
@@ -94,6 +97,8 @@ def remeasure(state: EditState, number: int, shape: Shape) -> None:
             colour_confidence=new.colour_confidence,
             wall_tint=new.wall_tint,
         )
+    if "second_colour" not in by_setter and new.colour != UNKNOWN:
+        hold = replace(hold, second_colour=new.second_colour, second_rgb=new.second_rgb)
     if "type" not in by_setter:
         hold = replace(hold, type=new.type, type_confidence=new.type_confidence)
     state.holds[number] = replace(hold, photos=new.photos)
@@ -136,15 +141,22 @@ def _best_views(own: NDArray[np.int32], crops: Sequence[ViewCrop], pixels: int) 
     return sorted(views, key=lambda view: (-view.quality, view.photo))
 
 
-def _colour(snapshot: ScanSnapshot, shape: Shape, views: Sequence[HoldView]) -> HoldColour:
-    """Return the colour, by the scan's light and palette; unknown if no photo shows the hold."""
+def _colours(
+    snapshot: ScanSnapshot, views: Sequence[HoldView]
+) -> tuple[HoldColour, HoldColour | None]:
+    """Return the colour and a second one, by the scan's light and palette.
+
+    The colour is unknown if no photo shows the hold.
+    """
     entries = [Entry(entry.name, entry.rgb) for entry in snapshot.found.palette]
     if not views or not entries:
-        return HoldColour(UNKNOWN, (128, 128, 128), 0.0)
-    paints = paint_over_views({1: views}, snapshot.light)
+        return HoldColour(UNKNOWN, (128, 128, 128), 0.0), None
     used = snapshot.found.measured_with
     scale = {"spread": used.colour_spread, "lightness_weight": used.lightness_weight}
-    return assign_colours(paints, entries, **scale)[1]
+    by_hold, light = {1: views}, snapshot.light
+    paints, second = split_paints(paint_over_views(by_hold, light), by_hold, light, ())
+    colours = assign_colours(paints, entries, **scale)
+    return colours[1], second_colours(second, colours, entries, **scale).get(1)
 
 
 def with_shape(hold: Hold, shape: Shape) -> Hold:

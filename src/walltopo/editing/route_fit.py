@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from walltopo.describe.routes.find import STRONGEST, colour_of
-from walltopo.describe.routes.grouping import FLATTEN, balanced_paint, cues_of, link_weights
+from walltopo.describe.routes.find import STRONGEST, colour_of, paints_of
+from walltopo.describe.routes.grouping import FLATTEN, strongest_links
 from walltopo.editing.state import EditState
-from walltopo.images.colour import linear_from_srgb8
 from walltopo.scans.holds import UNKNOWN
 
 
@@ -18,10 +17,10 @@ def route_colour(state: EditState, route: int) -> str:
 
 
 def fit_into_route(state: EditState, number: int) -> None:
-    """Put a hold into the route of its colour that it fits best, by the links of `grouping`.
+    """Put a hold into the route of one of its colours that it fits best, by `strongest_links`.
 
-    The hold gets no route if no route of its colour has a hold near enough. Paths are straight
-    lines here, because the hold is close to those that it is compared with.
+    The hold gets no route if no such route has a hold near enough. Paths are straight lines here,
+    because the hold is close to those that it is compared with.
     """
     hold, unit = state.holds[number], state.snapshot.unit
     state.place(number, 0)
@@ -29,18 +28,16 @@ def fit_into_route(state: EditState, number: int) -> None:
         return
     others = [other for other in state.holds.values() if other.role == "hold" and other != hold]
     routes = [state.route_of.get(other.id, 0) for other in others]
-    wanted = {route for route in set(routes) - {0} if route_colour(state, route) == hold.colour}
+    wanted = {route for route in set(routes) - {0} if route_colour(state, route) in hold.colours}
     rows = [row for row, route in enumerate(routes, start=1) if route in wanted]
     if not rows:
         return
     holds = [hold, *others]
     points = np.array([other.position for other in holds]) / unit
-    linear = linear_from_srgb8(np.array([other.colour_rgb for other in holds], dtype=np.uint8))
-    paint = balanced_paint(linear, np.array([other.wall_tint for other in holds]))
     pairs = np.column_stack([np.zeros(len(rows), dtype=np.int64), rows])
     flat = points * np.array([1.0, 1.0, FLATTEN])
     lengths = np.linalg.norm(flat[pairs[:, 0]] - flat[pairs[:, 1]], axis=1)
-    links = link_weights(cues_of(points, paint, pairs, lengths))
+    links = strongest_links(points, *paints_of(holds), pairs, lengths)
     group = np.array([routes[row - 1] for row in rows])
     fits = {
         route: float(np.sort(links[group == route])[-STRONGEST:].sum()) for route in sorted(wanted)

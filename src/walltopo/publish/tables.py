@@ -55,6 +55,7 @@ HOLD_SCHEMA: dict[str, dict[str, Any]] = {
     "class": _text("wall, hold, volume; none where an id is not in use"),
     "type": _text("jug, crimp, sloper, pinch, pocket, foot, ..."),
     "colour": _text("name of the colour"),
+    "second_colour": _text("name of the smaller part's colour; empty: the hold has one colour"),
     "route": _number("id of the hold's route", "INT32", noData=NO_ROUTE, default=NO_ROUTE),
     "score": _number("confidence from 0 to 1"),
     "position": {**_VECTOR, "description": "centre, metres, z up (the mesh's own frame)"},

@@ -76,10 +76,11 @@ class _Edit(
 
 
 class SetHold(_Edit, frozen=True, kw_only=True, tag="hold"):
-    """Set any of a hold's colour, type and class."""
+    """Set any of a hold's colours, type and class; an empty second colour: the hold has one."""
 
     hold: Ref
     colour: Text | None = None
+    second_colour: Text | None = None
     type: Text | None = None
     kind: Literal["hold", "volume"] | None = msgspec.field(name="class", default=None)
 

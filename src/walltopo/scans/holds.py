@@ -52,6 +52,7 @@ class Hold(msgspec.Struct, frozen=True, eq=True):
     type_confidence, colour_confidence : in [0, 1].
     wall_tint : relative colour of the wall around it, RGB, mean 1.
     left_out : why the instance is not shown as a hold; empty for holds.
+    second_colour, second_rgb : the colour of the smaller part of a two-coloured hold; empty: none.
     """
 
     id: Label
@@ -73,10 +74,17 @@ class Hold(msgspec.Struct, frozen=True, eq=True):
     colour_confidence: Share = 0.0
     wall_tint: Point = (1.0, 1.0, 1.0)
     left_out: str = ""
+    second_colour: str = ""
+    second_rgb: Rgb = (128, 128, 128)
 
     def __post_init__(self) -> None:
         if not all(map(math.isfinite, (*self.position, *self.normal))):
             raise InputError(f"hold {self.id}: position and normal must be finite")
+
+    @property
+    def colours(self) -> tuple[str, ...]:
+        """Return the names of the hold's one or two colours, that of the larger part first."""
+        return (self.colour, self.second_colour) if self.second_colour else (self.colour,)
 
     def rounded(self) -> Hold:
         """Return the hold with the digits that are written to files."""

@@ -13,10 +13,12 @@ from walltopo.describe.routes.grouping import (
     group_by_paint,
     link_weights,
     may_be_linked,
+    strongest_links,
 )
 from walltopo.images.colour import linear_from_srgb8
 from walltopo.scans.pictures import SceneLight
 
+PAIR = np.array([[0, 1]])
 RED, ORANGE, GREY = (190, 25, 35), (240, 110, 20), (125, 125, 125)
 
 
@@ -121,3 +123,48 @@ def test_pairs_are_left_out_only_where_no_path_could_link_them() -> None:
         length = straight(points, pairs) * (1 - share) + (REACH + 0.1) * share
         linked = link_weights(cues_of(points, paint, pairs, length)) > 0
         assert not (linked & ~kept).any()
+
+
+def test_two_holds_are_as_similar_as_their_most_similar_paints() -> None:
+    rng = np.random.default_rng(3)
+    points, count = rng.uniform(0, 1.5, (12, 3)), 12
+    paint = rng.normal(0, 0.2, (count, 3))
+    second = np.where(rng.random((count, 1)) < 0.4, rng.normal(0, 0.2, (count, 3)), np.nan)
+    pairs = np.stack(np.triu_indices(count, 1), axis=1)
+    lengths = straight(points, pairs)
+    found = strongest_links(points, paint, second, pairs, lengths)
+
+    def own_link(row: int, paints: list[np.ndarray]) -> float:
+        cues = cues_of(points[pairs[row]], np.array(paints), PAIR, lengths[[row]])
+        return float(link_weights(cues)[0])
+
+    for row, (one, two) in enumerate(pairs.tolist()):
+        options = [
+            own_link(row, [a, b])
+            for a in (paint[one], second[one])
+            for b in (paint[two], second[two])
+            if np.isfinite(a).all() and np.isfinite(b).all()
+        ]
+        assert found[row] == pytest.approx(max(options))
+
+
+def test_a_hold_of_two_colours_joins_the_route_of_either() -> None:
+    """A red column whose third hold is white with a red part."""
+    points = np.array([[0.1 * (k % 2), 0.0, 0.4 * k] for k in range(6)])
+    paint = balanced_paint(linear(RED, RED, (220, 220, 215), RED, RED, RED), np.ones((6, 3)))
+    second = np.full((6, 3), np.nan)
+
+    def groups(second: np.ndarray) -> list[int]:
+        found = group_by_paint(
+            points,
+            paint,
+            lambda pairs: straight(points, pairs),
+            unit=1.0,
+            resolution=0.5,
+            second=second,
+        )
+        return found.group.tolist()
+
+    assert groups(second)[2] != groups(second)[1]
+    second[2] = paint[0]
+    assert len(set(groups(second))) == 1

@@ -4,7 +4,7 @@ import type { ClimberRow, Hold as HoldRow, Route as RouteRow, ShownHold } from "
 
 type OrNull<T, K extends keyof T> = { [P in keyof T]: P extends K ? T[P] | null : T[P] };
 
-type Measured = "type" | "colour" | "colour_rgb" | "size_m" | "area_m2" | "steepness_deg";
+type Measured = "type" | "colour" | "colour_rgb" | "second_colour" | "second_rgb" | "size_m" | "area_m2" | "steepness_deg";
 type Known = Measured | "position" | "normal" | "score" | "route" | "review";
 /** `left_out` and `cutout` are the editor's. */
 export type Hold = OrNull<

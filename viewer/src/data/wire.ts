@@ -103,6 +103,8 @@ export interface Hold {
   colour_confidence?: number;
   wall_tint?: [number, number, number];
   left_out?: string;
+  second_colour?: string;
+  second_rgb?: [number, number, number];
 }
 
 /** Join instances under the first one's id, with its attributes. */
@@ -302,11 +304,12 @@ export interface SaveOut {
   version: string;
 }
 
-/** Set any of a hold's colour, type and class. */
+/** Set any of a hold's colours, type and class; an empty second colour: the hold has one. */
 export interface SetHold {
   do: "hold";
   hold: Ref;
   colour?: string | null;
+  second_colour?: string | null;
   type?: string | null;
   class?: "hold" | "volume" | null;
 }
@@ -371,6 +374,8 @@ export interface ShownHold {
   colour_confidence?: number;
   wall_tint?: [number, number, number];
   left_out?: string;
+  second_colour?: string;
+  second_rgb?: [number, number, number];
   cutout?: string;
 }
 

@@ -4,7 +4,7 @@ import type { Hold, Route, Tables } from "../data/types";
 import { say } from "../languages";
 import { colourName, holdName, leftOutWords, routeName, typeName } from "../languages/format";
 import { h } from "../panels/dom";
-import { holdSwatch } from "../panels/swatch";
+import { holdBackground } from "../panels/swatch";
 import { NONE, refOf, routeRef } from "./edit_log";
 import type { Edit, Role, RouteFacts } from "./edit_log";
 import { button, choice, line, oneOf, paragraph } from "./form";
@@ -73,6 +73,7 @@ export function holdControls(hold: Hold, on: Acts): HTMLElement[] {
         on.change({ do: "assign", hold: self, route: to ? routeRef(to, tables) : NONE });
       }),
       choice(say().words.colour, colours, hold.colour ?? "", (colour) => on.change({ do: "hold", hold: self, colour })),
+      choice(edit.secondColour, [["", edit.none], ...colours], hold.second_colour ?? "", (second_colour) => on.change({ do: "hold", hold: self, second_colour })),
       choice(say().words.type, types, hold.type ?? "", (type) => on.change({ do: "hold", hold: self, type })),
       choice(edit.class, classes, hold.class, (name) => on.change({ do: "hold", hold: self, class: name === "volume" ? name : "hold" })),
     ),
@@ -139,7 +140,7 @@ export function leftOutList(holds: Hold[], choose: (hold: Hold) => void, close: 
     h(
       "button",
       { class: "route", onClick: () => choose(hold) },
-      h("span", { class: "swatch", style: `background:${holdSwatch(hold)}` }),
+      h("span", { class: "swatch", style: `background:${holdBackground(hold)}` }),
       h("span", { class: "name" }, holdName(hold)),
       h("span", { class: "meta" }, leftOutWords(hold)),
     ),
@@ -152,7 +153,7 @@ export function leftOutList(holds: Hold[], choose: (hold: Hold) => void, close: 
 export function leftOutCard(hold: Hold, on: Acts, close: HTMLElement): HTMLElement[] {
   const { edit } = say();
   const title = h("div", { class: "title" }, h("h3", {}, holdName(hold)), h("p", { class: "sub" }, leftOutWords(hold)));
-  const swatch = h("span", { class: "swatch", style: `background:${holdSwatch(hold)}` });
+  const swatch = h("span", { class: "swatch", style: `background:${holdBackground(hold)}` });
   const back = button(edit.bringBack, () => on.change({ do: "keep", hold: refOf(hold) }));
   back.classList.add("main");
   return [h("div", { class: "top" }, swatch, title, close), h("div", { class: "fields" }, back, on.photos(hold))];

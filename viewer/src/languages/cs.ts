@@ -160,6 +160,7 @@ export const cs: Language = {
     role: "Role v cestě",
     class: "Třída",
     oneHold: "chyt",
+    secondColour: "Druhá barva",
     notAHold: "Není to chyt",
     cut: "Rozdělit",
     right: "Potvrdit",

@@ -160,6 +160,7 @@ export const de: Language = {
     role: "Rolle in der Route",
     class: "Klasse",
     oneHold: "Griff",
+    secondColour: "Zweite Farbe",
     notAHold: "Kein Griff",
     cut: "Teilen",
     right: "Bestätigen",

@@ -152,6 +152,7 @@ const edit = {
   role: "Role in its route",
   class: "Class",
   oneHold: "hold",
+  secondColour: "Second colour",
   notAHold: "Not a hold",
   cut: "Split",
   right: "Confirm",

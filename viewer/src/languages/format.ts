@@ -61,9 +61,14 @@ export function routeName(route: Route): string {
   return route.name || `${capital(route.colour ? colourName(route.colour) : say().words.route)} ${route.id}`;
 }
 
+/** "red" or "red/white". */
+export function holdColours(hold: Hold): string {
+  return [hold.colour, hold.second_colour].filter(Boolean).map(colourName).join("/");
+}
+
 export function holdName(hold: Hold): string {
   if (hold.class === "volume") return say().words.volume;
   const known = hold.type && hold.type !== "unknown";
   const type = known ? typeName(hold.type) : say().words.hold;
-  return capital(say().holdName(hold.colour ? colourName(hold.colour) : "", type));
+  return capital(say().holdName(holdColours(hold), type));
 }

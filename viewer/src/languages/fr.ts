@@ -160,6 +160,7 @@ export const fr: Language = {
     role: "Rôle dans la voie",
     class: "Classe",
     oneHold: "prise",
+    secondColour: "Seconde couleur",
     notAHold: "Pas une prise",
     cut: "Diviser",
     right: "Confirmer",

@@ -6,6 +6,7 @@ import { say } from "../languages";
 import {
   capital,
   colourName,
+  holdColours,
   holdName,
   metres,
   routeFacts,
@@ -15,7 +16,7 @@ import {
   typeName,
 } from "../languages/format";
 import { h, icon } from "./dom";
-import { holdSwatch, swatch } from "./swatch";
+import { holdBackground, swatch } from "./swatch";
 
 export interface CardActions {
   previous(): void;
@@ -96,9 +97,9 @@ export function holdCard(hold: Hold, tables: Tables, act: CardActions): HTMLElem
         : words.noRoute;
   const close = button(route ? words.backToRoute : words.close, "close", () => act.close());
   const parts = [
-    top(holdSwatch(hold), holdName(hold), holdLine(hold.id, where), close, hold.cutout),
+    top(holdBackground(hold), holdName(hold), holdLine(hold.id, where), close, hold.cutout),
     facts([
-      [words.colour, capital(colourName(hold.colour))],
+      [words.colour, capital(holdColours(hold) || colourName(null))],
       [words.type, kind],
       [words.size, metres(hold.size_m, tables.metric)],
       [words.steepness, capital(steepness(hold.steepness_deg))],

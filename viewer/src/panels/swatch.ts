@@ -43,3 +43,9 @@ export function swatch(route: Route, tables: Tables): string {
 export function holdSwatch(hold: Hold): string {
   return hold.colour_rgb ? css(hold.colour_rgb) : "#888";
 }
+
+/** The hold's colour as a CSS background, or both of its colours side by side. */
+export function holdBackground(hold: Hold): string {
+  const first = holdSwatch(hold);
+  return hold.second_colour && hold.second_rgb ? `linear-gradient(135deg, ${first} 50%, ${css(hold.second_rgb)} 50%)` : first;
+}

@@ -49,6 +49,8 @@ _ROWS = (
     ("semantics_on_true_mesh", "miou", "  on the true mesh", ""),
     ("semantics_all", "miou", "semantic mIoU of all instances", ""),
     ("attributes", "colour_accuracy", "colours right", ""),
+    ("attributes", "both_colours", "  both of two-coloured holds", ""),
+    ("attributes", "called_two_coloured", "  others called two-coloured", ""),
     ("attributes", "type_named", "holds with a type", ""),
     ("attributes", "type_accuracy", "  of these right", ""),
     ("routes", "ari", "routes, ARI", ""),

@@ -15,7 +15,11 @@ from walltopo.core import InputError, SettingsError, settings_of
 from walltopo_lab.cli.train_classifier import classifier_parser
 from walltopo_lab.cli.train_gym import gym_parser
 from walltopo_lab.cli.train_pack import pack_parser
-from walltopo_lab.cli.train_shipped import hold_types_parser, paint_parser
+from walltopo_lab.cli.train_shipped import (
+    hold_types_parser,
+    paint_parser,
+    two_colours_parser,
+)
 from walltopo_lab.extras import PLOTS, modules_of
 from walltopo_lab.train.params import (
     AugmentSettings,
@@ -113,6 +117,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
             ("classifier", classifier_parser),
             ("hold-types", hold_types_parser),
             ("paint", paint_parser),
+            ("two-colours", two_colours_parser),
             ("pack", pack_parser),
         )
     }

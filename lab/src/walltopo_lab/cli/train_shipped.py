@@ -1,4 +1,4 @@
-"""`walltopo train hold-types` and `walltopo train paint`: train further shipped models."""
+"""`walltopo train hold-types`, `two-colours` and `paint`: train further shipped models."""
 
 from __future__ import annotations
 
@@ -14,6 +14,13 @@ examples:
   walltopo train hold-types -o hold_types.onnx --scans GYM1 SCAN1 GYM2 SCAN2
 then replace src/walltopo/models/hold_types.onnx, and print the figures again:
   python -m benchmarks.types scans GYM SCAN
+"""
+
+TWO_COLOURS = """\
+example:
+  walltopo train two-colours gyms/ -o two_colours.onnx
+then replace src/walltopo/models/two_colours.onnx, and print the figures again:
+  python -m benchmarks.two_colours FOLDER
 """
 
 PAINT = """\
@@ -50,6 +57,35 @@ def hold_types_parser(prog: str) -> argparse.ArgumentParser:
     return parser
 
 
+def two_colours_parser(prog: str) -> argparse.ArgumentParser:
+    """Return the parser of `walltopo train two-colours`."""
+    parser = Parser(
+        prog=prog,
+        description="Train the network that finds two-coloured holds, on photos of generated gyms; "
+        "half an hour of two cores, most of it for the photos.",
+        epilog=TWO_COLOURS,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("folder", type=Path, help="of the gyms; made where they are not there")
+    parser.add_argument("-o", "--out", type=Path, required=True, help="ONNX file to write")
+    add_overwrite(parser)
+    _add_gyms(parser, 6300, 33)
+    parser.set_defaults(run=run_two_colours)
+    add_needs(parser, {**modules_of("train"), **SHAPES})
+    return parser
+
+
+def _add_gyms(parser: argparse.ArgumentParser, first: int, count: int) -> None:
+    parser.add_argument(
+        "--gyms",
+        type=Number(int, low=0, high=MAX_SEED),
+        nargs=2,
+        default=(first, count),
+        metavar=("FIRST", "COUNT"),
+        help=f"seeds of the gyms (default: {first} {count})",
+    )
+
+
 def paint_parser(prog: str) -> argparse.ArgumentParser:
     """Return the parser of `walltopo train paint`."""
     parser = Parser(
@@ -60,14 +96,7 @@ def paint_parser(prog: str) -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("folder", type=Path, help="of the photos; made where they are not there")
-    parser.add_argument(
-        "--gyms",
-        type=Number(int, low=0, high=MAX_SEED),
-        nargs=2,
-        default=(4000, 18),
-        metavar=("FIRST", "COUNT"),
-        help="seeds of the gyms (default: 4000 18)",
-    )
+    _add_gyms(parser, 4000, 18)
     add_overwrite(parser)
     parser.set_defaults(run=run_paint)
     add_needs(parser, {**LEARN, **SHAPES})
@@ -92,6 +121,29 @@ def run_hold_types(args: argparse.Namespace) -> int:
     ):
         certain = fit_hold_types(made, scans, progress)
     console.print(f"{args.out}: named from a probability of {certain}", soft_wrap=True)
+    return 0
+
+
+def run_two_colours(args: argparse.Namespace) -> int:
+    """Train the network of two-coloured holds, choose its threshold, and write it."""
+    from walltopo.cli.console import console
+    from walltopo.cli.listener import TerminalListener
+    from walltopo.core.outputs import claimed_folder, written_file
+    from walltopo_lab.train.two_colours.fit import fit_two_colours
+
+    command = "train two-colours"
+    claimed_folder(output_target(args, args.folder, command, flag="FOLDER"))
+    with (
+        written_file(output_target(args, args.out, command)) as made,
+        TerminalListener(console) as progress,
+    ):
+        first, count = args.gyms
+        certain, recall = fit_two_colours(made, args.folder, first, count, progress)
+    console.print(
+        f"{args.out}: two colours from a probability of {certain:.3f}; {recall:.0%} of the "
+        "two-coloured holds of the gyms held out are found",
+        soft_wrap=True,
+    )
     return 0
 
 

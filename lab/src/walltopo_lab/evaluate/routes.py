@@ -88,7 +88,10 @@ def attribute_metrics(
     """Return the share of matched instances with the right colour, type and class.
 
     Types are compared on holds only, and "unknown" counts apart from wrong. `type_named` is the
-    share of holds with a type, `type_accuracy` the share of typed holds with the right one.
+    share of holds with a type, `type_accuracy` the share of typed holds with the right one. The
+    colour of a two-coloured hold is right if the hold has it; `both_colours` is the share of the
+    two-coloured holds of which both names are right, `called_two_coloured` counts the others that
+    have a second name.
 
     Parameters
     ----------
@@ -104,7 +107,17 @@ def attribute_metrics(
 
     return {
         "compared": len(both),
-        "colour_accuracy": share([mine.colour == true.colour for mine, true in holds]),
+        "colour_accuracy": share([mine.colour in true.colours for mine, true in holds]),
+        "both_colours": share(
+            [
+                set(mine.colours) == set(true.colours)
+                for mine, true in holds
+                if len(true.colours) > 1
+            ]
+        ),
+        "called_two_coloured": sum(
+            len(mine.colours) > 1 for mine, true in holds if len(true.colours) == 1
+        ),
         "type_named": len(typed) / len(holds) if holds else None,
         "type_accuracy": share([mine.type == type_of_kind(true.kind) for mine, true in typed]),
         "type_unknown": len(holds) - len(typed),

@@ -39,7 +39,7 @@ class TrueInstance:
     route: int
     position: tuple[float, ...]
     normal: tuple[float, ...]
-    colours: tuple[str, ...] = ()
+    colours: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)

@@ -115,7 +115,7 @@ class SecondColour:
     name : name of the colour; rgb : (3,) albedo in sRGB, 0..1.
     plane : x, y, z of a unit vector and a distance: the part of the body beyond this plane; None:
         the slick part.
-    share : of the body's area.
+    share : of the body's area, without its back on the wall.
     """
 
     name: str

@@ -17,6 +17,7 @@ from walltopo_lab.synth.gym import Gym
 from walltopo_lab.synth.marks import Tag
 from walltopo_lab.synth.measure import plate_record
 from walltopo_lab.synth.shade import distorted_rays
+from walltopo_lab.synth.two_colours import second_faces
 
 Floats = NDArray[np.float64]
 
@@ -107,8 +108,8 @@ def write_ground_truth(
     """Write `gt.npz`: mesh, instance per face, views per face, poses, intrinsics; atomic.
 
     Beyond the format of the shared test data it contains `face_class` (0 none, 1 hold, 2 volume),
-    `face_route`, `face_wall` (whether it is climbing wall or on it, and not the room around), and
-    `distortion` (k1 of SIMPLE_RADIAL).
+    `face_route`, `face_wall` (whether it is climbing wall or on it, and not the room around),
+    `face_second` (whether it has its hold's second colour), and `distortion` (k1 of SIMPLE_RADIAL).
     """
     surface = gym.surface
     size = max((item.id for item in gym.instances), default=0) + 1
@@ -126,6 +127,7 @@ def write_ground_truth(
             face_wall=np.append([facet.kind not in _ROOM for facet in gym.facets], True)[
                 surface.face_facet
             ],
+            face_second=second_faces(surface, gym.instances),
             face_views=count_views(gym, camera, poses),
             cam_from_world=np.stack(poses),
             intrinsics=np.array([camera.fx, camera.fy, camera.cx, camera.cy]),

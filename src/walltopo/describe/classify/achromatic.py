@@ -43,6 +43,8 @@ def found_colours(
     places: Mapping[int, Floats],
     volumes: Collection[int],
     uncertain: Collection[int] = (),
+    second: Mapping[int, HoldPaint] | None = None,
+    /,
     *,
     upright: bool,
     spread: float,
@@ -55,15 +57,18 @@ def found_colours(
     places : (3,) position of each instance, metres; upright : whether z is up.
     volumes : ids of the instances that are volumes.
     uncertain : ids of the instances that are left out of the palette.
+    second : second paints of two-coloured holds, by id.
     spread, lightness_weight : see `ClassifySettings`.
     """
     scale = {"spread": spread, "lightness_weight": lightness_weight}
     confident = {number: one for number, one in paints.items() if number not in uncertain}
-    entries = find_palette(confident, volumes, **scale)
+    others = [one for number, one in (second or {}).items() if number not in uncertain]
+    entries = find_palette(confident, volumes, others, **scale)
     colours = assign_colours(paints, entries, **scale)
     holds = {number: one for number, one in colours.items() if number not in volumes}
     colours |= settle_achromatic(holds, places, upright=upright)
     used = {one.name for one in colours.values()}
+    used |= {one.name for one in assign_colours(second or {}, entries, **scale).values()}
     return [entry for entry in entries if entry.name in used], colours
 
 

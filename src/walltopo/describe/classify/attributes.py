@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -16,6 +16,7 @@ from walltopo.core import EnvironmentLacksError, Mesh, Progress, SettingsError, 
 from walltopo.describe.classify.achromatic import found_colours
 from walltopo.describe.classify.colour import (
     HoldColour,
+    HoldPaint,
     assign_colours,
     paint_over_views,
     with_white,
@@ -29,6 +30,7 @@ from walltopo.describe.classify.low_confidence import (
 )
 from walltopo.describe.classify.observations import HoldView, best_views, write_cutouts
 from walltopo.describe.classify.palette import Entry, read_palette
+from walltopo.describe.classify.two_colours import second_colours, split_paints
 from walltopo.describe.classify.types import Relief, reliefs, shipped_model
 from walltopo.describe.settings import ClassifySettings
 from walltopo.geometry.graphs import components
@@ -104,18 +106,40 @@ def _colours(
     observed: _Observed,
     palette: Sequence[Entry] | None,
     settings: ClassifySettings,
-) -> tuple[Sequence[Entry], dict[int, HoldColour]]:
-    """Return the palette, and the colour of each instance that a photo shows."""
-    paints = paint_over_views(observed.views, observed.light)
+) -> tuple[Sequence[Entry], dict[int, HoldColour], dict[int, HoldColour]]:
+    """Return the palette, the colour of each instance that a photo shows, and second colours."""
     scale = {"spread": settings.colour_spread, "lightness_weight": settings.lightness_weight}
     volumes = {number for number, kind in measured.lifted.kinds.items() if kind == "volume"}
+    paints, second = split_paints(
+        paint_over_views(observed.views, observed.light), observed.views, observed.light, volumes
+    )
     if palette:
-        return palette, assign_colours(paints, palette, **scale)
+        entries, colours = palette, assign_colours(paints, palette, **scale)
+    else:
+        entries, colours = _found_colours(measured, paints, second, volumes, settings)
+    return entries, colours, second_colours(second, colours, entries, **scale)
+
+
+def _found_colours(
+    measured: _Measured,
+    paints: Mapping[int, HoldPaint],
+    second: Mapping[int, HoldPaint],
+    volumes: Collection[int],
+    settings: ClassifySettings,
+) -> tuple[list[Entry], dict[int, HoldColour]]:
+    """Return the palette and the colours that the scan's own holds give."""
     sizes = [shape.size for shape in measured.shapes.values()]
     unit = unit_of_sizes(sizes, measured.metric, settings.typical_hold)
     places = {number: shape.position / unit for number, shape in measured.shapes.items()}
     return found_colours(
-        paints, places, volumes, measured.low_confidence, upright=measured.metric, **scale
+        paints,
+        places,
+        volumes,
+        measured.low_confidence,
+        second,
+        upright=measured.metric,
+        spread=settings.colour_spread,
+        lightness_weight=settings.lightness_weight,
     )
 
 
@@ -136,8 +160,8 @@ def describe_instances(
 ) -> tuple[Holds, SceneLight, Cutouts, Metrics]:
     """Return colour, type, shape and cutouts of each instance.
 
-    Metrics: holds, volumes, colours, holds with a type, holds to review, holds that no photo
-    shows, low-confidence instances, cutouts.
+    Metrics: holds, volumes, colours, two-coloured holds, holds with a type, holds to review, holds
+    that no photo shows, low-confidence instances, cutouts.
     """
     classifier = classifier_of(settings)
     palette = None
@@ -145,10 +169,11 @@ def describe_instances(
         palette = read_palette(Path(settings.palette), settings.lightness_weight)
     measured = _measure(inputs, settings)
     observed = _observe(inputs.photos, measured, settings, progress)
-    entries, colours = _colours(measured, observed, palette, settings)
+    entries, colours, second = _colours(measured, observed, palette, settings)
     names = [view.name for view in measured.views]
     lifted, shapes, reasons = measured.lifted, measured.shapes, measured.low_confidence
     described = describe(lifted, shapes, colours, observed.views, names, entries, settings)
+    described = [with_second_colour(hold, second.get(hold.id)) for hold in described]
     confident = [hold for hold in described if hold.id not in reasons]
     unit = unit_of(confident, measured.metric, settings.typical_hold)
     relief = reliefs(measured.mesh, lifted.face_instance, shapes, unit)
@@ -189,6 +214,7 @@ def _figures(found: Holds, progress: Progress) -> Metrics:
         "holds": sum(hold.kind == "hold" for hold in holds),
         "volumes": sum(hold.kind == "volume" for hold in holds),
         "colours": len(found.palette),
+        "two_coloured": sum(bool(hold.second_colour) for hold in holds),
         "typed": sum(hold.kind == "hold" and hold.type != UNKNOWN for hold in holds),
         "review": sum(hold.review for hold in holds),
         "unseen": len(unseen),
@@ -247,6 +273,13 @@ def describe(
             )
         )
     return holds
+
+
+def with_second_colour(hold: Hold, second: HoldColour | None) -> Hold:
+    """Return a hold with its second colour, if it has one."""
+    if second is None:
+        return hold
+    return replace(hold, second_colour=second.name, second_rgb=second.rgb)
 
 
 def with_types(holds: Sequence[Hold], relief: Mapping[int, Relief]) -> list[Hold]:

@@ -81,8 +81,13 @@ def paint_over_views(
         rows = np.array([view.linear * np.exp(-light.gain[view.photo]) for view in best])
         rows *= light.white or 1.0
         weights = np.array([view.quality for view in best])
-        paints[hold] = HoldPaint(_weighted_median(rows, weights), rows, weights)
+        paints[hold] = median_paint(rows, weights)
     return paints
+
+
+def median_paint(rows: Floats, weights: Floats) -> HoldPaint:
+    """Return the weighted median of the (n, 3) linear RGB of some views."""
+    return HoldPaint(_weighted_median(rows, weights), rows, weights)
 
 
 def with_white(light: SceneLight, views: Mapping[int, Sequence[HoldView]]) -> SceneLight:
@@ -130,6 +135,8 @@ def _anchors(entries: Sequence[Entry], lightness_weight: float) -> Floats:
 def find_palette(
     paints: Mapping[int, HoldPaint],
     volumes: Collection[int],
+    second: Sequence[HoldPaint] = (),
+    /,
     *,
     spread: float,
     lightness_weight: float,
@@ -139,9 +146,14 @@ def find_palette(
     Volumes do not influence the palette of the holds: plywood lies between orange, grey and
     white, and would merge them. Volumes that match no colour of the holds are clustered
     separately, and their colours come last.
+
+    Parameters
+    ----------
+    second : the second paints of two-coloured holds, which count as those of further holds.
     """
     holds = [number for number in paints if number not in volumes] or list(paints)
-    entries = _cluster_palette([paints[k] for k in holds], spread, lightness_weight)
+    own = [*(paints[k] for k in holds), *second]
+    entries = _cluster_palette(own, spread, lightness_weight)
     anchors = _anchors(entries, lightness_weight)
     unmatched = [
         paint

@@ -177,7 +177,7 @@ def hold_views(
         count = int(np.count_nonzero(mask))
         if count < MIN_PIXELS:
             continue
-        core = _inner_mask(mask, erode)
+        core = inner_mask(mask, erode)
         linear, clipped = paint_of(picture[box][core])
         rows, columns = box
         pad = round(MARGIN * max(mask.shape))
@@ -231,7 +231,7 @@ def _shrink_copies(
     return np.asarray(small, dtype=np.uint8), np.asarray(cover >= 0.5)
 
 
-def _inner_mask(mask: NDArray[np.bool_], erode: int) -> NDArray[np.bool_]:
+def inner_mask(mask: NDArray[np.bool_], erode: int) -> NDArray[np.bool_]:
     """Return the mask without its rim, but at least its `MIN_PIXELS` innermost pixels.
 
     Pixels at the rim are a mixture with the wall, which makes small black holds grey.

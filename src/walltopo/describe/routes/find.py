@@ -45,15 +45,15 @@ def _group(mesh: Mesh, holds: Sequence[Hold], settings: RoutesSettings, unit: fl
 
     gap = settings.bridge_gap * unit
     if settings.link == "paint":
-        rgb = np.array([hold.colour_rgb for hold in holds], dtype=np.uint8)
-        tint = np.array([hold.wall_tint for hold in holds])
+        paint, second = paints_of(holds)
         return group_by_paint(
             points,
-            balanced_paint(linear_from_srgb8(rgb), tint),
+            paint,
             lambda pairs: pair_lengths(proxy, pairs, FLATTEN, gap, threads),
             unit=unit,
             resolution=RESOLUTION,
             seed=settings.seed,
+            second=second,
         )
     return group_holds(
         points,
@@ -65,6 +65,17 @@ def _group(mesh: Mesh, holds: Sequence[Hold], settings: RoutesSettings, unit: fl
         resolution=settings.resolution,
         seed=settings.seed,
     )
+
+
+def paints_of(holds: Sequence[Hold]) -> tuple[Floats, Floats]:
+    """Return the (n, 3) first and second paint of holds, see `group_by_paint`."""
+    two = [k for k, hold in enumerate(holds) if hold.second_colour]
+    rgb = [hold.colour_rgb for hold in holds] + [holds[k].second_rgb for k in two]
+    tint = [hold.wall_tint for hold in holds] + [holds[k].wall_tint for k in two]
+    both = balanced_paint(linear_from_srgb8(np.array(rgb, dtype=np.uint8)), np.array(tint))
+    second = np.full((len(holds), 3), np.nan)
+    second[two] = both[len(holds) :]
+    return both[: len(holds)], second
 
 
 def find_routes(

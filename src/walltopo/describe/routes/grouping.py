@@ -114,6 +114,7 @@ def group_by_paint(
     unit: float,
     resolution: float,
     seed: int = 0,
+    second: Floats | None = None,
 ) -> Grouping:
     """Group holds into routes without naming their colours first.
 
@@ -126,12 +127,17 @@ def group_by_paint(
     lengths : as in `group_holds`, with `FLATTEN` as the ratio.
     unit : scan units per metre.
     resolution : Louvain resolution, for all colours together.
+    second : (n, 3) second paint of two-coloured holds, NaN for others. Two holds are as similar as
+        their most similar paints.
     """
+    second = np.full_like(paint, np.nan) if second is None else second
+    places, paints = np.tile(points / unit, (2, 1)), np.vstack([paint, second])
     pairs = candidate_pairs(points, [""] * len(points), FLATTEN, REACH * unit)
-    pairs = pairs[may_be_linked(points / unit, paint, pairs)]
+    row, of_paints = paint_pairs(second, pairs)
+    pairs = pairs[np.unique(row[may_be_linked(places, paints, of_paints)])]
     weights = np.zeros(0)
     if len(pairs):
-        weights = link_weights(cues_of(points / unit, paint, pairs, lengths(pairs) / unit))
+        weights = strongest_links(points / unit, paint, second, pairs, lengths(pairs) / unit)
     links = _links(len(points), pairs, weights)
     return Grouping(best_louvain(links, resolution, seed), links)
 
@@ -200,6 +206,42 @@ def balanced_paint(linear: Floats, tint: Floats) -> Floats:
     logs = logs - np.median(logs, axis=0)
     white = 0.8 / max(float(np.percentile(linear.mean(axis=1), 98)), 1e-9)
     return features(linear * np.exp(-logs) * white, 1.0)
+
+
+def paint_pairs(second: Floats, pairs: Ints) -> tuple[Ints, Ints]:
+    """Return the pairs of paints of each pair of holds.
+
+    Parameters
+    ----------
+    second : (n, 3) second paint of two-coloured holds, NaN for others.
+    pairs : (P, 2) hold numbers.
+
+    Returns
+    -------
+    (Q,) row of `pairs`, and (Q, 2) paints: k is the first paint of hold k, n + k its second.
+    """
+    has = np.isfinite(second[:, 0])
+    shifts = np.array([(0, 0), (1, 0), (0, 1), (1, 1)])
+    rows = [np.flatnonzero((has[pairs] | (shift == 0)).all(axis=1)) for shift in shifts]
+    paints = [pairs[row] + len(second) * shift for row, shift in zip(rows, shifts, strict=True)]
+    return np.concatenate(rows), np.concatenate(paints)
+
+
+def strongest_links(
+    points: Floats, paint: Floats, second: Floats, pairs: Ints, lengths: Floats
+) -> Floats:
+    """Return (P,) the link weight of each pair of holds by their most similar paints.
+
+    Parameters
+    ----------
+    points, paint, pairs, lengths : as in `cues_of`; second : as in `paint_pairs`.
+    """
+    row, of_paints = paint_pairs(second, pairs)
+    both = np.vstack([paint, second])
+    cues = cues_of(np.tile(points, (2, 1)), both, of_paints, lengths[row])
+    weights = np.zeros(len(pairs))
+    np.maximum.at(weights, row, link_weights(cues))
+    return weights
 
 
 def cues_of(points: Floats, paint: Floats, pairs: Ints, lengths: Floats) -> Floats:

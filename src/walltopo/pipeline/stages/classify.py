@@ -65,7 +65,7 @@ def run(reads: Reads, settings: ClassifySettings, context: Context) -> Writes:
     )
 
 
-MODELS = ("hold_types.onnx",)
+MODELS = ("hold_types.onnx", "two_colours.onnx")
 CLASSIFY = Stage(
-    "classify", Reads, Writes, run, check, version=10, models=MODELS, cost=Cost(0.6, 0.98)
+    "classify", Reads, Writes, run, check, version=11, models=MODELS, cost=Cost(0.6, 0.98)
 )

@@ -13,7 +13,18 @@ from walltopo.core.files import atomic_path
 from walltopo.publish.wall_data import WallModel
 from walltopo.scans.routes import Route, route_name
 
-COLUMNS = ("id", "class", "type", "colour", "route", "score", "size_m", "area_m2", "steepness_deg")
+COLUMNS = (
+    "id",
+    "class",
+    "type",
+    "colour",
+    "second_colour",
+    "route",
+    "score",
+    "size_m",
+    "area_m2",
+    "steepness_deg",
+)
 ROUTE_FIGURES = ("length_m", "largest_move_m", "steepness_deg")
 ROUTE_HOLDS = ("start", "top", "zone", "footholds", "holds")
 ROUTE_FACTS = ("grade", "setter", "date", "description")
