@@ -241,6 +241,7 @@ def edited_files(scan: ScanFolder) -> str:
     expected: list[dict[str, object]] = [
         {"do": "hold", "hold": 2},
         {"do": "hold", "hold": 5, "colour": "green"},
+        {"do": "hold", "hold": 5, "second_colour": "red"},
         {"do": "hold", "hold": 5, "type": "crimp"},
         {"do": "split", "new": 5},
         {"do": "route", "route": 3, "name": "<b>Heron</b>"},
