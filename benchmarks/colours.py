@@ -16,6 +16,7 @@ from __future__ import annotations
 import json
 import sys
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -128,6 +129,20 @@ def painted(folder: Path, lift: bool | None, settings: ClassifySettings) -> Pain
     return Painted(paint_over_views(seen, light), positions, colours, volumes)
 
 
+def true_names(found: Mapping[int, str], truth: Mapping[int, str]) -> dict[str, str]:
+    """Return each found name's meaning: the true colour of most of its holds.
+
+    Parameters
+    ----------
+    found, truth : hold id to the found and to the true name; holds without a truth do not count.
+    """
+    holds: dict[str, list[str]] = {}
+    for number, name in found.items():
+        if number in truth:
+            holds.setdefault(name, []).append(truth[number])
+    return {name: Counter(colours).most_common(1)[0][0] for name, colours in holds.items()}
+
+
 def review(folders: list[Path], settings: ClassifySettings) -> None:
     """Print the share of generated holds in the right colour group, and the review list.
 
@@ -137,10 +152,7 @@ def review(folders: list[Path], settings: ClassifySettings) -> None:
     for folder in folders:
         gym = painted(folder, None, settings)
         holds, truth = gym.holds(settings), gym.truth
-        meant = {}
-        for name in {colour.name for colour in holds.values()}:
-            members = [truth[number] for number, colour in holds.items() if colour.name == name]
-            meant[name] = Counter(members).most_common(1)[0][0]
+        meant = true_names({number: colour.name for number, colour in holds.items()}, truth)
         off = [meant[colour.name] != truth[number] for number, colour in holds.items()]
         print(f"{folder.name}: {len(off) - sum(off)} of {len(off)} right", flush=True)
         wrong += off
@@ -198,14 +210,10 @@ def setters_palette(
 ) -> list[Entry]:
     """Return the palette of a scan, with the clusters named by a setter who knows the truth."""
     found = assign_colours(paints, entries, **scale(settings))
-    named = []
-    for entry in entries:
-        truth = Counter(
-            colours[hold] for hold, colour in found.items() if colour.name == entry.name
-        )
-        if truth:
-            named.append(Entry(truth.most_common(1)[0][0], entry.rgb, entry.role))
-    return named
+    meant = true_names({hold: colour.name for hold, colour in found.items()}, colours)
+    return [
+        Entry(meant[entry.name], entry.rgb, entry.role) for entry in entries if entry.name in meant
+    ]
 
 
 def report(

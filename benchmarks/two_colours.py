@@ -13,7 +13,7 @@ colours and without.
 from __future__ import annotations
 
 import argparse
-from collections import Counter
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +21,7 @@ from pathlib import Path
 import numpy as np
 from msgspec.structs import replace
 
+from benchmarks.colours import scale, true_names
 from walltopo.describe.classify.achromatic import found_colours
 from walltopo.describe.classify.attributes import with_second_colour, with_tints
 from walltopo.describe.classify.colour import HoldColour, paint_over_views
@@ -41,13 +42,11 @@ GYM = GymSettings(width=6.0, routes=8, two_coloured=0.25)
 
 def recipe_of(seed: int) -> Recipe:
     """Return the recipe of one of the four kinds of gyms."""
-    from dataclasses import replace
-
     kinds = (
-        replace(GYM, chalk=0.3),
-        replace(GYM, colours="faded", chalk=0.8, light=0.5, finish="plywood", wear=0.7),
-        replace(GYM, colours="neutral", light=1.2, finish="textured"),
-        replace(GYM, chalk=0.7, light=0.6, warmth=0.6),
+        dataclasses.replace(GYM, chalk=0.3),
+        dataclasses.replace(GYM, colours="faded", chalk=0.8, light=0.5, finish="plywood", wear=0.7),
+        dataclasses.replace(GYM, colours="neutral", light=1.2, finish="textured"),
+        dataclasses.replace(GYM, chalk=0.7, light=0.6, warmth=0.6),
     )
     return Recipe(kinds[seed % len(kinds)], PHOTOS, seed=seed)
 
@@ -81,13 +80,13 @@ class Counts:
 def measure(gym: GymViews) -> Counts:
     """Return what is found on a gym with the settings of a scan."""
     settings = ClassifySettings()
-    scale = {"spread": settings.colour_spread, "lightness_weight": settings.lightness_weight}
+    alike = scale(settings)
     shapes = measure_shapes(gym.truth.mesh, gym.truth.face_instance, sorted(gym.views))
     views = {number: rows for number, rows in gym.views.items() if number in shapes}
     places = {number: shape.position for number, shape in shapes.items()}
     paints, second = split_paints(paint_over_views(views, gym.light), views, gym.light, ())
-    palette, colours = found_colours(paints, places, (), (), second, upright=True, **scale)
-    seconds = second_colours(second, colours, palette, **scale)
+    palette, colours = found_colours(paints, places, (), (), second, upright=True, **alike)
+    seconds = second_colours(second, colours, palette, **alike)
     counts = _named(gym, colours, seconds)
     holds = []
     for number, colour in colours.items():
@@ -114,14 +113,10 @@ def _named(
 ) -> Counts:
     """Count right and wrong names."""
     truth = gym.truth.instances
-    meant: dict[str, str] = {}
-    for name in {colour.name for colour in colours.values()}:
-        own = [
-            truth[number].colour
-            for number, colour in colours.items()
-            if colour.name == name and len(truth[number].colours) == 1
-        ]
-        meant[name] = Counter(own).most_common(1)[0][0] if own else name
+    meant = true_names(
+        {number: colour.name for number, colour in colours.items()},
+        {number: one.colour for number, one in truth.items() if len(one.colours) == 1},
+    )
     counts = Counts()
     for number, colour in colours.items():
         if len(truth[number].colours) == 1:
@@ -131,8 +126,7 @@ def _named(
             counts.two += 1
             counts.found += number in seconds
             if number in seconds:
-                other = seconds[number].name
-                names = {meant[colour.name], meant.get(other, other)}
+                names = {meant.get(name, name) for name in (colour.name, seconds[number].name)}
                 counts.both += names == set(truth[number].colours)
     return counts
 

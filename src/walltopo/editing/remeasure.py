@@ -9,7 +9,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from walltopo.describe.classify.attributes import with_tints, with_types
+from walltopo.describe.classify.attributes import with_second_colour, with_tints, with_types
 from walltopo.describe.classify.colour import HoldColour, assign_colours, paint_over_views
 from walltopo.describe.classify.geometry import Shape
 from walltopo.describe.classify.light import ERODE
@@ -66,12 +66,11 @@ def measure_hold(
             colour=colour.name,
             colour_rgb=colour.rgb,
             colour_confidence=colour.confidence,
-            second_colour="" if second is None else second.name,
-            second_rgb=(128, 128, 128) if second is None else second.rgb,
             photos=tuple(names[view.photo] for view in views),
         ),
         shape,
     )
+    hold = with_second_colour(hold, second)
     relief = reliefs(snapshot.mesh, own, {1: shape}, snapshot.unit)
     (hold,) = with_tints(with_types([hold], relief), snapshot.light, snapshot.unit)
     return Remeasurement(hold, views[0] if views else None)
@@ -98,7 +97,9 @@ def remeasure(state: EditState, number: int, shape: Shape) -> None:
             wall_tint=new.wall_tint,
         )
     if "second_colour" not in by_setter and new.colour != UNKNOWN:
-        hold = replace(hold, second_colour=new.second_colour, second_rgb=new.second_rgb)
+        # A setter's colour may be the measured second one.
+        second = "" if new.second_colour == hold.colour else new.second_colour
+        hold = replace(hold, second_colour=second, second_rgb=new.second_rgb)
     if "type" not in by_setter:
         hold = replace(hold, type=new.type, type_confidence=new.type_confidence)
     state.holds[number] = replace(hold, photos=new.photos)

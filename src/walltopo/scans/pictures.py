@@ -154,6 +154,10 @@ class SceneLight:
     wall: float = 0.0
     white: float = 0.0
 
+    def factor(self, photo: int) -> Floats:
+        """Return (3,) the factor from linear RGB in a photo to that under the scan's light."""
+        return np.asarray(np.exp(-self.gain[photo]) * (self.white or 1.0))
+
     def tint_at(self, positions: Floats, radius: float) -> Floats:
         """Return (n, 3) relative colour of the wall around (n, 3) positions; 1 without any patch.
 

@@ -19,6 +19,7 @@ from walltopo_lab.synth.shade import (
     noise_table,
     shade,
 )
+from walltopo_lab.synth.two_colours import second_parts
 
 _ROWS = 32  # rows of a band: small enough for the cache, large enough for Embree
 _FOG = 0.004  # share of light that dust in the air absorbs, per metre
@@ -29,8 +30,8 @@ def _finish_of(gym: Gym) -> Finish:
     count = max((item.id for item in gym.instances), default=0) + 1
     rgb, gloss, grain = np.zeros((count, 3)), np.ones(count), np.ones(count)
     shifts, screws = np.zeros(count), np.full((count, 2, 2), 9.0)  # 9 m away: no screw
-    second, on_slick = np.zeros((count, 3)), np.zeros(count)
-    plane = np.tile([0.0, 0.0, 0.0, 9.0], (count, 1))  # 9 m away: no second colour
+    second = np.zeros((count, 3))
+    plane, on_slick = second_parts(gym.instances)
     for item in gym.instances:
         rng = np.random.default_rng([gym.seed, 8, item.id])
         rgb[item.id] = linear_from_srgb(np.asarray(item.rgb))
@@ -38,12 +39,21 @@ def _finish_of(gym: Gym) -> Finish:
         shifts[item.id] = rng.uniform(0, 200)
         if item.second is not None:
             second[item.id] = linear_from_srgb(np.asarray(item.second.rgb))
-            on_slick[item.id] = item.second.plane is None
-            plane[item.id] = item.second.plane or plane[item.id]
         if item.body is not None and item.body.radius > 0.06:
             screws[item.id] = rng.uniform(-0.6, 0.6, (2, 2)) * item.body.radius
     chalk = 0.45 + 0.65 * gym.settings.chalk
-    return Finish(rgb, second, plane, on_slick, gloss, grain, screws, shifts, noise_table(), chalk)
+    return Finish(
+        rgb,
+        second,
+        plane,
+        on_slick.astype(np.float64),
+        gloss,
+        grain,
+        screws,
+        shifts,
+        noise_table(),
+        chalk,
+    )
 
 
 class Renderer:

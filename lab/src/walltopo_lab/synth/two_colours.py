@@ -44,14 +44,26 @@ def paint_second_colours(
     return painted
 
 
-def second_faces(surface: Surface, holds: Sequence[GymInstance]) -> NDArray[np.bool_]:
-    """Return (F,) whether each triangle of a gym's surface is in its hold's second colour."""
+def second_parts(holds: Sequence[GymInstance]) -> tuple[Floats, NDArray[np.bool_]]:
+    """Return the part in the second colour by instance id.
+
+    Returns
+    -------
+    plane : (I, 4) as in `SecondColour`, 9 m away for holds without such a part.
+    on_slick : (I,) whether the part is the slick one.
+    """
     size = max((hold.id for hold in holds), default=0) + 1
-    plane, on_slick = np.tile([0.0, 0.0, 0.0, np.inf], (size, 1)), np.zeros(size, np.bool_)
+    plane, on_slick = np.tile([0.0, 0.0, 0.0, 9.0], (size, 1)), np.zeros(size, np.bool_)
     for hold in holds:
         if hold.second is not None:
             on_slick[hold.id] = hold.second.plane is None
             plane[hold.id] = hold.second.plane or plane[hold.id]
+    return plane, on_slick
+
+
+def second_faces(surface: Surface, holds: Sequence[GymInstance]) -> NDArray[np.bool_]:
+    """Return (F,) whether each triangle of a gym's surface is in its hold's second colour."""
+    plane, on_slick = second_parts(holds)
     own = surface.own[surface.faces].mean(axis=1)
     slick = surface.marks[surface.faces, 1].mean(axis=1) > 0.5
     its = plane[surface.face_instance]

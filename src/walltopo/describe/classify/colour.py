@@ -78,8 +78,7 @@ def paint_over_views(
     paints: dict[int, HoldPaint] = {}
     for hold, seen in views.items():
         best = sorted(seen, key=lambda view: (-view.quality, view.photo))[:MAX_VIEWS]
-        rows = np.array([view.linear * np.exp(-light.gain[view.photo]) for view in best])
-        rows *= light.white or 1.0
+        rows = np.array([view.linear * light.factor(view.photo) for view in best])
         weights = np.array([view.quality for view in best])
         paints[hold] = median_paint(rows, weights)
     return paints

@@ -19,6 +19,7 @@ from walltopo.describe.classify.colour import (
     assign_colours,
     median_paint,
 )
+from walltopo.describe.classify.light import ERODE
 from walltopo.describe.classify.observations import (
     MIN_PIXELS,
     HoldView,
@@ -40,7 +41,6 @@ CHANNELS = 5  # paint (2), lightness, mask, size
 VIEWS = 6  # best views of a hold that count
 SMALLEST = 40  # visible pixels below which a view says nothing
 BATCH = 128
-ERODE = 2  # pixels removed from the rim of a part before its colour is read
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,41 +65,53 @@ def frame_view(view: HoldView, light: SceneLight) -> NDArray[np.float32]:
 
     The photo's gain is divided out, and the hold fills the square in its own proportions.
     """
-    linear = linear_from_srgb8(view.crop) * np.exp(-light.gain[view.photo]) * (light.white or 1.0)
-    layers = np.dstack([features(linear, 1.0), np.ones(view.mask.shape)])
-    layers *= view.mask[..., None]
-    square = square_of(layers.astype(np.float32), view.mask)
-    cover = square[3]
-    square[:3] = np.divide(square[:3], cover, out=np.zeros_like(square[:3]), where=cover > 0.05)
+    linear = linear_from_srgb8(view.crop) * light.factor(view.photo)
+    square = square_of(features(linear, 1.0), view.mask)
     size = np.full((1, SIDE, SIDE), np.log(view.pixels / 400.0) / 2, dtype=np.float32)
     return np.concatenate([square, size])
 
 
-def square_of(layers: NDArray[np.float32], mask: Bools) -> NDArray[np.float32]:
-    """Return (k, SIDE, SIDE) layers of a square around a mask, resized from (h, w, k)."""
+_Slices = tuple[slice, slice]
+
+
+def _square_around(mask: Bools) -> tuple[_Slices, int, _Slices]:
+    """Return a mask's box, the side of the square around it, and the box in that square."""
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    part = layers[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
-    height, width = part.shape[:2]
+    height, width = int(rows[-1] - rows[0] + 1), int(columns[-1] - columns[0] + 1)
     side = max(height, width)
-    square = np.zeros((side, side, layers.shape[2]), dtype=np.float32)
     top, left = (side - height) // 2, (side - width) // 2
-    square[top : top + height, left : left + width] = part
+    box = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+    return box, side, (slice(top, top + height), slice(left, left + width))
+
+
+def square_of(values: Floats, mask: Bools) -> NDArray[np.float32]:
+    """Return the means of a mask's values in the pixels of the square around it.
+
+    Parameters
+    ----------
+    values : (h, w, k); those beside the mask do not count.
+
+    Returns
+    -------
+    (k + 1, SIDE, SIDE) float32, 0 where the mask hardly reaches; the last layer is the share of
+    each pixel that the mask covers.
+    """
+    box, side, inner = _square_around(mask)
+    square = np.zeros((side, side, values.shape[2] + 1), dtype=np.float32)
+    square[inner] = (np.dstack([values, np.ones(mask.shape)]) * mask[..., None])[box]
     how = cv2.INTER_AREA if side > SIDE else cv2.INTER_LINEAR
     small = np.asarray(cv2.resize(square, (SIDE, SIDE), interpolation=how), dtype=np.float32)
-    return np.moveaxis(small.reshape(SIDE, SIDE, -1), -1, 0)
+    small = np.moveaxis(small, -1, 0)
+    cover = small[-1]
+    means = np.divide(small[:-1], cover, out=np.zeros_like(small[:-1]), where=cover > 0.05)
+    return np.concatenate([means, cover[None]])
 
 
 def from_square(square: NDArray[np.float32], mask: Bools) -> NDArray[np.float32]:
     """Return the (h, w) values of a (SIDE, SIDE) layer at a mask's own pixels: see `square_of`."""
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    height, width = rows[-1] - rows[0] + 1, columns[-1] - columns[0] + 1
-    side = max(height, width)
-    large = cv2.resize(square, (int(side), int(side)), interpolation=cv2.INTER_LINEAR)
-    top, left = (side - height) // 2, (side - width) // 2
+    box, side, inner = _square_around(mask)
     values = np.zeros(mask.shape, dtype=np.float32)
-    values[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] = large[
-        top : top + height, left : left + width
-    ]
+    values[box] = cv2.resize(square, (side, side), interpolation=cv2.INTER_LINEAR)[inner]
     return values
 
 
@@ -183,7 +195,7 @@ def _two_of(view: HoldView, part: NDArray[np.float32], light: SceneLight) -> _Pa
     one, two = view.mask & (share > 0.6), view.mask & (share < 0.4)
     if min(one.sum(), two.sum()) < MIN_PIXELS:
         return None
-    gain = np.exp(-light.gain[view.photo]) * (light.white or 1.0)
+    gain = light.factor(view.photo)
     # The rim of a part is a mixture with the other part or with the wall.
     first, second = (paint_of(view.crop[inner_mask(mask, ERODE)])[0] * gain for mask in (one, two))
     return first, second, float(one.sum() / (one.sum() + two.sum())), view.quality

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,11 +14,10 @@ from torch import Tensor, nn
 
 from walltopo.core import Progress
 from walltopo.describe.classify.types import SIDE
-from walltopo_lab.onnx_file import label_export, save_model
+from walltopo_lab.train.small_nets import conv_block, export_net, train_net
 
 WIDTHS = (16, 24, 32, 48)
 NARROW, HIDDEN = 24, 48
-BATCH, RATE = 64, 3e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,12 +35,6 @@ class Samples:
     label: NDArray[np.int64]
 
 
-def _conv(inputs: int, outputs: int, stride: int) -> nn.Sequential:
-    return nn.Sequential(
-        nn.Conv2d(inputs, outputs, 3, stride, 1, bias=False), nn.BatchNorm2d(outputs), nn.ReLU()
-    )
-
-
 class ReliefNet(nn.Module):
     """Network from (n, 2, SIDE, SIDE) reliefs and (n, 2) scalars to (n, classes) logits.
 
@@ -53,11 +45,11 @@ class ReliefNet(nn.Module):
         super().__init__()
         a, b, c, d = WIDTHS
         self.body = nn.Sequential(
-            _conv(2, a, 2),
-            _conv(a, b, 1),
-            _conv(b, c, 2),
-            _conv(c, c, 1),
-            _conv(c, d, 2),
+            conv_block(2, a, 2),
+            conv_block(a, b),
+            conv_block(b, c, 2),
+            conv_block(c, c),
+            conv_block(c, d, 2),
             nn.Conv2d(d, NARROW, 1),
             nn.ReLU(),
             nn.Flatten(),
@@ -100,48 +92,19 @@ def _varied(pictures: Tensor, scalars: Tensor, rng: torch.Generator) -> tuple[Te
 
 
 def train(samples: Samples, classes: int, epochs: int, seed: int, progress: Progress) -> ReliefNet:
-    """Return a network trained from random weights, in eval mode.
-
-    Training uses one thread, so that the same seed gives the same network.
-    """
-    torch.manual_seed(seed)
-    torch.set_num_threads(1)
-    rng = torch.Generator().manual_seed(seed)
-    net = ReliefNet(classes)
+    """Return a trained network: see `train_net`."""
     pictures, label = torch.from_numpy(samples.pictures), torch.from_numpy(samples.label)
     scalars = torch.from_numpy(samples.scalars)
-    batches = len(label) // BATCH
-    optimizer = torch.optim.AdamW(net.parameters(), RATE, weight_decay=0.01)
-    schedule = torch.optim.lr_scheduler.OneCycleLR(
-        optimizer, RATE, total_steps=epochs * batches, pct_start=0.15
-    )
     loss_of = nn.CrossEntropyLoss(label_smoothing=0.05)
-    for epoch in range(epochs):
-        total = 0.0
-        for rows in torch.randperm(len(label), generator=rng)[: batches * BATCH].split(BATCH):
-            loss = loss_of(net(*_varied(pictures[rows], scalars[rows], rng)), label[rows])
-            optimizer.zero_grad()
-            loss.backward()
-            optimizer.step()
-            schedule.step()
-            total += float(loss.detach())
-        progress.note(f"seed {seed}, epoch {epoch + 1}: loss {total / batches:.3f}")
-    return net.eval()
+
+    def loss(net: ReliefNet, rows: Tensor, rng: torch.Generator) -> Tensor:
+        answers = net(*_varied(pictures[rows], scalars[rows], rng))
+        return torch.as_tensor(loss_of(answers, label[rows]))
+
+    return train_net(lambda: ReliefNet(classes), loss, len(label), epochs, seed, progress)
 
 
 def write_onnx(nets: Sequence[ReliefNet], path: Path, facts: Mapping[str, Any]) -> None:
     """Write the networks as one ONNX file with metadata."""
-
-    count = torch.export.Dim("holds", min=1, max=4096)
-    program = torch.onnx.export(
-        _Both(nets).eval(),
-        (torch.rand(3, 2, SIDE, SIDE), torch.rand(3, 2)),
-        dynamo=True,
-        input_names=["reliefs", "scalars"],
-        output_names=["probabilities"],
-        dynamic_shapes={"reliefs": {0: count}, "scalars": {0: count}},
-        verbose=False,
-    )
-    model = program.model_proto
-    label_export(model, {key: json.dumps(value) for key, value in facts.items()})
-    save_model(model, path)
+    example = {"reliefs": torch.rand(3, 2, SIDE, SIDE), "scalars": torch.rand(3, 2)}
+    export_net(_Both(nets), path, example, ("probabilities",), facts)

@@ -7,7 +7,6 @@ which a hold counts as two-coloured.
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +14,6 @@ from numpy.typing import NDArray
 
 from walltopo.core import Progress
 from walltopo.describe.classify.two_colours import probability
-from walltopo_lab.onnx_file import set_metadata
 from walltopo_lab.synth.params import GymSettings, PhotoSettings
 from walltopo_lab.synth.recipe import Recipe, generate
 from walltopo_lab.train.two_colours.net import answers, train, write_onnx
@@ -105,6 +103,5 @@ def fit_two_colours(
     progress.step("training")
     nets = [train(own, EPOCHS, seed, progress) for seed in range(NETS)]
     certain, recall = threshold(others, answers(nets, others.pictures))
-    write_onnx(nets, path, {})
-    set_metadata(path, {"certain": json.dumps(round(certain, 4))})
+    write_onnx(nets, path, {"certain": round(certain, 4)})
     return certain, recall

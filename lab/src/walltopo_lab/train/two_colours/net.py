@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,17 +14,10 @@ from torch.nn import functional
 
 from walltopo.core import Progress
 from walltopo.describe.classify.two_colours import CHANNELS, SIDE
-from walltopo_lab.onnx_file import label_export, save_model
+from walltopo_lab.train.small_nets import BATCH, conv_block, export_net, train_net
 from walltopo_lab.train.two_colours.views import NONE, SOME, PartedViews
 
 WIDTHS = (12, 32, 48)
-BATCH, RATE = 64, 3e-3
-
-
-def _conv(inputs: int, outputs: int, stride: int = 1) -> nn.Sequential:
-    return nn.Sequential(
-        nn.Conv2d(inputs, outputs, 3, stride, 1, bias=False), nn.BatchNorm2d(outputs), nn.ReLU()
-    )
 
 
 class PartNet(nn.Module):
@@ -35,12 +27,12 @@ class PartNet(nn.Module):
     def __init__(self) -> None:
         super().__init__()
         a, b, c = WIDTHS
-        self.fine = _conv(CHANNELS, a)
-        self.middle = nn.Sequential(_conv(a, b, 2), _conv(b, b))
-        self.coarse = nn.Sequential(_conv(b, c, 2), _conv(c, c), _conv(c, c))
+        self.fine = conv_block(CHANNELS, a)
+        self.middle = nn.Sequential(conv_block(a, b, 2), conv_block(b, b))
+        self.coarse = nn.Sequential(conv_block(b, c, 2), conv_block(c, c), conv_block(c, c))
         self.head = nn.Sequential(nn.Dropout(0.2), nn.Linear(3 * c, c), nn.ReLU(), nn.Linear(c, 1))
-        self.up = _conv(b + c, b)
-        self.out = nn.Sequential(_conv(a + b, a), nn.Conv2d(a, 1, 1))
+        self.up = conv_block(b + c, b)
+        self.out = nn.Sequential(conv_block(a + b, a), nn.Conv2d(a, 1, 1))
 
     def forward(self, views: Tensor) -> tuple[Tensor, Tensor]:
         fine = self.fine(views)
@@ -121,34 +113,16 @@ def loss_of(odds: Tensor, part: Tensor, views: Tensor, truth: Tensor, share: Ten
 
 
 def train(views: PartedViews, epochs: int, seed: int, progress: Progress) -> PartNet:
-    """Return a network trained from random weights, in eval mode.
-
-    Training uses one thread, so that the same seed gives the same network.
-    """
-    torch.manual_seed(seed)
-    torch.set_num_threads(1)
-    rng = torch.Generator().manual_seed(seed)
-    net = PartNet()
+    """Return a trained network: see `train_net`."""
     pictures, parts = torch.from_numpy(views.pictures), torch.from_numpy(views.parts)
     share = torch.from_numpy(views.share.astype(np.float32))
-    batches = len(share) // BATCH
-    optimizer = torch.optim.AdamW(net.parameters(), RATE, weight_decay=0.01)
-    schedule = torch.optim.lr_scheduler.OneCycleLR(
-        optimizer, RATE, total_steps=epochs * batches, pct_start=0.15
-    )
-    for epoch in range(epochs):
-        total = 0.0
-        for rows in torch.randperm(len(share), generator=rng)[: batches * BATCH].split(BATCH):
-            own, truth = varied(pictures[rows], parts[rows], rng)
-            odds, part = net(own)
-            loss = loss_of(odds, part, own, truth, share[rows])
-            optimizer.zero_grad()
-            loss.backward()
-            optimizer.step()
-            schedule.step()
-            total += float(loss.detach())
-        progress.note(f"seed {seed}, epoch {epoch + 1}: loss {total / batches:.3f}")
-    return net.eval()
+
+    def loss(net: PartNet, rows: Tensor, rng: torch.Generator) -> Tensor:
+        own, truth = varied(pictures[rows], parts[rows], rng)
+        odds, part = net(own)
+        return loss_of(odds, part, own, truth, share[rows])
+
+    return train_net(PartNet, loss, len(share), epochs, seed, progress)
 
 
 def answers(nets: Sequence[PartNet], pictures: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -161,16 +135,5 @@ def answers(nets: Sequence[PartNet], pictures: NDArray[np.float32]) -> NDArray[n
 
 def write_onnx(nets: Sequence[PartNet], path: Path, facts: Mapping[str, Any]) -> None:
     """Write the networks as one ONNX file with metadata."""
-    count = torch.export.Dim("views", min=1, max=4096)
-    program = torch.onnx.export(
-        _Several(nets).eval(),
-        (torch.rand(3, CHANNELS, SIDE, SIDE),),
-        dynamo=True,
-        input_names=["views"],
-        output_names=["odds", "parts"],
-        dynamic_shapes={"views": {0: count}},
-        verbose=False,
-    )
-    model = program.model_proto
-    label_export(model, {key: json.dumps(value) for key, value in facts.items()})
-    save_model(model, path)
+    example = {"views": torch.rand(3, CHANNELS, SIDE, SIDE)}
+    export_net(_Several(nets), path, example, ("odds", "parts"), facts)

@@ -62,9 +62,14 @@ class GymViews:
 
     def visible_share(self, hold: int) -> float:
         """Return the share of the second colour in the pixels of a hold in all its photos."""
-        pixels = sum(view.mask.sum() for view in self.parts[hold])
-        second = sum((view.crop[view.mask, 0] > 127).sum() for view in self.parts[hold])
-        return float(second / pixels) if pixels else 0.0
+        return _second_share(self.parts[hold])
+
+
+def _second_share(parts: Sequence[HoldView]) -> float:
+    """Return the share of white pixels in views of `GymViews.parts`; 0 without any pixel."""
+    pixels = sum(view.mask.sum() for view in parts)
+    second = sum((view.crop[view.mask, 0] > 127).sum() for view in parts)
+    return float(second / pixels) if pixels else 0.0
 
 
 def read_gym_views(gym: Path) -> GymViews:
@@ -109,13 +114,10 @@ def parted_views(gym: GymViews) -> PartedViews:
         truth = {view.photo: view for view in gym.parts[name]}
         for view in large_views(gym.views[name]):
             own = truth[view.photo]
-            layers = np.dstack([own.crop[..., 0] / 255.0, np.ones(own.mask.shape)])
-            layers *= own.mask[..., None]
-            second, cover = square_of(layers.astype(np.float32), own.mask)
             hold.append(number)
             pictures.append(frame_view(view, gym.light))
-            parts.append(np.divide(second, cover, out=np.zeros_like(second), where=cover > 0.05))
-            share.append(float((own.crop[own.mask, 0] > 127).mean()))
+            parts.append(square_of(own.crop[..., :1] / 255.0, own.mask)[0])
+            share.append(_second_share([own]))
     return PartedViews(
         np.array(hold), np.stack(pictures), np.stack(parts), np.array(share), np.array(visible)
     )
