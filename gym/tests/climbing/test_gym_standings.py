@@ -19,9 +19,10 @@ from sqlalchemy import select, update
 
 from walltopo_climb.grades.font import FONT
 from walltopo_gym.accounts.models import Profile
-from walltopo_gym.climbing.ascents import Kind, NewAscent, store_ascent, withdraw
+from walltopo_gym.climbing.ascents import NewAscent, store_ascent, withdraw
 from walltopo_gym.climbing.boards import BoardQuery, board
 from walltopo_gym.climbing.counting import RECOUNTS, recount_gym
+from walltopo_gym.climbing.kinds import Kind, kinds_of
 from walltopo_gym.climbing.models import Ascent, ClimbingSession, Standing
 from walltopo_gym.climbing.sessions import ascents_of
 from walltopo_gym.clock import now
@@ -31,6 +32,7 @@ from walltopo_gym.gyms.roles import Role
 from walltopo_gym.jobs.queue import Task
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.publishing.service import strip_without_scan
+from walltopo_gym.walls.disciplines import Discipline
 
 GRADES = [
     {"label": "Green", "colour": "#289141", "low": "5", "high": "6A"},
@@ -70,7 +72,7 @@ CHANGES = st.one_of(
         st.integers(0, 7),
         st.integers(0, 2),
         st.integers(0, 3),
-        st.sampled_from(list(Kind)),
+        st.sampled_from(kinds_of(Discipline.BOULDER)),
         st.integers(0, 5 * 24 * 4),
     ),
     st.tuples(st.just("drop"), st.integers(0, 7)),

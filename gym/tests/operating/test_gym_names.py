@@ -45,7 +45,7 @@ KEPT = {
     "competition_waivers": {"text"},
     "competitions": {"name", "format", "state", "about", "fee", "waiver"},
     "floor_plans": {"sha256"},
-    "grade_systems": {"name", "kind", "grades"},
+    "grade_systems": {"name", "kind", "used_for", "grades"},
     "gym_aims": {"targets", "stock"},
     "gyms": {
         "slug",
@@ -71,6 +71,7 @@ KEPT = {
     "plans": {"entries", "found", "error"},
     "reset_plans": {"note", "wishes", "state"},
     "route_sign_offs": {"grade"},
+    "rope_lines": {"label", "belays", "points"},
     "routes": {"name", "colour", "grade", "setter", "tags"},
     "scan_edits": {"log"},
     "scan_places": {"model", "learnt", "reach"},

@@ -38,9 +38,25 @@ from walltopo_gym.notifications.models import PushAddress
 from walltopo_gym.notifications.secrets import unsubscribe_token
 from walltopo_gym.publishing.codes import code_of
 from walltopo_gym.scans.service import State
+from walltopo_gym.walls.models import RopeLine
 
 ROLES = ("guest", "member", "judge", "setter", "owner")
 PEOPLE = ("nobody", "stranger", "operator", "member", "judge", "setter", "owner")
+
+
+def a_new_line(world: World) -> dict[str, Any]:
+    return {"wall": world.wall.id, "line": uuid4()}
+
+
+def a_lines_body(world: World) -> dict[str, Any]:
+    return {"label": "7", "belays": ["lead"]}
+
+
+def a_line(world: World) -> dict[str, Any]:
+    row = RopeLine(wall_id=world.wall.id, label="7", belays=["lead"], points=[])
+    with world.server.database.writing() as session:
+        session.add(row)
+    return {"wall": world.wall.id, "line": row.id}
 
 
 def no_values(world: World) -> dict[str, Any]:
@@ -641,6 +657,9 @@ CASES = {
     "read_wall": Case("guest", Scope.READ, wall),
     "change_wall": Case("setter", Scope.MANAGE, wall, lambda w: {"place": 3}),
     "drop_wall": Case("owner", Scope.MANAGE, wall),
+    "list_lines": Case("guest", Scope.READ, wall),
+    "put_line": Case("setter", Scope.MANAGE, a_new_line, a_lines_body),
+    "drop_line": Case("setter", Scope.MANAGE, a_line),
     "list_scans": Case("setter", Scope.UPLOAD, wall),
     "begin_scan": Case("setter", Scope.UPLOAD, wall),
     "amend_wall": Case("setter", Scope.PUBLISH, a_published_wall),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from datetime import UTC, datetime
-from enum import StrEnum
 from typing import Annotated, Final
 from uuid import UUID
 from zoneinfo import ZoneInfo
@@ -17,24 +16,16 @@ from walltopo_gym.api.fields import Body, Moment
 from walltopo_gym.climbing.counting import count_again, value_ascent
 from walltopo_gym.climbing.dates import begin_of, check_climbed
 from walltopo_gym.climbing.edits import Edit, is_newer_edit
+from walltopo_gym.climbing.kinds import FIRST_TRIES, Kind, kinds_of
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
 from walltopo_gym.gyms.days import zone_of
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.publishing.models import Route
+from walltopo_gym.walls.disciplines import Discipline
 
-
-class Kind(StrEnum):
-    """Results of an ascent."""
-
-    FLASH = "flash"
-    TOP = "top"
-    ZONE = "zone"
-    TRY = "try"
-    PROJECT = "project"
-
-
+Clip = Annotated[int, Field(ge=1, le=99)]
 Words = Annotated[str, Field(max_length=500, pattern=r"^[^\x00-\x08\x0b-\x1f\x7f]*$")]
 
 
@@ -52,11 +43,17 @@ class EditOriginIn(Body):
 
 
 class Climb(Body):
-    """An ascent of a route: `tries` of that day, `climbed_at` by the climber's clock."""
+    """An ascent of a route: `tries` of that day, `climbed_at` by the climber's clock.
+
+    Without `discipline` it is the first that the route has. `high_point`: number of the highest
+    clip, for that kind alone.
+    """
 
     route_id: UUID
     kind: Kind
     tries: int = Field(1, ge=1, le=999)
+    discipline: Discipline | None = None
+    high_point: Clip | None = None
     climbed_at: Moment
     note: Words = ""
 
@@ -89,8 +86,9 @@ def store_ascent(
 
     Raises
     ------
-    RequestError : a flash in several tries, or a new time at which the route was not there;
-        ConflictError : the id belongs to another person.
+    RequestError : a flash in several tries, a kind that the discipline does not have, a discipline
+        that the route does not have, or a new time at which the route was not there.
+    ConflictError : the id belongs to another person.
     """
     stored = _store_ascents(session, person, gym, [(ascent, route, climb)], edit)
     return stored[0]
@@ -138,9 +136,10 @@ def _write_ascent(
     edit: Edit | None,
 ) -> tuple[Ascent, set[datetime], bool]:
     """Write an ascent; return it, the moments to count again, and whether it is new."""
-    _check_flash(climb.kind, climb.tries)
     row = session.get(Ascent, ascent)
     is_new = row is None
+    discipline = _discipline_of(route, row, climb.discipline)
+    _check_kind(climb.kind, climb.tries, discipline, climb.high_point)
     if row is None or row.climbed_at != climb.climbed_at:
         check_climbed(climb.climbed_at, begin_of(session, gym, route), zone_of(gym))
     if row is None:
@@ -165,6 +164,7 @@ def _write_ascent(
         return row, set(), False
     before = set() if is_new else {row.climbed_at}
     row.kind, row.tries, row.note = climb.kind, climb.tries, climb.note
+    row.discipline, row.high_point = discipline, climb.high_point
     row.climbed_at = min(climb.climbed_at, now())
     return row, before | {row.climbed_at}, is_new
 
@@ -174,6 +174,8 @@ class AscentChange(Body):
 
     kind: Kind | None = None
     tries: int | None = Field(None, ge=1, le=999)
+    discipline: Discipline | None = None
+    high_point: Clip | None = None
     climbed_at: Moment | None = None
     note: Words | None = None
 
@@ -181,20 +183,21 @@ class AscentChange(Body):
 def correct_ascent(session: Session, ascent: UUID, person: UUID, change: AscentChange) -> Ascent:
     """Correct an ascent of any gym, also after its route, its gym or the membership is gone.
 
-    A change to a flash without a number of tries counts as one try.
+    A change to a flash or an onsight without a number of tries counts as one try.
 
     Raises
     ------
-    NotFoundError : this person has no ascent with that id; RequestError : a flash in several tries,
-        or a new time at which the route was not there.
+    NotFoundError : this person has no ascent with that id. RequestError : as in `store_ascent`.
     """
     lock_person(session, person)
     row = own_ascent(session, ascent, person)
     kind = change.kind or Kind(row.kind)
-    tries = change.tries or (1 if kind == Kind.FLASH else row.tries)
-    _check_flash(kind, tries)
+    tries = change.tries or (1 if kind in FIRST_TRIES else row.tries)
     gym = None if row.gym_id is None else session.get(Gym, row.gym_id)
     route = None if row.route_id is None else session.get(Route, row.route_id)
+    discipline = _discipline_of(route, row, change.discipline)
+    high_point = change.high_point or (row.high_point if kind == Kind.HIGH_POINT else None)
+    _check_kind(kind, tries, discipline, high_point)
     at = change.climbed_at or row.climbed_at
     if at != row.climbed_at:
         begin = _EVER if gym is None or route is None else begin_of(session, gym, route)
@@ -202,6 +205,7 @@ def correct_ascent(session: Session, ascent: UUID, person: UUID, change: AscentC
     is_newer_edit(row, None)
     before, row.climbed_at = row.climbed_at, min(at, now())
     row.kind, row.tries = kind, tries
+    row.discipline, row.high_point = discipline, high_point
     row.note = row.note if change.note is None else change.note
     if gym is not None:
         count_again(session, gym, person, {before, row.climbed_at})
@@ -229,10 +233,32 @@ def own_ascent(session: Session, ascent: UUID, person: UUID, *, withdrawn: bool 
     return row
 
 
-def _check_flash(kind: Kind, tries: int) -> None:
-    """Raise RequestError for a flash in several tries."""
-    if kind == Kind.FLASH and tries != 1:
+def _discipline_of(
+    route: Route | None, row: Ascent | None, wanted: Discipline | None
+) -> Discipline:
+    """Return the discipline of an ascent: the wanted one, the stored one, or the route's first.
+
+    Raises
+    ------
+    RequestError : the route is not climbed so.
+    """
+    if row is not None and wanted in (None, row.discipline):
+        return Discipline(row.discipline)
+    has = [Discipline.BOULDER] if route is None else route.disciplines
+    if wanted is not None and wanted not in has:
+        raise RequestError("ascent-discipline", discipline=wanted, has=", ".join(has))
+    return wanted or has[0]
+
+
+def _check_kind(kind: Kind, tries: int, discipline: Discipline, high_point: int | None) -> None:
+    """Raise RequestError for a first try in several tries, a kind that the discipline does not
+    have, or a high point without its clip."""
+    if kind in FIRST_TRIES and tries != 1:
         raise RequestError("flash-one-try", tries=tries)
+    if kind not in kinds_of(discipline):
+        raise RequestError("ascent-kind", kind=kind, discipline=discipline)
+    if (kind == Kind.HIGH_POINT) != (high_point is not None):
+        raise RequestError("ascent-high-point")
 
 
 def withdraw(session: Session, ascent: UUID, person: UUID) -> None:

@@ -15,6 +15,7 @@ from walltopo_gym.climbing.follows import followed_by
 from walltopo_gym.climbing.models import Standing
 from walltopo_gym.gyms.days import gym_day, zone_of
 from walltopo_gym.gyms.models import GradeSystem, Gym, Membership
+from walltopo_gym.walls.disciplines import Discipline
 
 Age = Literal["", "u18", "40"]
 Rows = TypeVar("Rows", bound="Select[*tuple[Any, ...]]")
@@ -30,6 +31,7 @@ class BoardQuery:
     Parameters
     ----------
     period : "2026-03", "2026" or "all"; circuit : a label, or empty for all routes.
+    discipline : one that `counted_as` returns.
     category : of the profile, or empty; age : "u18": turns at most 17 this year, "40": at least 40.
     friends_of : restricts the board to this person and the people they follow.
     """
@@ -39,6 +41,7 @@ class BoardQuery:
     category: str = ""
     age: Age = ""
     friends_of: UUID | None = None
+    discipline: Discipline = Discipline.BOULDER
 
 
 @dataclass(frozen=True)
@@ -76,6 +79,7 @@ def board(
     these = [
         Standing.gym_id == gym.id,
         Standing.period == query.period,
+        Standing.discipline == query.discipline,
         Standing.circuit == query.circuit,
         *_filter_conditions(query, year),
     ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from sqlalchemy import and_, func, select
 from sqlalchemy.orm import Session
 
+from walltopo_gym.climbing.kinds import TOPS
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.events import ClimbedBy, ClimbsById, ListedClimb
 from walltopo_gym.publishing.models import Placement, Route
@@ -43,7 +44,7 @@ def climbed_routes(session: Session, question: ClimbedBy) -> None:
     first = (
         select(Ascent.person_id, Ascent.route_id, func.min(Ascent.climbed_at))
         .where(Ascent.route_id.in_(question.climbs), Ascent.person_id.in_(question.people))
-        .where(Ascent.kind.in_(("flash", "top")), Ascent.taken_back_at.is_(None))
+        .where(Ascent.kind.in_(TOPS), Ascent.taken_back_at.is_(None))
         .group_by(Ascent.person_id, Ascent.route_id)
     )
     question.found.extend(

@@ -18,8 +18,9 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.accounts.people import lock_person
+from walltopo_gym.climbing.kinds import FIRST_TRIES, TOPS
 from walltopo_gym.climbing.models import Ascent, ClimbingSession, SessionMark, Standing
-from walltopo_gym.climbing.points import FLASH, best_of, worth_of
+from walltopo_gym.climbing.points import best_of, bonus_of, worth_of
 from walltopo_gym.climbing.visits import Event, Sort, Visit, visits
 from walltopo_gym.database.engine import Database
 from walltopo_gym.database.lock import check_unlocked
@@ -28,10 +29,10 @@ from walltopo_gym.gyms.days import day_begins, gym_day, zone_of
 from walltopo_gym.gyms.models import GradeSystem, Gym
 from walltopo_gym.jobs.queue import Job, enqueue
 from walltopo_gym.publishing.models import Route
+from walltopo_gym.walls.disciplines import counted_as
 
 ALL_TIME: Final = "all"
 RECOUNTS: Final = Job("recounts", at_once=1, of_one_gym=1)
-_TOPS: Final = ("flash", "top")
 
 
 class _Climbed(NamedTuple):
@@ -41,6 +42,7 @@ class _Climbed(NamedTuple):
     route: UUID
     kind: str
     tries: int
+    discipline: str
     grade: str
     worth: int
     circuit: str
@@ -48,7 +50,7 @@ class _Climbed(NamedTuple):
 
     @property
     def points(self) -> int:
-        return self.worth + (FLASH if self.kind == "flash" else 0)
+        return self.worth + bonus_of(self.kind)
 
 
 @dataclass
@@ -156,6 +158,7 @@ def _read_ascents(
         Ascent.climbed_route,
         Ascent.kind,
         Ascent.tries,
+        Ascent.discipline,
         Ascent.grade,
         Ascent.worth,
         Ascent.circuit,
@@ -166,8 +169,10 @@ def _read_ascents(
     if kinds:
         wanted = wanted.where(Ascent.kind.in_(kinds))
     return [
-        _Climbed(key, route, kind, tries, grade, worth, circuit, at)
-        for key, route, kind, tries, grade, worth, circuit, at in session.execute(wanted)
+        _Climbed(key, route, kind, tries, discipline, grade, worth, circuit, at)
+        for key, route, kind, tries, discipline, grade, worth, circuit, at in session.execute(
+            wanted
+        )
         if route is not None and worth is not None  # all have been valued
     ]
 
@@ -177,7 +182,7 @@ def _sum_points(climbed: Iterable[_Climbed]) -> _Sum:
     flashed: set[UUID] = set()
     for one in climbed:
         best[one.route] = max(best.get(one.route, 0), one.points)
-        if one.kind == "flash":
+        if one.kind in FIRST_TRIES:
             flashed.add(one.route)
     return _Sum(best_of(best.values()), len(best), len(flashed))
 
@@ -189,18 +194,20 @@ def _periods(day: date) -> tuple[str, str, str]:
 def _stand(session: Session, gym: Gym, person: UUID, days: set[date] | None) -> None:
     zone = zone_of(gym)
     touched = None if days is None else {period for day in days for period in _periods(day)}
-    sorted_in: dict[tuple[str, str], list[_Climbed]] = {}
-    for one in _read_ascents(session, gym, person, None, None, _TOPS):
+    sorted_in: dict[tuple[str, str, str], list[_Climbed]] = {}
+    for one in _read_ascents(session, gym, person, None, None, TOPS):
+        discipline = counted_as(one.discipline)
         for period in _periods(gym_day(one.at, zone)):
             if touched is None or period in touched:
                 for circuit in {"", one.circuit}:
-                    sorted_in.setdefault((period, circuit), []).append(one)
+                    sorted_in.setdefault((period, discipline, circuit), []).append(one)
     gone = delete(Standing).where(Standing.gym_id == gym.id, Standing.person_id == person)
     session.execute(gone if touched is None else gone.where(Standing.period.in_(touched)))
     rows = [
-        {"gym_id": gym.id, "person_id": person, "period": period, "circuit": circuit}
+        {"gym_id": gym.id, "person_id": person, "period": period, "discipline": discipline}
+        | {"circuit": circuit}
         | vars(_sum_points(climbed))
-        for (period, circuit), climbed in sorted_in.items()
+        for (period, discipline, circuit), climbed in sorted_in.items()
     ]
     if rows:
         session.execute(insert(Standing), rows)
@@ -251,7 +258,7 @@ def _read_marks(
 
 
 def _write_session(row: ClimbingSession, visit: Visit, climbed: Sequence[_Climbed]) -> None:
-    tops = [one for one in climbed if one.kind in _TOPS]
+    tops = [one for one in climbed if one.kind in TOPS]
     best: dict[UUID, int] = {}
     for one in tops:
         best[one.route] = max(best.get(one.route, 0), one.points)
@@ -260,6 +267,6 @@ def _write_session(row: ClimbingSession, visit: Visit, climbed: Sequence[_Climbe
     row.closed, row.ascents = visit.closed, len(climbed)
     row.tries = sum(one.tries for one in climbed if one.kind != "project")
     row.tops, row.points = len(best), sum(best.values())
-    row.flashes = len({one.route for one in tops if one.kind == "flash"})
+    row.flashes = len({one.route for one in tops if one.kind in FIRST_TRIES})
     row.hardest = "" if hardest is None else hardest.grade
     row.hardest_worth = 0 if hardest is None else hardest.worth

@@ -12,6 +12,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Person, Profile
 from walltopo_gym.accounts.people import Audience, profile_of
+from walltopo_gym.climbing.kinds import TOPS
 from walltopo_gym.climbing.models import Ascent, ClimbingSession, Follow
 from walltopo_gym.database.engine import take_turn
 from walltopo_gym.errors import NotFoundError, RequestError
@@ -140,7 +141,7 @@ def friends_on(session: Session, gym: Gym, route: Route, person: UUID) -> list[F
         .join(Ascent, Ascent.person_id == Person.id)
         .where(
             Ascent.route_id == route.id,
-            Ascent.kind.in_(("flash", "top")),
+            Ascent.kind.in_(TOPS),
             Ascent.taken_back_at.is_(None),
             Person.id.in_(_shown_to(person, gym)),
         )

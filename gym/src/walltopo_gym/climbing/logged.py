@@ -54,6 +54,7 @@ def _entry(
         grade=ascent.grade,
         location=ascent.gym_name,
         note=ascent.note,
+        discipline=ascent.discipline,
         gym="" if gym is None else gym.slug,
         route=None if route is None else route.id,
         wall=None if route is None else route.wall_id,

@@ -17,7 +17,8 @@ from walltopo_gym.gyms.models import GRADE_BY
 class Ascent(Edited, Keyed, Base):
     """An ascent of a route. The phone makes `id`, so that it is stored once.
 
-    `kind`: "flash", "top", "zone", "try" or "project"; `tries` of that day. The row outlives route
+    `kind`: of `kinds.Kind`; `tries` of that day. `discipline`: of `walls.disciplines`;
+    `high_point`: number of the highest clip, for that kind alone. The row outlives route
     and gym: `gym_name`, `route_name` and `grade` are those of the day on which it arrived. `note`
     is private. `taken_back_at`: withdrawn; the row stays, so that a late copy does not revive it.
     `worth`: points of a top by that grade, None until computed; `circuit`: the grade's label if it
@@ -43,6 +44,8 @@ class Ascent(Edited, Keyed, Base):
     grade: Mapped[str] = mapped_column(String(80))
     kind: Mapped[str] = mapped_column(String(10))
     tries: Mapped[int]
+    discipline: Mapped[str] = mapped_column(String(10), default="boulder", server_default="boulder")
+    high_point: Mapped[int | None]
     note: Mapped[str] = mapped_column(String(500), default="")
     climbed_at: Mapped[datetime]
     taken_back_at: Mapped[datetime | None]
@@ -166,16 +169,19 @@ class ClimbingSession(Keyed, Base):
 class Standing(Base):
     """A person's score on a board, before filters and ranks.
 
-    `period`: "2026-03", "2026" or "all", by the gym's days; `circuit`: a label of a grade system of
-    circuits, or empty for all routes. `points` by `points.py`; `tops` and `flashes` count each
-    route once.
+    `period`: "2026-03", "2026" or "all", by the gym's days; `discipline`: as `counted_as` has it;
+    `circuit`: a label of a grade system of circuits, or empty for all routes. `points` by
+    `points.py`; `tops` and `flashes` count each route once.
     """
 
     __tablename__ = "standings"
-    __table_args__ = (Index("ix_standings_order", "gym_id", "period", "circuit", "points"),)
+    __table_args__ = (
+        Index("ix_standings_order", "gym_id", "period", "discipline", "circuit", "points"),
+    )
 
     gym_id: Mapped[UUID] = mapped_column(ForeignKey(_GYM, ondelete="CASCADE"), primary_key=True)
     period: Mapped[str] = mapped_column(String(7), primary_key=True)
+    discipline: Mapped[str] = mapped_column(String(10), primary_key=True, server_default="boulder")
     circuit: Mapped[str] = mapped_column(String(80), primary_key=True)
     person_id: Mapped[UUID] = mapped_column(
         ForeignKey(_PERSON, ondelete="CASCADE"), primary_key=True, index=True

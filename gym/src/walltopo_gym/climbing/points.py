@@ -1,10 +1,10 @@
 """Points of a route, and the grade that climbers vote for.
 
 A top is worth 100 points, plus 20 for each step of its grade above 3 on the Font scale; a flash is
-worth half a step more. V grades count as the Font grade beside them; French grades, and the French
-ones beside UIAA grades, as the Font grade of the same digits; a circuit as the middle of its range.
-A gym's own labels without a range are spread evenly from 4 to 7C. A route without a grade counts as
-a 3.
+worth half a step more, an onsight a step. V grades count as the Font grade beside them; French
+grades, and the French ones beside UIAA grades, as the Font grade of the same digits; a circuit as
+the middle of its range. A gym's own labels without a range are spread evenly from 4 to 7C. A route
+without a grade counts as a 3.
 
 A standing is the sum of a climber's best `BEST` routes of a period, each route once: a weekly
 visitor finds that many, and a daily visitor gains by climbing harder, not more.
@@ -19,10 +19,12 @@ import numpy as np
 
 from walltopo_climb.grades.font import FONT
 from walltopo_climb.grades.scales import FRENCH_6A, SCALES, V_SCALE, french_difficulty
+from walltopo_gym.climbing.kinds import Kind
 
 BEST: Final = 10
 
 FLASH: Final = 10
+ONSIGHT: Final = 20
 
 _BASE: Final = 100
 
@@ -71,6 +73,11 @@ def worth_of(kind: str, grades: Sequence[Mapping[str, Any]], label: str) -> int:
     label : of the route's grade.
     """
     return _BASE + round(_STEP * _font_steps(kind, grades, label))
+
+
+def bonus_of(kind: str) -> int:
+    """Return the points of an ascent beyond those of a top."""
+    return {Kind.ONSIGHT: ONSIGHT, Kind.FLASH: FLASH}.get(Kind(kind), 0)
 
 
 def best_of(values: Iterable[int]) -> int:

@@ -12,15 +12,17 @@ from uuid import UUID
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from walltopo_gym.climbing.kinds import FIRST_TRIES, TOPS
 from walltopo_gym.climbing.models import Ascent, ClimbingSession
 from walltopo_gym.climbing.styles import STEEPNESS, main_hold, steepness_of
 from walltopo_gym.gyms.days import gym_day, zone_of
 from walltopo_gym.gyms.models import GradeSystem, Gym
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.scans.models import Scan
+from walltopo_gym.walls.disciplines import Discipline, counted_as
+from walltopo_gym.walls.lookup import disciplines_of
 from walltopo_gym.walls.models import Wall
 
-_TOPS: Final = ("flash", "top")
 _WEEK: Final = timedelta(days=7)
 _WEEKS: Final = 53
 _AT_ONCE: Final = 500  # a statement has a limited number of parameters
@@ -101,7 +103,12 @@ class Progress:
     ----------
     grades : from the easiest; months, weeks : from the first, including empty ones.
     streak, longest : weeks in a row with a session; the present week may still be empty.
+    discipline, disciplines : of these figures, and all that the gym has. Sessions and weeks are of
+        all disciplines.
     """
+
+    discipline: Discipline
+    disciplines: list[Discipline]
 
     sessions: int = 0
     ascents: int = 0
@@ -118,24 +125,17 @@ class Progress:
     holds: list[Style] = field(default_factory=list)
 
 
-def progress(session: Session, gym: Gym, person: UUID, at: datetime) -> Progress:
+def progress(
+    session: Session, gym: Gym, person: UUID, at: datetime, discipline: Discipline
+) -> Progress:
     """Return the progress of one person in one gym.
 
     Parameters
     ----------
-    at : now.
+    at : now; discipline : one that `counted_as` returns.
     """
     zone = zone_of(gym)
-    mine = Ascent.person_id == person, Ascent.gym_id == gym.id, Ascent.taken_back_at.is_(None)
-    columns = (
-        Ascent.climbed_route,
-        Ascent.kind,
-        Ascent.tries,
-        Ascent.grade,
-        Ascent.worth,
-        Ascent.climbed_at,
-    )
-    done = [_Done(*row) for row in session.execute(select(*columns).where(*mine))]
+    done = _read_ascents(session, gym, person, discipline)
     visits = session.scalars(
         select(ClimbingSession)
         .where(
@@ -145,27 +145,47 @@ def progress(session: Session, gym: Gym, person: UUID, at: datetime) -> Progress
         )
         .order_by(ClimbingSession.began_at)
     ).all()
-    tops = [one for one in done if one.kind in _TOPS]
+    tops = [one for one in done if one.kind in TOPS]
     today = gym_day(at, zone)
     monday = _monday(today)
     came = {_monday(visit.day) for visit in visits}
     streak, longest = _streaks(came, monday)
     steepness, holds = _styles(session, done)
     return Progress(
+        discipline=discipline,
+        disciplines=disciplines_of(session, gym.id),
         sessions=len(visits),
         ascents=len(done),
         tries=sum(one.tries for one in done if one.kind != "project"),
         routes=len({one.route for one in tops}),
-        flashes=len({one.route for one in tops if one.kind == "flash"}),
+        flashes=len({one.route for one in tops if one.kind in FIRST_TRIES}),
         streak=streak,
         longest=longest,
         grades=_grades(tops),
         months=_months([(f"{gym_day(one.at, zone):%Y-%m}", one) for one in tops], today),
         weeks=_weeks(visits, monday),
-        current=_current_routes(session, gym, {one.route for one in tops}),
+        current=_current_routes(session, gym, {one.route for one in tops}, discipline),
         steepness=steepness,
         holds=holds,
     )
+
+
+def _read_ascents(session: Session, gym: Gym, person: UUID, discipline: Discipline) -> list[_Done]:
+    columns = (
+        Ascent.climbed_route,
+        Ascent.kind,
+        Ascent.tries,
+        Ascent.grade,
+        Ascent.worth,
+        Ascent.climbed_at,
+    )
+    own = select(*columns).where(
+        Ascent.person_id == person,
+        Ascent.gym_id == gym.id,
+        Ascent.taken_back_at.is_(None),
+        Ascent.discipline.in_([one for one in Discipline if counted_as(one) == discipline]),
+    )
+    return [_Done(*row) for row in session.execute(own)]
 
 
 def _monday(day: date) -> date:
@@ -188,7 +208,7 @@ def _grades(tops: Iterable[_Done]) -> list[OfGrade]:
     flashed = set()
     for one in sorted(tops, key=lambda one: one.at):
         last[one.route] = one
-        if one.kind == "flash":
+        if one.kind in FIRST_TRIES:
             flashed.add(one.route)
     found: dict[str, OfGrade] = {}
     for one in last.values():
@@ -204,7 +224,7 @@ def _months(tops: Sequence[tuple[str, _Done]], today: date) -> list[Month]:
         return []
     found = {name: Month(name) for name in _month_names(min(name for name, _ in tops), today)}
     routes = Counter(name for name, _ in {(name, one.route) for name, one in tops})
-    flashed = {(name, one.route) for name, one in tops if one.kind == "flash"}
+    flashed = {(name, one.route) for name, one in tops if one.kind in FIRST_TRIES}
     flashes = Counter(name for name, _ in flashed)
     for name, one in tops:
         month = found[name]
@@ -244,13 +264,16 @@ def _weeks(visits: Sequence[ClimbingSession], monday: date) -> list[Week]:
     return list(found.values())
 
 
-def _current_routes(session: Session, gym: Gym, topped: set[UUID | None]) -> list[GradeProgress]:
+def _current_routes(
+    session: Session, gym: Gym, topped: set[UUID | None], discipline: Discipline
+) -> list[GradeProgress]:
     """Return rows by the gym's grade systems, from the easiest grade, without empty ones."""
-    rows = session.execute(
-        select(Route.id, Route.grade_system_id, Route.grade)
+    routes = session.scalars(
+        select(Route)
         .join(Wall, Wall.id == Route.wall_id)
         .where(Wall.gym_id == gym.id, Route.stripped_at.is_(None), Route.grade != "")
-    ).all()
+    )
+    rows = [row for row in routes if discipline in map(counted_as, row.disciplines)]
     of = Counter((row.grade_system_id, row.grade) for row in rows)
     done = Counter((row.grade_system_id, row.grade) for row in rows if row.id in topped)
     systems = session.scalars(
@@ -272,7 +295,7 @@ def _styles(session: Session, done: Sequence[_Done]) -> tuple[list[Style], list[
     best: dict[UUID, int] = {}  # 0: tried, 1: topped, 2: flashed
     for one in done:
         if one.route is not None and one.kind != "project":
-            came_to = _TOPS[::-1].index(one.kind) + 1 if one.kind in _TOPS else 0
+            came_to = 2 if one.kind in FIRST_TRIES else 1 if one.kind in TOPS else 0
             best[one.route] = max(best.get(one.route, 0), came_to)
     steep = {kind: Style(kind) for kind in STEEPNESS}
     of_type: dict[str, Style] = {}

@@ -11,6 +11,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.climbing.counting import count_again
+from walltopo_gym.climbing.kinds import TOPS
 from walltopo_gym.climbing.models import Ascent, ClimbingSession, SessionMark
 from walltopo_gym.climbing.visits import PAUSE
 from walltopo_gym.errors import ConflictError
@@ -69,7 +70,7 @@ def ascents_of(session: Session, row: ClimbingSession) -> Sequence[Ascent]:
 
 def tops_by_grade(ascents: Iterable[Ascent]) -> list[tuple[str, int]]:
     """Return the number of topped routes by grade, the hardest first."""
-    tops = {(a.grade, a.worth or 0, a.climbed_route) for a in ascents if a.kind in ("flash", "top")}
+    tops = {(a.grade, a.worth or 0, a.climbed_route) for a in ascents if a.kind in TOPS}
     routes = Counter(grade for grade, _, _ in tops)
     worth = {grade: worth for grade, worth, _ in tops}
     return sorted(routes.items(), key=lambda row: (-worth[row[0]], row[0]))

@@ -10,6 +10,7 @@ from uuid import UUID
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from walltopo_gym.climbing.kinds import TOPS
 from walltopo_gym.climbing.models import Ascent, Opinion
 from walltopo_gym.climbing.points import crowd_grade
 from walltopo_gym.gyms.models import GradeSystem
@@ -62,7 +63,7 @@ def _count_ascents(session: Session, tallied: Mapping[UUID, Tally]) -> None:
         if key is not None:
             tallied[key].ascents[kind] = number
     tops = select(route, func.count(Ascent.person_id.distinct())).where(
-        *counts, Ascent.kind.in_(("flash", "top"))
+        *counts, Ascent.kind.in_(TOPS)
     )
     for key, number in session.execute(tops.group_by(route)):
         if key is not None:

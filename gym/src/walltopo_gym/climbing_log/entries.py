@@ -11,11 +11,10 @@ from uuid import UUID
 
 from sqlalchemy.orm import Session
 
-from walltopo_gym.climbing_log.other import FIRST_TRIES
+from walltopo_gym.climbing.kinds import FIRST_TRIES, TOPS
 from walltopo_gym.events import LoggedClimb, LoggedClimbs, collect_answers
 from walltopo_gym.texts import same_key
 
-TOPS: Final = FIRST_TRIES | {"top", "repeat"}
 _SLACK: Final = timedelta(days=2)  # a gym's day begins and ends at other moments than one of UTC
 
 

@@ -75,7 +75,7 @@ def import_lines(session: Session, person: UUID, file: LogFile) -> list[PlannedL
 
 
 def _as_imported(kind: str) -> str:
-    return "try" if kind == "zone" else kind
+    return "try" if kind in ("zone", "hang", "high-point") else kind
 
 
 def _keys(

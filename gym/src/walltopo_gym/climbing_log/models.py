@@ -17,8 +17,8 @@ class OtherAscent(Keyed, Base):
     """An ascent that no gym of this server knows, entered by hand or imported.
 
     The phone makes `id`, or the import derives it from the line, so that each is stored once.
-    `venue`: "outdoors", "gym" or "board". `discipline`: "boulder", "lead", "top-rope", or empty for
-    an unknown one. `kind`: "onsight", "flash", "top", "repeat", "try" or "project". `climbed_at`:
+    `venue`: "outdoors", "gym" or "board". `discipline`: of `walls.disciplines`, or empty for an
+    unknown one. `kind`: "onsight", "flash", "top", "repeat", "try" or "project". `climbed_at`:
     noon UTC of a day without a time. `source`: of the import, else empty. `withdrawn_at`: deleted
     by the person; the row stays without its words, so that a second import adds nothing.
     """

@@ -12,6 +12,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.people import lock_person
+from walltopo_gym.climbing.kinds import FIRST_TRIES
 from walltopo_gym.climbing_log.models import OtherAscent
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
@@ -20,9 +21,8 @@ from walltopo_gym.gyms.days import gym_day
 
 _UTC: Final = ZoneInfo("UTC")
 Venue = Literal["outdoors", "gym", "board"]
-Discipline = Literal["", "boulder", "lead", "top-rope"]
+Discipline = Literal["", "boulder", "lead", "top-rope", "auto-belay"]
 OtherKind = Literal["onsight", "flash", "top", "repeat", "try", "project"]
-FIRST_TRIES: Final = frozenset[str]({"onsight", "flash"})
 
 
 @dataclass(frozen=True)

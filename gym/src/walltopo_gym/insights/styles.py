@@ -18,6 +18,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_climb.grades.font import FONT
 from walltopo_gym.accounts.models import Profile
+from walltopo_gym.climbing.kinds import TOPS
 from walltopo_gym.climbing.models import Ascent, Opinion
 from walltopo_gym.climbing.points import worth_of
 from walltopo_gym.climbing.shrinking import NOTHING, Sample, shrunk_means
@@ -34,7 +35,6 @@ _YEAR: Final = timedelta(days=364)
 # The first grade of each band but the first.
 BANDS: Final = ("6A", "6C", "7B")
 _NO_TOP: Final = "none"
-_TOPS: Final = ("flash", "top")
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ def _keep_back(lines: list[StyleInsight], climbed: _Shown, liked: _Shown) -> Non
 
 
 def _read_tops(session: Session, gym: Gym, since: datetime, until: datetime) -> list[_Climbed]:
-    is_top = Ascent.kind.in_(_TOPS)
+    is_top = Ascent.kind.in_(TOPS)
     rows = session.execute(
         select(
             cast(Ascent.route_id, String),

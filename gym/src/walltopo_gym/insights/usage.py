@@ -10,13 +10,13 @@ from uuid import UUID
 from sqlalchemy import ColumnElement, and_, case, func, or_, select
 from sqlalchemy.orm import Session
 
+from walltopo_gym.climbing.kinds import FIRST_TRIES, TOPS
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.insights.models import Washing
 from walltopo_gym.publishing.models import Route
 
 # Groups of fewer people are not broken down.
 ENOUGH: Final = 5
-_TOPS: Final = ("flash", "top")
 
 
 @dataclass(frozen=True)
@@ -68,8 +68,8 @@ def usage(session: Session, gym: UUID, since: datetime) -> dict[UUID, Usage]:
             Ascent.route_id,
             func.count().label("ascents"),
             func.sum(Ascent.tries).label("tries"),
-            _any_row(Ascent.kind.in_(_TOPS)).label("topped"),
-            _any_row(Ascent.kind == "flash").label("flashed"),
+            _any_row(Ascent.kind.in_(TOPS)).label("topped"),
+            _any_row(Ascent.kind.in_(FIRST_TRIES)).label("flashed"),
             _count_rows(Ascent.climbed_at >= since).label("recent"),
             func.sum(case((_after_washing(washed), Ascent.tries), else_=0)).label("worn"),
         )
@@ -102,7 +102,7 @@ def climbers_of(session: Session, gym: UUID) -> dict[str, int]:
     people = (
         select(Route.setter, func.count(Ascent.person_id.distinct()))
         .join(Route, Route.id == Ascent.route_id)
-        .where(what_counts(gym), Ascent.kind.in_(_TOPS))
+        .where(what_counts(gym), Ascent.kind.in_(TOPS))
         .group_by(Route.setter)
     )
     return dict(session.execute(people).all())

@@ -14,6 +14,7 @@ from uuid import UUID
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
+from walltopo_gym.climbing.kinds import TOPS
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
@@ -210,7 +211,7 @@ def _projects(session: Session, gym: Gym, person: UUID, until: date) -> list[Rou
         .where(Wall.gym_id == gym.id, Route.stripped_at.is_(None))
         .where(Route.strip_on >= today(gym), Route.strip_on <= until)
     ).all()
-    done = {route.id for kind, route in mine if kind in ("flash", "top")}
+    done = {route.id for kind, route in mine if kind in TOPS}
     found = {route.id: route for kind, route in mine if kind == "project" and route.id not in done}
     return sorted(found.values(), key=_day)
 

@@ -7,18 +7,21 @@ from typing import Any
 from uuid import UUID
 
 from sqlalchemy import JSON, ForeignKey, String
-from sqlalchemy.orm import Mapped, mapped_column
+from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
 from walltopo_gym.gyms.models import GRADE_BY, GRADE_ROWS
+from walltopo_gym.walls.disciplines import Discipline
+from walltopo_gym.walls.models import RopeLine
 
 
 class Route(Keyed, Base):
     """A route from setting to stripping, over any number of scans.
 
     `grade` is a label of the grade system; `stripped_at` is null while it is current. `by_hand`: a
-    setter added it without a scan; until a scan places it, no publication strips it.
+    setter added it without a scan; until a scan places it, no publication strips it. `line_id`: the
+    line on which it is climbed with a rope; null for a boulder.
     """
 
     __tablename__ = "routes"
@@ -36,6 +39,17 @@ class Route(Keyed, Base):
     strip_on: Mapped[date | None]
     stripped_at: Mapped[datetime | None] = mapped_column(index=True)
     by_hand: Mapped[bool] = mapped_column(default=False)
+    line_id: Mapped[UUID | None] = mapped_column(
+        ForeignKey("rope_lines.id", ondelete="SET NULL"), index=True
+    )
+    # Loaded by one statement for all routes of a result, and by none if they are boulders.
+    line: Mapped[RopeLine | None] = relationship(lazy="selectin", viewonly=True)
+
+    @property
+    def disciplines(self) -> list[Discipline]:
+        """The disciplines in which it is climbed, the usual one first."""
+        belays = [] if self.line is None else self.line.belays
+        return [Discipline(belay) for belay in belays] or [Discipline.BOULDER]
 
 
 class Placement(Base):

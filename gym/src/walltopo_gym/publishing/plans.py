@@ -53,8 +53,9 @@ def _facts(kept: Mapping[str, Any]) -> dict[str, object]:
     read: dict[str, object] = dict(kept)
     for name in _DATES & kept.keys():
         read[name] = date.fromisoformat(kept[name]) if kept[name] else None
-    if kept.get("grade_system_id"):
-        read["grade_system_id"] = UUID(kept["grade_system_id"])
+    for name in ("grade_system_id", "line_id"):
+        if kept.get(name):
+            read[name] = UUID(kept[name])
     return read
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import date
@@ -21,11 +21,22 @@ from walltopo_gym.publishing.by_hand import (
     check_facts,
 )
 from walltopo_gym.publishing.colours import colour_of
+from walltopo_gym.publishing.lines import lines_of
 from walltopo_gym.publishing.versions import wall_routes
 from walltopo_gym.spreadsheets import MAX_FAULTS, MAX_SHOWN, Fault, check_cell, read_table
 from walltopo_gym.walls.models import Wall
 
-COLUMNS: Final = ("name", "grade", "grade_system", "colour", "setter", "tags", "set_on", "strip_on")
+COLUMNS: Final = (
+    "name",
+    "grade",
+    "grade_system",
+    "colour",
+    "setter",
+    "tags",
+    "set_on",
+    "strip_on",
+    "line",
+)
 _DAYS: Final = ("set_on", "strip_on")
 _MAX_TEXT: Final = {"name": 80, "colour": 40, "setter": 80}
 _MAX_TAGS: Final = 20
@@ -63,13 +74,14 @@ def read_routes(
     RequestError : the text is not such a table.
     """
     grades = Grades(session, wall.gym_id)
+    ropes = {line.label: line.id for line in lines_of(session, wall.id)}
     table_lines = list(read_table(text, COLUMNS, "name", MAX_ROUTES))
     order = _date_order([cells.get(name, "") for _, cells in table_lines for name in _DAYS])
     there = {(row.name, row.colour, row.grade) for row, _ in wall_routes(session, wall)}
     lines: list[TableLine] = []
     faults: list[Fault] = []
     for number, cells in table_lines:
-        facts, wrong = _parse_facts(cells, grades, today, order)
+        facts, wrong = _parse_facts(cells, grades, ropes, today, order)
         if wrong:
             faults.extend(Fault(number, *one) for one in wrong)
         else:
@@ -82,7 +94,7 @@ def read_routes(
 
 
 def _parse_facts(
-    cells: dict[str, str], grades: Grades, today: date, order: str
+    cells: dict[str, str], grades: Grades, ropes: Mapping[str, UUID], today: date, order: str
 ) -> tuple[dict[str, Any], list[FactError]]:
     """Return the columns of a route, and what is wrong with its cells."""
     wrong: list[FactError] = []
@@ -97,6 +109,7 @@ def _parse_facts(
         "strip_on": _parse_day(cells.get("strip_on", ""), "strip_on", order, wrong),
         "grade_system_id": None,
         "grade": "",
+        "line_id": _parse_line(cells.get("line", ""), ropes, wrong),
     }
     if cells.get("grade"):
         try:
@@ -126,6 +139,16 @@ def _parse_tags(cell: str, wrong: list[FactError]) -> list[str]:
     if fault is not None:
         wrong.append(FactError("tags", fault))
     return tags
+
+
+def _parse_line(cell: str, ropes: Mapping[str, UUID], wrong: list[FactError]) -> UUID | None:
+    """Return the id of the line with a label; None for an empty cell."""
+    if not cell or cell in ropes:
+        return ropes.get(cell)
+    known = ", ".join(ropes) or "–"
+    fault = RequestError("cell-no-line", "cell-lines", label=cell[:MAX_SHOWN], labels=known)
+    wrong.append(FactError("line", fault))
+    return None
 
 
 def _date_order(days: Sequence[str]) -> str:

@@ -22,6 +22,7 @@ from walltopo_gym.errors import ConflictError, RequestError
 from walltopo_gym.events import RouteRestored, RouteStripped, WallPublished, publish_event
 from walltopo_gym.gyms.grade_labels import own_label
 from walltopo_gym.gyms.models import GradeSystem
+from walltopo_gym.publishing.lines import check_line
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.publishing.versions import store_route_facts, unplaced_routes
 from walltopo_gym.scans.models import Scan
@@ -99,6 +100,7 @@ def publish(
         if route is None:
             route = Route(wall_id=scan.wall_id, set_on=today)
             session.add(route)
+        check_line(session, scan.wall_id, entry.facts)
         for name, value in entry.facts.items():
             setattr(route, name, value)
         session.flush()
@@ -191,10 +193,13 @@ def change_facts(
 
     Raises
     ------
-    RequestError : as in `grade_of`.
+    RequestError : as in `grade_of` and `check_line`.
     """
+    check_line(session, route.wall_id, facts)
     for name, value in facts.items():
         setattr(route, name, value)
+    session.flush()
+    session.expire(route, ["line"])
     route.grade = grade_of(session, gym, route.grade_system_id, route.grade)
     touch_wall(session, route.wall_id)
     log_change(session, "route.change", person=by, gym=gym, subject=str(route.id))

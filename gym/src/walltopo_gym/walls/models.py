@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from datetime import datetime
 from uuid import UUID
 
-from sqlalchemy import ForeignKey, String, UniqueConstraint
+from sqlalchemy import JSON, ForeignKey, String, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.database.base import Base, Keyed
@@ -44,3 +45,21 @@ class Wall(Keyed, Base):
     revision: Mapped[int] = mapped_column(default=0)
     plan_x: Mapped[float | None]
     plan_y: Mapped[float | None]
+
+
+class RopeLine(Keyed, Base):
+    """A rope's line on a wall: one anchor, its clips, and the routes that are climbed on it.
+
+    `label`: the number or name at its foot; `belays`: of `disciplines.ROPED`, at least one.
+    `points`: clips from the lowest up and the anchor, each [x, y, z] in metres in the frame of the
+    wall's scans; empty until a setter marks them. `removed_at`: it is gone; the row stays for the
+    routes that were climbed on it.
+    """
+
+    __tablename__ = "rope_lines"
+
+    wall_id: Mapped[UUID] = mapped_column(ForeignKey("walls.id", ondelete="CASCADE"), index=True)
+    label: Mapped[str] = mapped_column(String(20))
+    belays: Mapped[list[str]] = mapped_column(JSON)
+    points: Mapped[list[list[float]]] = mapped_column(JSON)
+    removed_at: Mapped[datetime | None]

@@ -21,7 +21,6 @@ from walltopo_gym.climbing.ascents import (
     AscentChange,
     EditOriginIn,
     IdentifiedClimb,
-    Kind,
     NewAscent,
     Words,
     correct_ascent,
@@ -30,6 +29,7 @@ from walltopo_gym.climbing.ascents import (
     withdraw,
 )
 from walltopo_gym.climbing.edits import is_newer_edit
+from walltopo_gym.climbing.kinds import Kind
 from walltopo_gym.climbing.logbook import logbook
 from walltopo_gym.climbing.models import Ascent, Opinion
 from walltopo_gym.clock import now
@@ -38,6 +38,7 @@ from walltopo_gym.gyms.roles import Role
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.publishing.service import grade_of
 from walltopo_gym.publishing.versions import route_of
+from walltopo_gym.walls.disciplines import Discipline
 
 router = APIRouter(tags=["climbing"])
 
@@ -57,6 +58,8 @@ class AscentOut(BaseModel):
     grade: str
     kind: Kind
     tries: int
+    discipline: Discipline
+    high_point: int | None
     climbed_at: datetime
     created_at: datetime
 

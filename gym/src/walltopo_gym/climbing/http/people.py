@@ -20,7 +20,7 @@ from walltopo_gym.accounts.models import Profile
 from walltopo_gym.accounts.people import Audience, Category, profile_of
 from walltopo_gym.api.fields import Body, Digits, Moment, Text
 from walltopo_gym.api.services import Db
-from walltopo_gym.climbing.ascents import Kind, own_ascent
+from walltopo_gym.climbing.ascents import own_ascent
 from walltopo_gym.climbing.boards import Age, BoardQuery, board, circuits, month_of
 from walltopo_gym.climbing.follows import (
     accept_follow,
@@ -32,9 +32,10 @@ from walltopo_gym.climbing.follows import (
     remove_follow,
 )
 from walltopo_gym.climbing.http.sessions import SessionOut, session_out
+from walltopo_gym.climbing.kinds import Kind
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.climbing.people import MAX_PINS, view_person
-from walltopo_gym.climbing.points import BEST, FLASH
+from walltopo_gym.climbing.points import BEST, FLASH, ONSIGHT
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import take_turn
 from walltopo_gym.errors import ConflictError, NotFoundError
@@ -43,6 +44,8 @@ from walltopo_gym.gyms.models import Gym
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.publishing.versions import route_of
+from walltopo_gym.walls.disciplines import Discipline, counted_as
+from walltopo_gym.walls.lookup import disciplines_of
 from walltopo_gym.walls.models import Wall
 
 router = APIRouter(tags=["profiles"])
@@ -93,6 +96,7 @@ class SeenAscent(BaseModel):
     grade: str
     kind: Kind
     tries: int
+    discipline: Discipline
     climbed_at: datetime
     gym_slug: str | None = None
     wall_id: UUID | None = None
@@ -323,10 +327,11 @@ class CircuitOut(BaseModel):
 
 class BoardOut(BaseModel):
     """Some lines of a board; `of` is their total number. `own` is the viewer's place, actual or
-    hypothetical; `shown`: others see the viewer on boards. `best`, `flash`: constants of the point
-    rule."""
+    hypothetical; `shown`: others see the viewer on boards. `disciplines`: those of the gym, each
+    with a board of its own. `best`, `flash`, `onsight`: constants of the point rule."""
 
     period: str
+    disciplines: list[Discipline]
     lines: list[LineOut]
     of: int
     own: LineOut | None
@@ -335,6 +340,7 @@ class BoardOut(BaseModel):
     circuits: list[CircuitOut]
     best: int
     flash: int
+    onsight: int
 
 
 @boards_router.get("/gyms/{gym}/board")
@@ -348,6 +354,7 @@ def read_board(
             description='"2026-03", "2026" or "all"; empty: this month',
         ),
     ] = "",
+    discipline: Discipline = Discipline.BOULDER,
     circuit: Text = "",
     category: Literal["", "women", "men", "other"] = "",
     age: Age = "",
@@ -363,10 +370,14 @@ def read_board(
     if gym.boards != "categories":
         category, age = "", ""
     me, at = access.actor.known, now()
-    query = BoardQuery(period or month_of(gym, at), circuit, category, age, me if friends else None)
+    friends_of = me if friends else None
+    query = BoardQuery(
+        period or month_of(gym, at), circuit, category, age, friends_of, counted_as(discipline)
+    )
     page = board(session, gym, query, me, at, size, skip)
     return BoardOut(
         period=query.period,
+        disciplines=disciplines_of(session, gym.id),
         lines=[LineOut(**asdict(line)) for line in page.lines],
         of=page.of,
         own=None if page.own is None else LineOut(**asdict(page.own)),
@@ -375,4 +386,5 @@ def read_board(
         circuits=[CircuitOut(**circuit) for circuit in circuits(session, gym)],
         best=BEST,
         flash=FLASH,
+        onsight=ONSIGHT,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from datetime import date, datetime
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 from uuid import UUID
 
 from fastapi import APIRouter, Query
@@ -29,6 +29,7 @@ from walltopo_gym.gyms.access import Access, gym_rule
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.spreadsheets import csv_table
+from walltopo_gym.walls.disciplines import Discipline, counted_as
 
 router = APIRouter(tags=["sessions"])
 
@@ -192,8 +193,11 @@ class StyleOut(BaseModel):
 
 
 class ProgressOut(BaseModel):
-    """A climber's progress; `streak` and `longest` are weeks in a row with a session."""
+    """A climber's progress in a discipline; `disciplines` are those of the gym. `sessions`,
+    `weeks`, `streak` and `longest` (weeks in a row with a session) are of all disciplines."""
 
+    discipline: Discipline
+    disciplines: list[Discipline]
     sessions: int
     ascents: int
     tries: int
@@ -210,17 +214,23 @@ class ProgressOut(BaseModel):
 
 
 @progress_router.get("/gyms/{gym}/progress")
-def read_progress(session: Db, access: ReaderMay) -> ProgressOut:
-    """Return one's own progress in this gym."""
-    return ProgressOut(**asdict(progress(session, access.gym, access.actor.known, now())))
+def read_progress(
+    session: Db, access: ReaderMay, discipline: Discipline = Discipline.BOULDER
+) -> ProgressOut:
+    """Return one's own progress in this gym; auto-belays count as top-rope."""
+    return ProgressOut(**_progress(session, access, discipline))
 
 
 @progress_router.get("/gyms/{gym}/progress/{part}.csv", response_class=CsvFile)
 def read_progress_table(
-    part: Part, session: Db, access: ReaderMay, dialect: CsvDialectOf
+    part: Part,
+    session: Db,
+    access: ReaderMay,
+    dialect: CsvDialectOf,
+    discipline: Discipline = Discipline.BOULDER,
 ) -> CsvFile:
     """Return one part of one's progress as CSV."""
-    parts = asdict(progress(session, access.gym, access.actor.known, now()))
+    parts = _progress(session, access, discipline)
     kinds: dict[Part, type[BaseModel]] = {
         "grades": OfGradeOut,
         "months": MonthOut,
@@ -230,3 +240,8 @@ def read_progress_table(
         "holds": StyleOut,
     }
     return CsvFile.of(part, csv_table(list(kinds[part].model_fields), parts[part], dialect))
+
+
+def _progress(session: Session, access: Access, discipline: Discipline) -> dict[str, Any]:
+    counted = counted_as(discipline)
+    return asdict(progress(session, access.gym, access.actor.known, now(), counted))

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from datetime import UTC, date, datetime
 from typing import Any, Final
 
+from walltopo_gym.climbing.kinds import FIRST_TRIES
 from walltopo_gym.climbing_log.models import MAX_GRADE, MAX_NAME, MAX_NOTE
 from walltopo_gym.climbing_log.other import (
-    FIRST_TRIES,
     Discipline,
     OtherClimb,
     OtherKind,

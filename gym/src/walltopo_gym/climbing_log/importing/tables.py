@@ -188,6 +188,8 @@ _OWN_KINDS: Final[Mapping[str, OtherKind]] = {
     "flash": "flash",
     "top": "top",
     "repeat": "repeat",
+    "hang": "try",
+    "high-point": "try",
     "zone": "try",
     "try": "try",
     "project": "project",
@@ -197,6 +199,7 @@ _DISCIPLINES: Final[Mapping[str, Discipline]] = {
     "boulder": "boulder",
     "lead": "lead",
     "top-rope": "top-rope",
+    "auto-belay": "auto-belay",
 }
 
 

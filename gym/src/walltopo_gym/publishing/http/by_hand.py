@@ -24,6 +24,7 @@ from walltopo_gym.publishing.by_hand import (
     check_facts,
 )
 from walltopo_gym.publishing.http.routes import RouteOut, Short, Tags, route_out, routes_of
+from walltopo_gym.publishing.lines import check_line
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.publishing.route_table import COLUMNS, read_routes
 from walltopo_gym.publishing.service import grade_of
@@ -49,6 +50,7 @@ class NewRoute(Body):
     tags: Tags = Field(default_factory=list)
     set_on: Day | None = None
     strip_on: Day | None = None
+    line_id: UUID | None = None
 
 
 class NewRoutes(Body):
@@ -106,7 +108,7 @@ def make_routes(wall: UUID, body: NewRoutes, session: Db, access: PublisherMay) 
     row = wall_of(session, access.gym.id, wall)
     today = access.gym.today()
     routes = [
-        _check_route(session, access, route, today, number if len(body.routes) > 1 else 0)
+        _check_route(session, access, row, route, today, number if len(body.routes) > 1 else 0)
         for number, route in enumerate(body.routes, 1)
     ]
     return _added(session, access, row, routes)
@@ -133,11 +135,12 @@ def import_routes(wall: UUID, body: RouteTable, session: Db, access: PublisherMa
 
 
 def _visible_facts(facts: Any) -> dict[str, Any]:
-    return {name: value for name, value in facts.items() if name != "grade_system_id"}
+    hidden = ("grade_system_id", "line_id")
+    return {name: value for name, value in facts.items() if name not in hidden}
 
 
 def _check_route(
-    session: Session, access: Access, given: NewRoute, today: date, number: int
+    session: Session, access: Access, wall: Wall, given: NewRoute, today: date, number: int
 ) -> HandRoute:
     """Return a route to add.
 
@@ -156,6 +159,10 @@ def _check_route(
         facts["grade"] = grade_of(session, access.gym.id, given.grade_system_id, given.grade)
     except RequestError as error:
         wrong.append(FactError("grade", error))
+    try:
+        check_line(session, wall.id, facts)
+    except RequestError as error:
+        wrong.append(FactError("line", error))
     if wrong and not number:
         raise wrong[0].error
     if wrong:

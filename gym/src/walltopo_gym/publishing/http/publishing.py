@@ -23,6 +23,7 @@ from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.gyms.access import Access, GuestMay, PublisherMay
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.publishing.http.routes import RouteIn, RouteOut, route_out, routes_of
+from walltopo_gym.publishing.lines import check_line
 from walltopo_gym.publishing.models import Plan
 from walltopo_gym.publishing.plans import check_unplanned, rows_of
 from walltopo_gym.publishing.review import found_routes, review
@@ -281,7 +282,7 @@ def confirmed_table(
     ------
     ConflictError : the scan is not in review, its last edits are not applied yet, or it has other
         results now.
-    RequestError : a grade is not the gym's.
+    RequestError : a grade is not the gym's, or a line is not the wall's.
     """
     check_in_review(scan.state)
     check_carried_out(session, scan.id)
@@ -292,6 +293,7 @@ def confirmed_table(
     for given in body.routes:
         grade = grade_of(session, access.gym.id, given.grade_system_id, given.grade or "")
         facts = given.facts()
+        check_line(session, scan.wall_id, facts)
         if "grade" in facts:
             facts["grade"] = grade
         if given.route_id is None and given.number in routes:

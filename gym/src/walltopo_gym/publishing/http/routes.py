@@ -26,6 +26,7 @@ from walltopo_gym.publishing.service import (
 from walltopo_gym.publishing.similar import similar_routes
 from walltopo_gym.publishing.versions import gym_routes, route_of, wall_routes
 from walltopo_gym.scans.pictures import route_picture, wall_picture
+from walltopo_gym.walls.disciplines import Discipline
 from walltopo_gym.walls.lookup import wall_of
 from walltopo_gym.walls.models import Wall
 
@@ -45,6 +46,7 @@ class RouteIn(Body):
     tags: Tags | None = None
     set_on: Day | None = None
     strip_on: Day | None = None
+    line_id: UUID | None = None
 
     def facts(self) -> dict[str, object]:
         """Return the given facts by column."""
@@ -52,7 +54,7 @@ class RouteIn(Body):
         return {
             name: value
             for name, value in given.items()
-            if value is not None or name in ("grade_system_id", "strip_on")
+            if value is not None or name in ("grade_system_id", "strip_on", "line_id")
         }
 
 
@@ -62,9 +64,17 @@ class RouteChange(RouteIn):
     colour: Text | None = Field(None, max_length=40)
 
 
+class LineOfRoute(BaseModel):
+    """The line on which a route is climbed."""
+
+    id: UUID
+    label: str
+
+
 class RouteOut(BaseModel):
     """A route; `number`, `holds` and style are those of the published version. `by_hand`: it was
-    added without a scan; while its `number` is null, the 3D view does not show it. `reach`: heights
+    added without a scan; while its `number` is null, the 3D view does not show it. `disciplines`:
+    in which it is climbed, the usual one first; `line` is null for a boulder. `reach`: heights
     in metres (1.20 to 1.95, in steps of .15) for which the movement model finds moves to the top;
     null while they are computed, or if the route is no climb. `longest_reach`: for each height of
     `reach`, the longest distance in metres between both hands at once. `height_m`: of the highest
@@ -82,6 +92,8 @@ class RouteOut(BaseModel):
     strip_on: date | None
     stripped_at: datetime | None
     by_hand: bool
+    disciplines: list[Discipline]
+    line: LineOfRoute | None
     number: int | None = None
     holds: list[int] = []
     steepness_deg: float | None = None
