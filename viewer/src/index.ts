@@ -19,6 +19,8 @@ export interface WallTopoEventMap {
   "route-select": CustomEvent<{ route: Route | null }>;
   /** A tap after `showHolds`; null: beside all holds. */
   "hold-tap": CustomEvent<{ hold: Hold | null }>;
+  /** A tap while `pointing`: its place in the scan's own frame and unit. */
+  "point-tap": CustomEvent<{ point: Vec3 }>;
   /** `ends`: in the scan's own frame and unit. */
   measure: CustomEvent<{ text: string; ends: [Vec3, Vec3] }>;
 }

@@ -169,8 +169,9 @@ class LoggedClimb:
     Parameters
     ----------
     origin : "route" and "problem": of a gym of this server; "other": of anywhere else.
-    day : the gym's day of `at`. kind : as in an ascent, for others also "onsight" and "repeat".
-    location : the gym's name, a crag, a board. venue, discipline : of others, else empty.
+    day : the gym's day of `at`. kind, high_point : as in an ascent.
+    location : the gym's name, a crag, a board. venue : of others, else empty.
+    discipline : empty for an unknown one.
     gym : its slug; "" after its deletion. route, wall : None after their deletion.
     current : whether the route or problem can still be climbed.
     """
@@ -187,6 +188,7 @@ class LoggedClimb:
     note: str = ""
     venue: str = ""
     discipline: str = ""
+    high_point: int | None = None
     gym: str = ""
     route: UUID | None = None
     wall: UUID | None = None

@@ -45,7 +45,7 @@ KEPT = {
     "competition_waivers": {"text"},
     "competitions": {"name", "format", "state", "about", "fee", "waiver"},
     "floor_plans": {"sha256"},
-    "grade_systems": {"name", "kind", "used_for", "grades"},
+    "grade_systems": {"name", "kind", "grades"},
     "gym_aims": {"targets", "stock"},
     "gyms": {
         "slug",

@@ -34,6 +34,7 @@ PUBLISHED = (
     "progress",
     "insights",
     "lists",
+    "ropes",
     "moves",
     "holds",
 )

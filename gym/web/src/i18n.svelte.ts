@@ -11,6 +11,7 @@ import type lists from "./lists/locales/en.json";
 import type notifications from "./notifications/locales/en.json";
 import type problems from "./problems/locales/en.json";
 import type resets from "./resets/locales/en.json";
+import type ropes from "./ropes/locales/en.json";
 
 export const LANGUAGES = { en: "English", de: "Deutsch", cs: "Čeština", fr: "Français" } as const;
 export type Language = keyof typeof LANGUAGES;
@@ -20,10 +21,10 @@ type Paths<T, Before extends string = ""> = {
   [K in keyof T & string]: T[K] extends string ? `${Before}${Forms<K>}` : Paths<T[K], `${Before}${K}.`>;
 }[keyof T & string];
 /** The key of a text in `locales/en.json`, or in that of an area (`withTexts`); without plural endings. */
-export type Key = Paths<typeof en & typeof climbingLog & typeof competitions & typeof hall & typeof insights & typeof lists & typeof notifications & typeof problems & typeof resets>;
+export type Key = Paths<typeof en & typeof climbingLog & typeof competitions & typeof hall & typeof insights & typeof lists & typeof notifications & typeof problems & typeof resets & typeof ropes>;
 
 /** A part of the app with texts of its own, which only its pages load (`routes.ts`). */
-export type Area = "climbingLog" | "competitions" | "hall" | "insights" | "lists" | "notifications" | "problems" | "resets";
+export type Area = "climbingLog" | "competitions" | "hall" | "insights" | "lists" | "notifications" | "problems" | "resets" | "ropes";
 
 const KEPT = "walltopo-language";
 const TEXTS = import.meta.glob<object>(["./locales/*.json", "./*/locales/*.json"], { import: "default" });

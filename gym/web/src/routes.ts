@@ -15,6 +15,7 @@ const lists = withTexts("lists");
 const notifications = withTexts("notifications");
 const ofProblems = withTexts("problems");
 const resets = withTexts("resets");
+const ropes = withTexts("ropes");
 
 const wall = () => import("./walls/WallPage.svelte");
 const holds = () => import("./holds/HoldsToCheck.svelte");
@@ -98,6 +99,7 @@ export const { p, navigate, preload, route } = createRouter({
   "/g/:gym/w/:wall/past/:scan": past,
   "/g/:gym/w/:wall/routes": () => import("./publishing/EditRoutes.svelte"),
   "/g/:gym/w/:wall/add-routes": () => import("./publishing/AddRoutes.svelte"),
+  "/g/:gym/w/:wall/lines": () => import("./ropes/RopeLines.svelte").then(ropes),
   "/g/:gym/w/:wall/versions": () => import("./publishing/Versions.svelte"),
   "/g/:gym/s/:scan/edit": () => import("./editing/Editing.svelte"),
   "/g/:gym/s/:scan": () => import("./scans/ScanPage.svelte"),

@@ -17,6 +17,8 @@ export interface ViewActions {
 }
 
 export class Interaction {
+  /** Whether taps emit their place on the wall and choose nothing. */
+  pointing = false;
   private isMeasuring = false;
   private touched: Vector3 | null = null;
   /** The last hold of the keyboard's cursor, until somebody taps; it is drawn while the picture has the focus. */
@@ -79,6 +81,10 @@ export class Interaction {
       if (hit) this.measure(hit.point);
       return;
     }
+    if (this.pointing) {
+      if (hit) parts.emit("point-tap", { point: hit.point.toArray() });
+      return;
+    }
     if (selection.set) return parts.emit("hold-tap", { hold: parts.tables.holds.get(hit?.hold ?? 0) ?? null });
     if (parts.editor?.tapped(hit)) return;
     if (hit && hit.hold > 0 && parts.tables.holds.has(hit.hold)) selection.hold(hit.hold);
@@ -96,7 +102,7 @@ export class Interaction {
 
   /** Closer to where the first of two taps was: what it selected may have moved the picture since. */
   private lookCloser(): void {
-    if (this.touched && !this.isMeasuring) this.parts.views!.closer(this.touched);
+    if (this.touched && !this.isMeasuring && !this.pointing) this.parts.views!.closer(this.touched);
   }
 
   /** The cursor goes to the next hold in a direction of the picture, and the camera after it where it leaves the picture. */

@@ -16,6 +16,8 @@ export class Selection {
   set: HoldSet | null = null;
   /** Dashed lines that the page shows on the wall. */
   lines: Vec3[][] = [];
+  /** Ropes that the page shows on the wall, each through its clips to the anchor. */
+  ropes: Vec3[][] = [];
   /** Height of the list before a card took its place. */
   private preferredHeight: "low" | "half" | "full" = "half";
 
@@ -90,7 +92,7 @@ export class Selection {
     toast.announce([holdName(hold), ...uses, route && routeName(route), height].filter(Boolean).join(", "));
   }
 
-  /** Draw lit and faded holds, outlines, flags and lines anew. */
+  /** Draw lit and faded holds, outlines, flags, lines and ropes anew. */
   repaint(): void {
     const { parts, set } = this;
     const { stage, overlay, editor, heatmap, tables } = parts;
@@ -107,6 +109,7 @@ export class Selection {
     stage?.paint(lit, outlines, heatmap.holds(tables));
     overlay?.flags(route, tables, set?.feet);
     overlay?.draw(this.lines);
+    overlay?.hang(this.ropes);
   }
 
   showCard(): void {

@@ -107,6 +107,15 @@ export class WallTopo extends HTMLElement {
     this.interaction.measuring = on;
   }
 
+  /** Whether taps emit `point-tap` with their place on the wall, and choose nothing. */
+  get pointing(): boolean {
+    return this.interaction.pointing;
+  }
+
+  set pointing(on: boolean) {
+    this.interaction.pointing = on;
+  }
+
   /** Light up a route (null: show all); `move` turns the camera to it. */
   selectRoute(id: number | null, options: { move?: boolean } = {}): void {
     this.selection.route(id, options);
@@ -144,6 +153,12 @@ export class WallTopo extends HTMLElement {
   /** Draw dashed lines on the wall, each through places in the scan's frame; an empty list: none. */
   showLines(lines: Vec3[][]): void {
     this.selection.lines = lines;
+    this.selection.repaint();
+  }
+
+  /** Draw ropes on the wall, each through its clips to the anchor, in the scan's frame; an empty list: none. */
+  showRopes(ropes: Vec3[][]): void {
+    this.selection.ropes = ropes;
     this.selection.repaint();
   }
 

@@ -1,4 +1,4 @@
-/** Marks over the picture that move with it: start and top flags, the measuring line, lines of the page. */
+/** Marks over the picture that move with it: start and top flags, the measuring line, lines and ropes of the page. */
 
 import { Vector3 } from "three";
 import type { CameraRig } from "../camera/camera_rig";
@@ -31,21 +31,21 @@ export class Overlay {
   readonly root = h("div", { class: "overlay", "aria-hidden": "true" });
   private readonly line = document.createElementNS(SVG, "line");
   /** Drawn twice, a dark stroke below a dashed light one, so that they are seen on every colour. */
-  private readonly strokes = ["below", "above"].map((layer) => {
-    const path = document.createElementNS(SVG, "path");
-    path.classList.add(layer);
-    return path;
-  });
+  private readonly strokes = ["below", "above"].map(strokeOf);
+  /** The ropes of the page, drawn as the lines are, but solid. */
+  private readonly ropeStrokes = ["below", "rope"].map(strokeOf);
   private readonly label = h("div", { class: "length" });
   private pins: Pin[] = [];
   private dots: Pin[] = [];
   private ends: Vector3[] = [];
   private marks: Pin[] = [];
   private lines: Vec3[][] = [];
+  private ropes: Vec3[][] = [];
+  private clips: Pin[] = [];
 
   constructor(private readonly rig: CameraRig) {
     const svg = document.createElementNS(SVG, "svg");
-    svg.append(...this.strokes, this.line);
+    svg.append(...this.strokes, ...this.ropeStrokes, this.line);
     this.root.append(svg, this.label);
     this.clearMeasure();
   }
@@ -94,6 +94,17 @@ export class Overlay {
     this.lines = lines;
   }
 
+  /** Ropes, each through its clips to the anchor, in the stead of those before. */
+  hang(ropes: Vec3[][]): void {
+    if (ropes === this.ropes) return;
+    this.ropes = ropes;
+    for (const { element } of this.clips) element.remove();
+    this.clips = ropes.flatMap((rope) =>
+      rope.map((place, at) => ({ element: h("div", { class: at === rope.length - 1 ? "clip anchor" : "clip" }), place })),
+    );
+    this.root.append(...this.clips.map(({ element }) => element));
+  }
+
   /** One more end of the measuring line; the third begins a new one. Gives the length. */
   measure(point: Vector3, metric: boolean): string | null {
     if (this.ends.length === 2) this.clearMeasure();
@@ -124,13 +135,13 @@ export class Overlay {
   }
 
   update(): void {
-    for (const { element, place } of [...this.pins, ...this.dots, ...this.marks]) {
+    for (const { element, place } of [...this.pins, ...this.dots, ...this.marks, ...this.clips]) {
       const at = this.rig.project(place);
       element.style.transform = `translate(${at.x.toFixed(1)}px, ${at.y.toFixed(1)}px)`;
       element.style.visibility = at.ahead ? "visible" : "hidden";
     }
-    const path = pathOf(this.lines, (place) => this.rig.project(place));
-    for (const stroke of this.strokes) stroke.setAttribute("d", path);
+    this.trace(this.strokes, this.lines);
+    this.trace(this.ropeStrokes, this.ropes);
     if (this.ends.length < 2) return;
     const [a, b] = this.ends.map((end) => this.rig.project(end));
     this.line.setAttribute("x1", String(a!.x));
@@ -140,6 +151,17 @@ export class Overlay {
     const [x, y] = [(a!.x + b!.x) / 2, (a!.y + b!.y) / 2];
     this.label.style.transform = `translate(${x}px, ${y}px) translate(-50%, -50%)`;
   }
+
+  private trace(strokes: SVGPathElement[], lines: Vec3[][]): void {
+    const path = pathOf(lines, (place) => this.rig.project(place));
+    for (const stroke of strokes) stroke.setAttribute("d", path);
+  }
+}
+
+function strokeOf(layer: string): SVGPathElement {
+  const path = document.createElementNS(SVG, "path");
+  path.classList.add(layer);
+  return path;
 }
 
 /** An SVG path of lines through places; each is interrupted where it is behind the camera. */

@@ -40,6 +40,7 @@ class Friend:
     name: str
     kind: str
     tries: int
+    discipline: str
     climbed_at: datetime
 
 
@@ -135,9 +136,17 @@ def feed(
 
 
 def friends_on(session: Session, gym: Gym, route: Route, person: UUID) -> list[Friend]:
-    """Return the followed people who climbed a route, flashes first."""
+    """Return the followed people who climbed a route, the best first."""
+    columns = (
+        Person.id,
+        Person.name,
+        Ascent.kind,
+        Ascent.tries,
+        Ascent.discipline,
+        Ascent.climbed_at,
+    )
     rows = session.execute(
-        select(Person.id, Person.name, Ascent.kind, Ascent.tries, Ascent.climbed_at)
+        select(*columns)
         .join(Ascent, Ascent.person_id == Person.id)
         .where(
             Ascent.route_id == route.id,
@@ -145,11 +154,13 @@ def friends_on(session: Session, gym: Gym, route: Route, person: UUID) -> list[F
             Ascent.taken_back_at.is_(None),
             Person.id.in_(_shown_to(person, gym)),
         )
-        .order_by(Ascent.kind, Ascent.climbed_at, Ascent.id)
+        .order_by(Ascent.climbed_at, Ascent.id)
     )
     best: dict[UUID, Friend] = {}
-    for row in rows:
-        best.setdefault(row[0], Friend(*row))
+    for friend in sorted(
+        (Friend(*row) for row in rows), key=lambda friend: TOPS.index(friend.kind)
+    ):
+        best.setdefault(friend.person_id, friend)
     return list(best.values())
 
 

@@ -55,6 +55,7 @@ def _entry(
         location=ascent.gym_name,
         note=ascent.note,
         discipline=ascent.discipline,
+        high_point=ascent.high_point,
         gym="" if gym is None else gym.slug,
         route=None if route is None else route.id,
         wall=None if route is None else route.wall_id,

@@ -32,6 +32,7 @@ class LogFilter:
     colour: str = ""
     steepness: str = ""
     kind: str = ""
+    discipline: str = ""
     words: str = ""
 
     def wants(self, climb: LoggedClimb) -> bool:
@@ -42,6 +43,7 @@ class LogFilter:
             (self.colour, climb.colour),
             (self.steepness, climb.steepness),
             (self.kind, climb.kind),
+            (self.discipline, climb.discipline),
         )
         if any(wanted and wanted != value for wanted, value in exact):
             return False
@@ -68,6 +70,7 @@ class Choices:
     colours: list[str] = field(default_factory=list)
     steepness: list[str] = field(default_factory=list)
     kinds: list[str] = field(default_factory=list)
+    disciplines: list[str] = field(default_factory=list)
 
 
 def climbs_of(session: Session, person: UUID) -> list[LoggedClimb]:
@@ -122,6 +125,7 @@ def choices_of(climbs: Sequence[LoggedClimb]) -> Choices:
         colours=_by_number(climb.colour for climb in climbs),
         steepness=_by_number(climb.steepness for climb in climbs),
         kinds=_by_number(climb.kind for climb in climbs),
+        disciplines=_by_number(climb.discipline for climb in climbs),
     )
 
 

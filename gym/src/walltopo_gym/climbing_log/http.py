@@ -51,11 +51,12 @@ def _log_filter(
     colour: _Exact = "",
     steepness: _Exact = "",
     kind: _Exact = "",
+    discipline: _Exact = "",
     words: Annotated[
         str, Query(max_length=200, description="each stands in the name, note or location")
     ] = "",
 ) -> LogFilter:
-    return LogFilter(location, grade, colour, steepness, kind, words)
+    return LogFilter(location, grade, colour, steepness, kind, discipline, words)
 
 
 Wanted = Annotated[LogFilter, Depends(_log_filter)]
@@ -84,6 +85,7 @@ class ChoicesOut(BaseModel):
     colours: list[str]
     steepness: list[str]
     kinds: list[str]
+    disciplines: list[str]
 
 
 class LogOverview(BaseModel):
@@ -97,8 +99,9 @@ class LogEntry(BaseModel):
     """An entry of one's log.
 
     `origin`: "route" and "problem" are of gyms of this server, "other" of anywhere else, with
-    `venue` and `discipline`. `day`: by the gym's clock. `gym`: the gym's slug, empty after its
-    deletion; `route` and `wall` are null after theirs. `current`: it can still be climbed.
+    `venue`. `high_point`: number of the highest clip, for that kind alone. `day`: by the gym's
+    clock. `gym`: the gym's slug, empty after its deletion; `route` and `wall` are null after
+    theirs. `current`: it can still be climbed.
     """
 
     id: UUID
@@ -113,6 +116,7 @@ class LogEntry(BaseModel):
     note: str
     venue: str
     discipline: str
+    high_point: int | None
     gym: str
     route: UUID | None
     wall: UUID | None

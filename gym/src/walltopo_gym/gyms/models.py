@@ -99,8 +99,7 @@ class GradeSystem(Keyed, Base):
     """A gym's grade system; `grades` from the easiest to the hardest.
 
     `kind`: "font", "v", "french", "uiaa", "circuits" or "own". A grade is {"label"}
-    with, for a circuit, {"colour"} and the range {"low", "high"} in Font or V. `used_for`:
-    "boulder" or "rope" routes, or empty for both.
+    with, for a circuit, {"colour"} and the range {"low", "high"} in Font or V.
     """
 
     __tablename__ = "grade_systems"
@@ -110,7 +109,6 @@ class GradeSystem(Keyed, Base):
     name: Mapped[str] = mapped_column(String(60))
     kind: Mapped[str] = mapped_column(String(10))
     grades: Mapped[list[dict[str, Any]]] = mapped_column(JSON)
-    used_for: Mapped[str] = mapped_column(String(10), default="", server_default="")
 
     @property
     def labels(self) -> list[str]:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Final
 from uuid import UUID
 
+import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
@@ -13,6 +14,11 @@ from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.walls.models import RopeLine, Wall
+
+# A route ends at its anchor: its highest hold is about as high, in metres. Routes of a line lie
+# within an arm's span of the rope on both sides.
+_FROM_ANCHOR_M: Final = 1.5
+_BESIDE_M: Final = 1.5
 
 
 def lines_of(session: Session, wall: UUID) -> Sequence[RopeLine]:
@@ -93,3 +99,39 @@ def remove_line(session: Session, wall: Wall, line: RopeLine) -> None:
         raise ConflictError("line-has-routes", "line-move-routes", label=line.label, routes=names)
     line.removed_at = now()
     wall.revision += 1
+
+
+def probable_line(
+    lines: Sequence[RopeLine], holds: Sequence[tuple[float, float, float]]
+) -> RopeLine | None:
+    """Return the line on which a route probably hangs: the nearest whose anchor the route reaches.
+
+    Parameters
+    ----------
+    holds : places of the route's holds, in metres in the frame of the wall's scans.
+    """
+    if not holds:
+        return None
+    places = np.asarray(holds)
+    found = [
+        (_mean_distance(places, np.asarray(line.points)), line)
+        for line in lines
+        if len(line.points) > 1 and abs(places[:, 2].max() - line.points[-1][2]) <= _FROM_ANCHOR_M
+    ]
+    distance, nearest = min(found, key=lambda pair: pair[0], default=(np.inf, None))
+    return nearest if distance <= _BESIDE_M else None
+
+
+def _mean_distance(places: np.ndarray, points: np.ndarray) -> float:
+    """Return the mean distance of places from a line through points, in metres.
+
+    Parameters
+    ----------
+    places : (n, 3); points : (m, 3), at least two.
+    """
+    begins, spans = points[:-1], np.diff(points, axis=0)
+    lengths = np.maximum((spans**2).sum(axis=1), 1e-12)
+    offsets = places[:, None] - begins
+    shares = ((offsets * spans).sum(axis=2) / lengths).clip(0, 1)
+    gaps = np.linalg.norm(offsets - shares[..., None] * spans, axis=2)
+    return float(gaps.min(axis=1).mean())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -17,12 +18,13 @@ from walltopo.scans import routes as found
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.joined import Joined
 from walltopo.scans.manifest import Manifest
+from walltopo_gym.publishing.lines import lines_of, probable_line
 from walltopo_gym.publishing.models import Placement, Route
-from walltopo_gym.publishing.version_holds import read_holds
+from walltopo_gym.publishing.version_holds import VersionHolds, read_holds
 from walltopo_gym.scans.artifacts import download_files, read_joined, read_manifest
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.storage.files import FileStore
-from walltopo_gym.walls.models import Wall
+from walltopo_gym.walls.models import RopeLine, Wall
 
 # Below this share of the former value a warning appears. A reset changes holds, not the wall.
 _MIN_AREA: Final = 0.8
@@ -72,11 +74,12 @@ def _figure(scan: Manifest, stage: str, name: str) -> float:
 
 @dataclass(frozen=True)
 class Review:
-    """The lines to confirm, the scan's routes by number, the wall's revision, the regressions, and
-    what a partial rescan replaced."""
+    """The lines to confirm, the scan's routes by number, the ropes' lines on which they probably
+    hang, the wall's revision, the regressions, and what a partial rescan replaced."""
 
     lines: list[RouteMatch[UUID]]
     routes: dict[int, found.Route]
+    ropes: dict[int, UUID]
     revision: int
     warnings: list[str]
     joined: Joined | None
@@ -107,7 +110,8 @@ def review(session: Session, store: FileStore, scan: Scan) -> Review:
         )
     if before is None:
         lines: list[RouteMatch[UUID]] = compare_routes({}, (), new, ())
-        return Review(lines, routes, wall.revision, warnings, joined)
+        # Without a version no line has a place in the scan's frame.
+        return Review(lines, routes, {}, wall.revision, warnings, joined)
     current = session.scalars(
         select(Placement)
         .join(Route, Route.id == Placement.route_id)
@@ -119,4 +123,17 @@ def review(session: Session, store: FileStore, scan: Scan) -> Review:
     lines = compare_routes(
         old, tuple(there.by_id.values()), new, tuple(here.by_id.values()), here.unit
     )
-    return Review(lines, routes, wall.revision, warnings, joined)
+    ropes = _probable_ropes(lines_of(session, wall.id), routes, here)
+    return Review(lines, routes, ropes, wall.revision, warnings, joined)
+
+
+def _probable_ropes(
+    lines: Sequence[RopeLine], routes: Mapping[int, found.Route], holds: VersionHolds
+) -> dict[int, UUID]:
+    """Return the lines on which routes probably hang, by the routes' numbers."""
+    places = {
+        number: [holds.by_id[hold].position for hold in route.holds if hold in holds.by_id]
+        for number, route in routes.items()
+    }
+    found_lines = {number: probable_line(lines, these) for number, these in places.items()}
+    return {number: line.id for number, line in found_lines.items() if line is not None}

@@ -1,16 +1,12 @@
 /** Filters of the log, and groups of its entries. */
 
 import type { Schemas } from "../api/client";
+import { TOPS } from "../outbox/kinds";
 
 export type LogEntry = Schemas["LogEntry"];
-export type LogFilter = { words: string; location: string; grade: string; colour: string; steepness: string; kind: string };
+export type LogFilter = { words: string; location: string; grade: string; colour: string; steepness: string; kind: string; discipline: string };
 
-export const ALL: LogFilter = { words: "", location: "", grade: "", colour: "", steepness: "", kind: "" };
-
-export const KINDS = ["onsight", "flash", "top", "repeat", "zone", "try", "project"] as const;
-export type LogKind = (typeof KINDS)[number];
-
-const TOPS: readonly string[] = ["onsight", "flash", "top", "repeat"];
+export const ALL: LogFilter = { words: "", location: "", grade: "", colour: "", steepness: "", kind: "", discipline: "" };
 
 export function isAll(filter: LogFilter): boolean {
   return Object.values(filter).every((value) => value === "");
@@ -34,7 +30,7 @@ export function visits(entries: LogEntry[]): Visit[] {
   return [...groups.values()].map((group) => ({
     day: group[0]!.day,
     location: group[0]!.location,
-    tops: group.filter(({ kind }) => TOPS.includes(kind)).length,
+    tops: group.filter(({ kind }) => (TOPS as readonly string[]).includes(kind)).length,
     entries: group,
   }));
 }

@@ -23,3 +23,11 @@ export const CIRCUITS: Grade[] = [
   { label: "Red", colour: "#c32026", low: "6B+", high: "7A" },
   { label: "Black", colour: "#262628", low: "7A", high: "8A" },
 ];
+
+const OF_ROPES: readonly string[] = ["french", "uiaa"];
+
+/** Grade systems with those first that fit a route on a line, or a boulder (`line` is empty). */
+export function fitting<S extends { kind: string }>(systems: S[], line: string): S[] {
+  const misfits = ({ kind }: S): number => Number(kind === "font" || kind === "v" ? line !== "" : OF_ROPES.includes(kind) && line === "");
+  return systems.toSorted((a, b) => misfits(a) - misfits(b));
+}

@@ -5,12 +5,12 @@ import { loadingKept, type Loaded } from "../lib/loaded.svelte";
 import { offlineSince } from "../offline/reception.svelte";
 import { me } from "../session.svelte";
 import { mine } from "./outbox.svelte";
-import { acceptedKey, settle, type AscentIn, type Item, type Kind, type OpinionIn } from "./store";
+import { KINDS, TOPS, type Kind } from "./kinds";
+import { acceptedKey, settle, type AscentIn, type Item, type OpinionIn } from "./store";
 
 /** `known`: the server has it, or may have. */
 export type OwnAscent = AscentIn & { id: string; waits: boolean; known: boolean };
 
-const RANK: Kind[] = ["flash", "top", "zone", "try", "project"];
 const NONE: Schemas["LogbookOut"] = { ascents: [], opinions: [] };
 
 export class Logbook {
@@ -41,12 +41,12 @@ export class Logbook {
   /** The best result on a route. */
   best(route: string): Kind | null {
     const kinds = new Set(this.ascents(route).map(({ kind }) => kind));
-    return RANK.find((kind) => kinds.has(kind)) ?? null;
+    return KINDS.find((kind) => kinds.has(kind)) ?? null;
   }
 
   isDone(route: string): boolean {
     const best = this.best(route);
-    return best === "flash" || best === "top";
+    return best !== null && TOPS.includes(best);
   }
 
   isProject(route: string): boolean {

@@ -5,13 +5,16 @@
 
 import { createStore, entries, promisifyRequest, update, type UseStore } from "idb-keyval";
 import { nextEdit, type Edit } from "./edits";
-
-export type Kind = "flash" | "top" | "zone" | "try" | "project";
+import type { Discipline, Kind } from "./kinds";
 
 export interface AscentIn {
   route_id: string;
   kind: Kind;
   tries: number;
+  /** Missing in items of older app versions: as the route is usually climbed. */
+  discipline?: Discipline;
+  /** Number of the highest clip, of a high point alone. */
+  high_point?: number | null;
   climbed_at: string;
   note: string;
 }

@@ -12,6 +12,8 @@ export interface Facts {
   tags: string;
   set: string;
   strips: string;
+  /** Id of the rope's line; empty: a boulder. */
+  line: string;
 }
 
 export function factsOf(route: Route): Facts {
@@ -23,6 +25,7 @@ export function factsOf(route: Route): Facts {
     tags: route.tags.join(", "),
     set: route.set_on,
     strips: route.strip_on ?? "",
+    line: route.line?.id ?? "",
   };
 }
 
@@ -42,6 +45,7 @@ export function wordsOf(facts: Facts) {
     tags: facts.tags.split(",").map((tag) => tag.trim()).filter(Boolean),
     ...(facts.set ? { set_on: facts.set } : {}),
     strip_on: facts.strips || null,
+    line_id: facts.line || null,
   };
 }
 

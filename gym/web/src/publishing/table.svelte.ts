@@ -19,14 +19,16 @@ export interface Row {
   setter: string;
   tags: string;
   strips: string;
+  /** Id of the rope's line; empty: a boulder. */
+  rope: string;
   /** The facts of the existing route when it was chosen or last read. */
   known: Words;
 }
 
-const FIELDS = ["name", "grade", "setter", "tags", "strips"] as const;
+const FIELDS = ["name", "grade", "setter", "tags", "strips", "rope"] as const;
 type Words = Record<(typeof FIELDS)[number], string>;
 
-const NOTHING: Words = { name: "", grade: "", setter: "", tags: "", strips: "" };
+const NOTHING: Words = { name: "", grade: "", setter: "", tags: "", strips: "", rope: "" };
 
 function wordsOf(route: Route | undefined): Words {
   if (!route) return { ...NOTHING };
@@ -36,6 +38,7 @@ function wordsOf(route: Route | undefined): Words {
     setter: route.setter,
     tags: route.tags.join(", "),
     strips: route.strip_on ?? "",
+    rope: route.line?.id ?? "",
   };
 }
 
@@ -55,10 +58,11 @@ export function rowsOf(lines: Line[], hanging: Route[], typed: Row[]): Row[] {
     const before = typed.find((row) => row.number === number);
     // A forerun may have changed the route's grade meanwhile.
     if (before && (before.same === "" || ids.has(before.same))) {
-      return [identified({ ...before, line }, hanging.find(({ id }) => id === before.same))];
+      return [identified({ ...before, rope: before.rope ?? "", line }, hanging.find(({ id }) => id === before.same))];
     }
     const route = hanging.find(({ id }) => id === line.route_id);
-    return [{ number, line, same: line.route_id ?? "", taken: true, ...wordsOf(route), known: wordsOf(route) }];
+    const words = { ...wordsOf(route), ...(route ? {} : { rope: line.line_id ?? "" }) };
+    return [{ number, line, same: line.route_id ?? "", taken: true, ...words, known: words }];
   });
 }
 
@@ -107,6 +111,7 @@ function factsOf(row: Row) {
     setter: row.setter,
     tags: row.tags.split(",").map((tag) => tag.trim()).filter(Boolean),
     strip_on: row.strips || null,
+    line_id: row.rope || null,
   };
 }
 

@@ -20,6 +20,7 @@ export interface RouteFilter {
   low: string;
   high: string;
   setter: string;
+  discipline: string;
   lean: "" | (typeof LEANS)[number];
   /** A type of hold, of which at least a third of the route's holds are. */
   type: string;
@@ -37,7 +38,7 @@ export interface RouteFilter {
   order: (typeof ORDERS)[number];
 }
 
-export const ALL: RouteFilter = { text: "", colour: "", low: "", high: "", setter: "", lean: "", type: "", holds: "", tall: "", far: "", fits: "", hold: "", like: "", only: "", order: "wall" };
+export const ALL: RouteFilter = { text: "", colour: "", low: "", high: "", setter: "", discipline: "", lean: "", type: "", holds: "", tall: "", far: "", fits: "", hold: "", like: "", only: "", order: "wall" };
 
 export const holdKey = (scan: string, hold: number): string => `${scan}.${hold}`;
 
@@ -108,6 +109,7 @@ export function find(routes: Route[], filter: RouteFilter, known: Known): Route[
   const found = routes.filter((route) => {
     if (filter.colour && route.colour !== filter.colour) return false;
     if (filter.setter && route.setter !== filter.setter) return false;
+    if (filter.discipline && !(route.disciplines as string[]).includes(filter.discipline)) return false;
     const rank = known.rank(route);
     if ((filter.low !== "" || filter.high !== "") && (rank < 0 || rank < low || rank > high)) return false;
     if (!isLean(route, filter.lean) || !isOnly(route, filter.only, known)) return false;

@@ -3,13 +3,16 @@
 import { SvelteMap } from "svelte/reactivity";
 import type { Logbook } from "../outbox/logbook.svelte";
 import { say } from "../outbox/outbox.svelte";
-import type { AscentIn, Kind, ManyRow, Words } from "../outbox/store";
+import { FIRST_TRIES, type Discipline, type Kind } from "../outbox/kinds";
+import type { AscentIn, ManyRow, Words } from "../outbox/store";
 import { change } from "../outbox/tick";
+import type { Route } from "./find";
 
 export interface Mark {
   /** For lists of waiting items. */
   name: string;
   kind: Kind;
+  discipline: Discipline;
   tries: number;
 }
 
@@ -36,8 +39,8 @@ export class ManyTicks {
   }
 
   /** A tap: a top, or no mark. */
-  tap(route: string, name: string): void {
-    if (!this.marks.delete(route)) this.marks.set(route, { name, kind: "top", tries: 1 });
+  tap(route: Route, name: string): void {
+    if (!this.marks.delete(route.id)) this.marks.set(route.id, { name, kind: "top", discipline: route.disciplines[0]!, tries: 1 });
   }
 
   mark(route: string, mark: Mark): void {
@@ -50,10 +53,10 @@ export class ManyTicks {
     const rows: ManyRow[] = [];
     const singles: Words[] = [];
     const undo: Words[] = [];
-    for (const [route, { name, kind, tries }] of this.marks) {
-      const made = change(route, kind, book.ascents(route), now, crypto.randomUUID());
+    for (const [route, { name, kind, discipline, tries }] of this.marks) {
+      const made = change(route, { kind, discipline }, book.ascents(route), now, crypto.randomUUID());
       if (!made.after) continue; // a project already
-      const body: AscentIn = { ...made.after, tries: kind === "flash" ? 1 : made.after.tries + tries - 1 };
+      const body: AscentIn = { ...made.after, tries: FIRST_TRIES.includes(kind) ? 1 : made.after.tries + tries - 1 };
       if (!made.before) rows.push({ id: made.id, name, body });
       else {
         const item = { what: "ascent" as const, id: made.id, gym, route, name, person, takenBack: false, known: made.known };

@@ -30,11 +30,14 @@ export interface WallElement extends HTMLElement {
   readonly selectedHold: number | null;
   /** Whether taps measure a distance. */
   measuring: boolean;
+  /** Whether taps emit `point-tap` with their place on the wall. */
+  pointing: boolean;
   selectHold(id: number | null): void;
   selectRoute(id: number | null, options?: { move?: boolean }): void;
   showRoutes(ids: Iterable<number> | null): void;
   showHolds(set: HoldSet | null, options?: { move?: boolean }): void;
   showLines(lines: Point[][]): void;
+  showRopes(ropes: Point[][]): void;
   showHeat(values: Iterable<[number, number]> | null, words?: { title: string; low: string; high: string } | null): void;
   showMoves(person: Person | null): Promise<Climber | null>;
   hideMoves(): void;

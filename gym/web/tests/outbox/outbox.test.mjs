@@ -197,17 +197,29 @@ test("tries of a day are one line that a top closes; a project is marked and unm
   const { tab } = await place();
   const [now, yesterday] = [new Date("2026-11-20T18:00:00"), new Date("2026-11-19T18:00:00")];
   const row = ({ id, after }) => ({ ...after, id, waits: true, known: false });
-  const first = row(tab.change("r1", "try", [], yesterday, "a"));
-  const second = row(tab.change("r1", "try", [first], now, "b"));
+  const first = row(tab.change("r1", { kind: "try", discipline: "boulder" }, [], yesterday, "a"));
+  const second = row(tab.change("r1", { kind: "try", discipline: "boulder" }, [first], now, "b"));
   assert.deepEqual([second.id, second.tries], ["b", 1]);
-  const third = tab.change("r1", "try", [first, second], now, "c");
-  const top = tab.change("r1", "top", [first, row(third)], now, "d");
+  const third = tab.change("r1", { kind: "try", discipline: "boulder" }, [first, second], now, "c");
+  const top = tab.change("r1", { kind: "top", discipline: "boulder" }, [first, row(third)], now, "d");
   assert.deepEqual([top.id, top.after.kind, top.after.tries, top.before.kind], ["b", "top", 3, "try"]);
-  const next = tab.change("r1", "top", [first, row(top)], now, "e");
+  const next = tab.change("r1", { kind: "top", discipline: "boulder" }, [first, row(top)], now, "e");
   assert.deepEqual([next.id, next.after.tries, next.before], ["e", 1, null]);
-  const project = tab.change("r1", "project", [first], now, "f");
-  const off = tab.change("r1", "project", [first, { ...row(project), known: true }], now, "g");
+  const project = tab.change("r1", { kind: "project", discipline: "boulder" }, [first], now, "f");
+  const off = tab.change("r1", { kind: "project", discipline: "boulder" }, [first, { ...row(project), known: true }], now, "g");
   assert.deepEqual([project.id, off.id, off.after, off.known], ["f", "f", null, true]);
+});
+
+test("a try on one rope is not counted up by a climb on another", async () => {
+  const tab = await import("./tab.ts");
+  const now = new Date("2026-11-24T18:00:00Z");
+  const fell = tab.change("r1", { kind: "try", discipline: "lead" }, [], now, "a");
+  const own = [{ ...fell.after, id: "a", waits: false, known: true }];
+  assert.equal(tab.change("r1", { kind: "top", discipline: "top-rope" }, own, now, "b").id, "b");
+  const high = tab.change("r1", { kind: "high-point", discipline: "lead", clip: 5 }, own, now, "c");
+  assert.deepEqual([high.id, high.after.kind, high.after.tries, high.after.high_point], ["a", "high-point", 2, 5]);
+  const next = tab.change("r1", { kind: "top", discipline: "lead" }, own, now, "d");
+  assert.deepEqual([next.id, next.after.high_point], ["a", null]);
 });
 
 test("what the server had taken when it was asked goes when it shows it, and nothing else", async () => {

@@ -11,8 +11,20 @@ test("a new row becomes a route without a scan with what was typed", () => {
   const [row] = rowsOf([line(3)], [], []);
   const typed = { ...row, name: "Moon", grade: "font|6A", tags: "slab, jump" };
   assert.deepEqual(handRouteOf(typed, "a"), {
-    id: "a", colour: "red", name: "Moon", grade_system_id: "font", grade: "6A", setter: "", tags: ["slab", "jump"], strip_on: null,
+    id: "a", colour: "red", name: "Moon", grade_system_id: "font", grade: "6A", setter: "", tags: ["slab", "jump"], strip_on: null, line_id: null,
   });
+});
+
+test("a new row hangs on the line that its holds show, a known route on its own", () => {
+  const on = { ...line(3), line_id: "seven" };
+  const [fresh] = rowsOf([on], [], []);
+  assert.equal(entriesOf([fresh])[0].line_id, "seven");
+  const [known] = rowsOf([{ ...on, route_id: "a" }], [route("a", { line: { id: "eight", label: "8" } })], []);
+  assert.equal(entriesOf([known])[0].line_id, "eight");
+  // Rows that an older version of the app stored know no lines.
+  const { rope, ...older } = fresh;
+  assert.equal(rope, "seven");
+  assert.equal(entriesOf(rowsOf([on], [], [older]))[0].line_id, null);
 });
 
 test("a grade that was signed off meanwhile is not overwritten by the review", () => {

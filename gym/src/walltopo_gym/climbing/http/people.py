@@ -234,8 +234,9 @@ class FriendOut(BaseModel):
 
     person_id: UUID
     name: str
-    kind: str
+    kind: Kind
     tries: int
+    discipline: Discipline
     climbed_at: datetime
 
 

@@ -182,17 +182,12 @@ class Grade(Body):
     high: str | None = Field(None, max_length=10)
 
 
-UsedFor = Literal["", "boulder", "rope"]
-
-
 class NewGradeSystem(Body):
     """A grade system, from the easiest grade to the hardest. Grades of the scales "font", "v",
-    "french" and "uiaa" get the spelling of the scale. `used_for`: "boulder" or "rope" routes, empty
-    for both."""
+    "french" and "uiaa" get the spelling of the scale."""
 
     name: Name
     kind: Literal["font", "v", "french", "uiaa", "circuits", "own"]
-    used_for: UsedFor = ""
     grades: list[Grade] = Field(min_length=1, max_length=60)
 
     @model_validator(mode="after")
@@ -225,7 +220,6 @@ class GradeSystemOut(BaseModel):
     id: UUID
     name: str
     kind: str
-    used_for: UsedFor
     grades: list[Grade]
 
 
@@ -243,13 +237,7 @@ def list_grade_systems(session: Db, access: GuestMay) -> list[GradeSystemOut]:
 @grades_router.post("/gyms/{gym}/grade-systems", status_code=201)
 def make_grade_system(body: NewGradeSystem, session: Db, access: OwnerMay) -> GradeSystemOut:
     """Add a grade system."""
-    row = GradeSystem(
-        gym_id=access.gym.id,
-        name=body.name,
-        kind=body.kind,
-        grades=body.rows(),
-        used_for=body.used_for,
-    )
+    row = GradeSystem(gym_id=access.gym.id, name=body.name, kind=body.kind, grades=body.rows())
     _refuse_taken(session, access.gym.id, body.name)
     session.add(row)
     session.flush()
@@ -270,7 +258,6 @@ def change_grade_system(
         _refuse_taken(session, access.gym.id, body.name)
     change_labels(session, row, [grade.label for grade in body.grades], body.new_labels())
     row.name, row.kind, row.grades = body.name, body.kind, body.rows()
-    row.used_for = body.used_for
     log_change(
         session, "grades.change", person=access.actor.known, gym=access.gym.id, subject=body.name
     )

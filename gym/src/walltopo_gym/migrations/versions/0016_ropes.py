@@ -1,4 +1,4 @@
-"""Ropes: lines of walls, disciplines of ascents and boards, and what a grade system is for."""
+"""Ropes: lines of walls, and disciplines of ascents and boards."""
 
 from __future__ import annotations
 
@@ -41,10 +41,6 @@ def upgrade() -> None:
         sa.Column("discipline", sa.String(length=10), server_default="boulder", nullable=False),
     )
     op.add_column("ascents", sa.Column("high_point", sa.Integer(), nullable=True))
-    op.add_column(
-        "grade_systems",
-        sa.Column("used_for", sa.String(length=10), server_default="", nullable=False),
-    )
     _tell_boards_apart()
 
 

@@ -24,7 +24,7 @@ Coordinate = Annotated[float, Field(ge=-1_000, le=1_000)]
 Point = tuple[Coordinate, Coordinate, Coordinate]
 
 
-class LineIn(Body):
+class RopeLineIn(Body):
     """A line: its label, how it is climbed (the usual way first), and its clips from the lowest up
     with the anchor, in metres in the frame of the wall's scans."""
 
@@ -38,7 +38,7 @@ class LineIn(Body):
         return self
 
 
-class LineOut(BaseModel):
+class RopeLineOut(BaseModel):
     """A line of a rope."""
 
     id: UUID
@@ -48,7 +48,7 @@ class LineOut(BaseModel):
 
 
 @router.get("/gyms/{gym}/walls/{wall}/lines")
-def list_lines(wall: UUID, session: Db, access: GuestMay) -> list[LineOut]:
+def list_lines(wall: UUID, session: Db, access: GuestMay) -> list[RopeLineOut]:
     """Return the lines of a wall; none if it is a boulder wall."""
     rows = lines_of(session, wall_of(session, access.gym.id, wall).id)
     return [_line_out(row) for row in rows]
@@ -56,8 +56,8 @@ def list_lines(wall: UUID, session: Db, access: GuestMay) -> list[LineOut]:
 
 @router.put("/gyms/{gym}/walls/{wall}/lines/{line}")
 def put_line(
-    wall: UUID, line: UUID, body: LineIn, response: Response, session: Db, access: SetterMay
-) -> LineOut:
+    wall: UUID, line: UUID, body: RopeLineIn, response: Response, session: Db, access: SetterMay
+) -> RopeLineOut:
     """Add or change a line; `line` is the sender's choice."""
     row, is_new = store_line(
         session, wall_of(session, access.gym.id, wall), line, body.model_dump(mode="json")
@@ -76,8 +76,8 @@ def drop_line(wall: UUID, line: UUID, session: Db, access: SetterMay) -> None:
     _log(session, access, "line.delete", gone)
 
 
-def _line_out(row: RopeLine) -> LineOut:
-    return LineOut.model_validate(row, from_attributes=True)
+def _line_out(row: RopeLine) -> RopeLineOut:
+    return RopeLineOut.model_validate(row, from_attributes=True)
 
 
 def _log(session: Session, access: Access, action: str, row: RopeLine) -> None:

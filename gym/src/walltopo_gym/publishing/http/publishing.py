@@ -71,12 +71,14 @@ class PuttingBack(Body):
 
 
 class DraftLine(BaseModel):
-    """One line of the table to confirm. `photographed`: a partial rescan exchanged or confirmed a
+    """One line of the table to confirm. `line_id`: the line that a new route probably hangs on, by
+    its holds. `photographed`: a partial rescan exchanged or confirmed a
     hold of the route; always true for a scan of the whole wall."""
 
     fate: Literal["kept", "changed", "new", "stripped"]
     route_id: UUID | None
     number: int | None
+    line_id: UUID | None
     colour: str
     came: list[int]
     went: list[int]
@@ -180,6 +182,7 @@ def read_draft(scan: UUID, session: Db, services: ServicesOf, access: PublisherM
             fate=line.status.value,
             route_id=line.route,
             number=line.number,
+            line_id=None if line.number is None else found.ropes.get(line.number),
             colour="" if line.number is None else found.routes[line.number].colour,
             came=list(line.added),
             went=list(line.removed),
