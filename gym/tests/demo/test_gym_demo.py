@@ -16,6 +16,7 @@ from walltopo.scans.routes import Route as FoundRoute
 from walltopo_climb.grades.font import FONT
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.climbing.counting import recount_gym
+from walltopo_gym.climbing.kinds import FIRST_TRIES, Kind, kinds_of
 from walltopo_gym.climbing.models import Ascent, ClimbingSession, Opinion, Standing
 from walltopo_gym.clock import now
 from walltopo_gym.competitions.demo import COMPETITORS, hold_cups
@@ -24,6 +25,7 @@ from walltopo_gym.competitions.models import Competition
 from walltopo_gym.crowd.filled import DemoFilled
 from walltopo_gym.crowd.people import CLIMBERS, DAYS, add_climbers, email_of
 from walltopo_gym.demo.hall import NAME, name_routes
+from walltopo_gym.demo.ropes import make_ropes
 from walltopo_gym.gyms.models import Gym, Membership
 from walltopo_gym.lists.demo import make_lists
 from walltopo_gym.lists.models import ClimbList
@@ -32,6 +34,7 @@ from walltopo_gym.problems.demo import make_problems
 from walltopo_gym.problems.models import Problem, ProblemAscent, ProblemHold
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.publishing.version_holds import version_holds
+from walltopo_gym.walls.disciplines import Discipline
 from walltopo_gym.walls.models import Wall
 
 UNTIL = datetime(2026, 3, 1, 12, tzinfo=UTC)
@@ -210,6 +213,29 @@ def test_the_demo_has_a_circuit_and_a_group_once(world: World) -> None:
         assert all(one.items for one in made)
         (homework,) = (one for one in made if not one.circuit)
         assert len(group_progress(session, homework)) == 4
+
+
+def test_the_tower_has_climbs_on_ropes_once(world: World) -> None:
+    published(world)
+    climber = world.people["member"].id
+    assert climber is not None
+    with world.server.database.writing() as session:
+        filled(world, session)
+        gym = session.get_one(Gym, world.gym.id)
+        for _ in range(2):
+            make_ropes(session, gym, climber, UNTIL)
+        rows = session.scalars(select(Ascent).where(Ascent.discipline != "boulder")).all()
+        assert len(rows) > 50
+        for row in rows:
+            route = session.get_one(Route, row.route_id)
+            assert row.discipline in route.disciplines
+            assert row.kind in kinds_of(Discipline(row.discipline))
+            assert (row.high_point is not None) == (row.kind == Kind.HIGH_POINT)
+            assert row.tries == 1 or row.kind not in FIRST_TRIES
+    recount_gym(world.server.database, world.gym.id)
+    with world.server.database.reading() as session:
+        boards = session.scalars(select(Standing.discipline).distinct()).all()
+    assert set(boards) == {"boulder", "lead", "top-rope"}
 
 
 def test_climbers_made_problems_once(world: World) -> None:

@@ -19,9 +19,9 @@ from walltopo_gym.gyms.days import gym_day, zone_of
 from walltopo_gym.gyms.models import GradeSystem, Gym
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.scans.models import Scan
-from walltopo_gym.walls.disciplines import Discipline, counted_as
+from walltopo_gym.walls.disciplines import Discipline, counted_as, disciplines_on
 from walltopo_gym.walls.lookup import disciplines_of
-from walltopo_gym.walls.models import Wall
+from walltopo_gym.walls.models import RopeLine, Wall
 
 _WEEK: Final = timedelta(days=7)
 _WEEKS: Final = 53
@@ -268,12 +268,13 @@ def _current_routes(
     session: Session, gym: Gym, topped: set[UUID | None], discipline: Discipline
 ) -> list[GradeProgress]:
     """Return rows by the gym's grade systems, from the easiest grade, without empty ones."""
-    routes = session.scalars(
-        select(Route)
+    current = session.execute(
+        select(Route.id, Route.grade_system_id, Route.grade, RopeLine.belays)
         .join(Wall, Wall.id == Route.wall_id)
+        .outerjoin(RopeLine, RopeLine.id == Route.line_id)
         .where(Wall.gym_id == gym.id, Route.stripped_at.is_(None), Route.grade != "")
-    )
-    rows = [row for row in routes if discipline in map(counted_as, row.disciplines)]
+    ).all()
+    rows = [row for row in current if discipline in map(counted_as, disciplines_on(row.belays))]
     of = Counter((row.grade_system_id, row.grade) for row in rows)
     done = Counter((row.grade_system_id, row.grade) for row in rows if row.id in topped)
     systems = session.scalars(

@@ -30,6 +30,7 @@ from walltopo_gym.clock import now
 from walltopo_gym.crowd.filled import DemoFilled
 from walltopo_gym.crowd.people import add_climbers, fill_own
 from walltopo_gym.database.engine import Database
+from walltopo_gym.demo.ropes import make_ropes
 from walltopo_gym.events import publish_event
 from walltopo_gym.gyms.members import add_member
 from walltopo_gym.gyms.models import GradeSystem, Gym
@@ -122,11 +123,12 @@ class Hall:
         versions = self._versions([wall.id for wall, _ in walls])
         with self.database.writing() as session:
             gym = session.scalars(select(Gym).where(Gym.slug == SLUG)).one()
-            routes = [route for route, _ in gym_routes(session, gym.id)]
+            routes = [route for route, _ in gym_routes(session, gym.id) if route.line_id is None]
             routes.sort(key=lambda route: (route.set_on, route.name))
             add_climbers(session, gym, routes, now())
             fill_own(session, gym, climber, routes, now())
             current = [session.get_one(Wall, wall.id) for wall, _ in walls]
+            make_ropes(session, gym, climber, now())
             publish_event(session, DemoFilled(gym, setter, routes, current, versions, now()))
         recount_gym(self.database, gym.id)
         return accounts
@@ -257,7 +259,9 @@ class Hall:
                 row = session.get_one(Scan, scan)
                 wall = session.get_one(Wall, row.wall_id)
                 system = session.scalars(
-                    select(GradeSystem).where(GradeSystem.gym_id == wall.gym_id)
+                    select(GradeSystem).where(
+                        GradeSystem.gym_id == wall.gym_id, GradeSystem.kind == "font"
+                    )
                 ).one()
                 days = _SET[index % len(_SET)]
                 entries = [

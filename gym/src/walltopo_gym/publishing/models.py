@@ -12,7 +12,7 @@ from sqlalchemy.orm import Mapped, mapped_column, relationship
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
 from walltopo_gym.gyms.models import GRADE_BY, GRADE_ROWS
-from walltopo_gym.walls.disciplines import Discipline
+from walltopo_gym.walls.disciplines import Discipline, disciplines_on
 from walltopo_gym.walls.models import RopeLine
 
 
@@ -48,8 +48,7 @@ class Route(Keyed, Base):
     @property
     def disciplines(self) -> list[Discipline]:
         """The disciplines in which it is climbed, the usual one first."""
-        belays = [] if self.line is None else self.line.belays
-        return [Discipline(belay) for belay in belays] or [Discipline.BOULDER]
+        return disciplines_on(None if self.line is None else self.line.belays)
 
 
 class Placement(Base):

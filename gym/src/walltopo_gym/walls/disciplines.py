@@ -22,6 +22,16 @@ ROPED: Final = (Discipline.LEAD, Discipline.TOP_ROPE, Discipline.AUTO_BELAY)
 _COUNTED_AS: Final = {Discipline.AUTO_BELAY: Discipline.TOP_ROPE}
 
 
+def disciplines_on(belays: Sequence[str] | None) -> list[Discipline]:
+    """Return the disciplines of a route, the usual one first.
+
+    Parameters
+    ----------
+    belays : of its line; None without one.
+    """
+    return [Discipline(belay) for belay in belays or ()] or [Discipline.BOULDER]
+
+
 def counted_as(discipline: str) -> Discipline:
     """Return the discipline whose boards and progress count a climb of a discipline."""
     known = Discipline(discipline)
