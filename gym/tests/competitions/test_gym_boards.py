@@ -22,7 +22,8 @@ from walltopo_gym.competitions.scoring.rules import Scoring
 from walltopo_gym.competitions.scoring.score import NOTHING, AttemptedProblem, Mark
 from walltopo_gym.competitions.sheet import Competitor, Format, RoundSheet, Sheet, Task
 
-RULES = ("points", "shared", "ifsc-2025", "ifsc-2018", "most")
+RULES = ("points", "shared", "ifsc-2025", "ifsc-2018", "most", "ifsc-lead", "lead-points")
+NO_SUM = ("ifsc-2018", "ifsc-lead")
 CATEGORIES = (UUID(int=1), UUID(int=2))
 
 
@@ -48,7 +49,7 @@ ENTRIES = tuple(
 def sheets(draw: st.DrawFn) -> Sheet:
     """A competition of one or two rounds that have begun; to the second not all may come."""
     form = draw(st.sampled_from(list(Format)))
-    rules = [r for r in RULES if form != Format.LEAGUE or r != "ifsc-2018"]
+    rules = [r for r in RULES if form != Format.LEAGUE or r not in NO_SUM]
     rounds = []
     for number in range(1 if form in (Format.FESTIVAL, Format.NIGHT) else 2):
         tasks = tuple(
@@ -58,8 +59,9 @@ def sheets(draw: st.DrawFn) -> Sheet:
                 "red",
                 draw(st.sampled_from([None, {"flash": 9, "top": 7, "zone": 3}])),
                 frozenset(CATEGORIES[:1]) if n == 3 else frozenset(),
+                5,
             )
-            for n in range(4)
+            for n in range(draw(st.sampled_from([1, 4])))
         )
         scoring = Scoring.of(
             {
@@ -74,7 +76,7 @@ def sheets(draw: st.DrawFn) -> Sheet:
             RoundSheet(
                 key(9, number),
                 f"Round {number}",
-                "open",
+                draw(st.sampled_from(["open", "final"])),
                 "running",
                 scoring,
                 4 if is_final else None,
@@ -104,7 +106,18 @@ def seen(sheet: Sheet, chance: Random) -> list[Fact]:
     facts: list[Fact] = []
     for number in range(chance.randrange(50)):
         kind = chance.choice(
-            ["attempt", "zone", "top", "top", "zone", "void", "void", "out", "appeal"]
+            [
+                "attempt",
+                "zone",
+                "top",
+                "top",
+                "zone",
+                "void",
+                "void",
+                "out",
+                "appeal",
+                *4 * ["high"],
+            ]
         )
         entry = chance.choice(sheet.entries).id
         target = chance.choice(facts) if facts and chance.random() < 0.3 else None
@@ -113,7 +126,7 @@ def seen(sheet: Sheet, chance: Random) -> list[Fact]:
         if target is not None:
             entry = target.entry
         problem = None if kind in ("out", "appeal") else chance.choice(problems)
-        n = chance.randrange(1, 5) if kind in ("attempt", "zone", "top") else None
+        n = chance.randrange(1, 5) if kind in ("attempt", "zone", "top", "high") else None
         facts.append(
             Fact(
                 key(20, number),
@@ -123,6 +136,9 @@ def seen(sheet: Sheet, chance: Random) -> list[Fact]:
                 n,
                 None if target is None else target.id,
                 "why",
+                chance.randrange(6) if kind == "high" else None,
+                kind == "high" and chance.random() < 0.5,
+                chance.choice([None, 90, 120]) if kind in ("top", "high") else None,
             )
         )
     return facts

@@ -6,12 +6,13 @@ from collections import defaultdict
 from collections.abc import Mapping
 from datetime import datetime
 from fractions import Fraction
-from typing import Final
 from uuid import UUID
 
 from walltopo_gym.competitions.board_view import (
+    MAX_SHOWN_PROBLEMS,
     BoardView,
     CategoryLines,
+    HighPoint,
     Line,
     ProblemHead,
     RoundHead,
@@ -29,11 +30,9 @@ from walltopo_gym.competitions.ranking import (
     standing_in_league,
 )
 from walltopo_gym.competitions.results import Results
-from walltopo_gym.competitions.scoring.score import Score, best_of, format_points
+from walltopo_gym.competitions.scoring.score import Mark, Score, best_of, format_points
 from walltopo_gym.competitions.sheet import Competitor, Format, RoundSheet, Sheet
 from walltopo_gym.errors import NotFoundError
-
-_FEW: Final = 10  # problems whose marks are in each line
 
 
 class Leaderboard:
@@ -170,7 +169,7 @@ class Leaderboard:
             return standing_in_league(scores.values(), sheet.league_best, who.handicap)
         reached = max(n for n, one in enumerate(sheet.rounds, 1) if one.id in scores)
         if sheet.format == Format.ROUNDS:
-            return standing_in_all(sheet.rounds, self._whole(scores), reached)
+            return standing_in_all(sheet.rounds, self._whole(scores, who.category), reached)
         return self._standing_in(who, reached)
 
     def _standing_in(self, who: Competitor, number: int) -> Standing:
@@ -178,23 +177,28 @@ class Leaderboard:
         rounds = self.sheet.rounds
         if self.sheet.format == Format.LEAGUE:
             return standing_in(rounds[number - 1 : number], self._scores(who), 1)
-        return standing_in(rounds, self._whole(self._scores(who)), number)
+        return standing_in(rounds, self._whole(self._scores(who), who.category), number)
 
     def _scores(self, who: Competitor) -> dict[UUID, Score]:
         found = {one.id: self.results.score(one, who) for one in self.sheet.rounds}
         return {one: score for one, score in found.items() if score is not None}
 
-    def _whole(self, scores: Mapping[UUID, Score]) -> dict[UUID, Score]:
+    def _whole(self, scores: Mapping[UUID, Score], category: UUID) -> dict[UUID, Score]:
         """Return the scores with empty ones for the rounds that a competitor was not in."""
-        return {one.id: scores.get(one.id) or self.results.empty(one) for one in self.sheet.rounds}
+        return {
+            one.id: scores.get(one.id) or self.results.empty(one, category)
+            for one in self.sheet.rounds
+        }
 
     def _round_line(
         self, who: Competitor, one: RoundSheet, ranks: Mapping[UUID, Rank]
     ) -> RoundLine:
         score = self.results.score(one, who)
-        found = score or self.results.empty(one)
+        found = score or self.results.empty(one, who.category)
         rank = ranks.get(who.id)
-        marks = self.results.marks_in(one, who.id) if len(one.problems) <= _FEW else {}
+        marks = (
+            self.results.marks_in(one, who.id) if len(one.problems) <= MAX_SHOWN_PROBLEMS else {}
+        )
         return RoundLine(
             round_id=one.id,
             rank=None if rank is None else rank.rank,
@@ -206,7 +210,21 @@ class Leaderboard:
             tries_to_top=found.tries_to_top,
             tries_to_zone=found.tries_to_zone,
             marks={problem: (mark.tries, mark.zone, mark.top) for problem, mark in marks.items()},
+            result="" if score is None else found.result,
+            highs=self._highs(who, one, marks) if one.scoring.is_lead and score else {},
         )
+
+    def _highs(
+        self, who: Competitor, one: RoundSheet, marks: Mapping[UUID, Mark]
+    ) -> dict[UUID, HighPoint]:
+        ranks = self.results.route_ranks(one, who)
+        shows_ranks = len(ranks) > 1
+        return {
+            route: HighPoint(
+                mark.high, mark.seconds, format_points(ranks[route]) if shows_ranks else ""
+            )
+            for route, mark in marks.items()
+        }
 
 
 def _round_head(one: RoundSheet) -> RoundHead:

@@ -4,13 +4,26 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from datetime import datetime
+from typing import Final
 from uuid import UUID
+
+MAX_SHOWN_PROBLEMS: Final = 10  # problems of a round whose marks are in each line
+
+
+@dataclass(frozen=True, slots=True)
+class HighPoint:
+    """A competitor's result on a route. `high`: the hold, the hold with a plus (34+), or TOP;
+    `seconds`: climbing time; `rank`: the rank on this route if the round ranks by it."""
+
+    high: str
+    seconds: int | None
+    rank: str
 
 
 @dataclass(frozen=True, slots=True)
 class RoundLine:
     """A competitor's result in a round. `marks`: problem to tries, zone and top (0: not reached),
-    in rounds of few problems."""
+    in rounds of few problems. In a lead round `result` is the score, and `highs` are by route."""
 
     round_id: UUID
     rank: int | None
@@ -22,6 +35,8 @@ class RoundLine:
     tries_to_top: int
     tries_to_zone: int
     marks: dict[UUID, tuple[int, int, int]] = field(default_factory=dict)
+    result: str = ""
+    highs: dict[UUID, HighPoint] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,7 @@ from pydantic import BaseModel, Field
 from walltopo_gym.api.fields import Body, LongText, Moment, Name, Text
 from walltopo_gym.competitions.ledger import Kind
 from walltopo_gym.competitions.scoring.rules import Rules
+from walltopo_gym.competitions.scoring.score import Mark
 from walltopo_gym.competitions.sheet import Format
 
 State = Literal["draft", "open", "running", "ended"]
@@ -19,6 +20,7 @@ Gender = Literal["", "women", "men", "other"]
 Year = Annotated[int, Field(ge=1900, le=2100)]
 Worth = Annotated[int, Field(ge=0, le=100_000)]
 Few = Annotated[int, Field(ge=1, le=500)]
+Holds = Annotated[int, Field(ge=1, le=500)]
 
 
 class ProblemPoints(Body):
@@ -56,7 +58,8 @@ class CategoryBody(Body):
 
 
 class ProblemBody(Body):
-    """A problem. With a route, name, colour, grade and wall come from the route."""
+    """A problem. With a route, name, colour, grade and wall come from the route. `holds`: number
+    of holds of a route for rope, counted as judges do."""
 
     id: UUID | None = None
     label: Text = Field("", max_length=20)
@@ -67,6 +70,7 @@ class ProblemBody(Body):
     wall: Text = Field("", max_length=80)
     points: ProblemPoints | None = None
     category_ids: list[UUID] = Field([], max_length=50)
+    holds: Holds | None = None
 
     @property
     def words(self) -> dict[str, str]:
@@ -145,6 +149,7 @@ class ProblemOut(BaseModel):
     wall: str
     points: ProblemPoints | None
     category_ids: list[UUID]
+    holds: int | None
 
 
 class RoundOut(BaseModel):
@@ -223,17 +228,46 @@ class EntryBody(Body):
     handicap: Handicap = 0
 
 
+class MarkFields(BaseModel):
+    """A competitor's mark on a problem: tries, and the tries that reached zone and top; on a route
+    the hold of the high point below the top, and the climbing time."""
+
+    tries: int
+    zone: int | None
+    top: int | None
+    hold: int | None
+    plus: bool
+    seconds: int | None
+
+
+def mark_fields(mark: Mark) -> dict[str, Any]:
+    """Return the fields of a mark for a response."""
+    return {
+        "tries": mark.tries,
+        "zone": mark.zone or None,
+        "top": mark.top or None,
+        "hold": mark.hold if mark.high_try else None,
+        "plus": mark.plus,
+        "seconds": mark.seconds,
+    }
+
+
 Number = Annotated[int, Field(ge=0, le=2_000_000_000)]
 
 
 class EventBody(Body):
-    """A score event: `n` is the number of the try. `device` and its counter `number` give the order
-    in which one device sent events; `made_at` and `sent_at` are by the device's clock."""
+    """A score event: `n` is the number of the try. A high point has the number of its `hold`,
+    maybe with a `plus`; it and a top on a route may have the climbing time in `seconds`. `device`
+    and its counter `number` give the order in which one device sent events; `made_at` and `sent_at`
+    are by the device's clock."""
 
     entry_id: UUID
     problem_id: UUID | None = None
     kind: Kind
     n: int | None = Field(None, ge=0, le=999)
+    hold: int | None = Field(None, ge=0, le=999)
+    plus: bool = False
+    seconds: int | None = Field(None, ge=1, le=86_400)
     target_id: UUID | None = None
     text: str = Field("", max_length=500, pattern=LongText)
     device: str = Field(max_length=40, pattern=r"^[A-Za-z0-9_-]+$")

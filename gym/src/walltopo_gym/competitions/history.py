@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Final
+from typing import Any, Final
 from uuid import UUID
 
 from sqlalchemy import ColumnElement, select
@@ -25,6 +25,9 @@ _FACT: Final = (
     ScoreEvent.n,
     ScoreEvent.target_id,
     ScoreEvent.text,
+    ScoreEvent.hold,
+    ScoreEvent.plus,
+    ScoreEvent.seconds,
 )
 
 
@@ -67,7 +70,7 @@ def catch_up(
     if last is not None:
         new = new.where(ScoreEvent.seq <= last)
     rows = session.execute(new.order_by(ScoreEvent.seq)).all()
-    board.results.add(Fact(*row[2:]) for row in rows)
+    board.results.add(_fact(row[2:]) for row in rows)
     if rows:
         board.seq, board.at = rows[-1].seq, rows[-1].at
     return bool(rows)
@@ -102,6 +105,11 @@ def marks_of(session: Session, competition: UUID, about: ColumnElement[bool]) ->
     return found
 
 
+def _fact(columns: Sequence[Any]) -> Fact:
+    """Return an event from its columns, those of `_FACT`."""
+    return Fact(*columns)
+
+
 def struck_events(session: Session, competition: UUID, events: Collection[UUID]) -> set[UUID]:
     """Return which of these events do not count."""
     _, ledger = _with_strikers(session, competition, ScoreEvent.id.in_(events))
@@ -114,10 +122,10 @@ def _with_strikers(
     """Return some events, and a ledger that also has the events that may strike them: an event
     strikes only events of its own competitor."""
     of = select(*_FACT).where(ScoreEvent.competition_id == competition).order_by(ScoreEvent.seq)
-    facts = [Fact(*row) for row in session.execute(of.where(about))]
+    facts = [_fact(row) for row in session.execute(of.where(about))]
     strikers = of.where(
         ScoreEvent.entry_id.in_({fact.entry for fact in facts}), ScoreEvent.target_id.is_not(None)
     )
     ledger = Ledger()
-    ledger.add([*facts, *(Fact(*row) for row in session.execute(strikers))])
+    ledger.add([*facts, *(_fact(row) for row in session.execute(strikers))])
     return facts, ledger

@@ -15,17 +15,39 @@ from walltopo_gym.clock import now
 from walltopo_gym.competitions.bodies import EventBody
 from walltopo_gym.competitions.entering import entry_of
 from walltopo_gym.competitions.history import struck_events
-from walltopo_gym.competitions.ledger import JUDGED, SCORED, STRIKING, Kind
+from walltopo_gym.competitions.ledger import (
+    BOULDER_KINDS,
+    JUDGED,
+    LEAD_KINDS,
+    SCORED,
+    STRIKING,
+    Kind,
+)
 from walltopo_gym.competitions.models import Competition, Entry, Problem, Round, ScoreEvent, Starter
+from walltopo_gym.competitions.scoring.rules import Scoring
 from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError, RequestError
 
-_SAME: Final = ("entry_id", "problem_id", "kind", "n", "target_id", "text", "device", "number")
+_SAME: Final = (
+    "entry_id",
+    "problem_id",
+    "kind",
+    "n",
+    "hold",
+    "plus",
+    "seconds",
+    "target_id",
+    "text",
+    "device",
+    "number",
+)
 _LONGEST_LATE: Final = timedelta(days=7)
 # Events of one competitor on one problem: a competitor's own stop long before those of judges.
 MAX_OWN_EVENTS: Final = 300
 MAX_EVENTS: Final = 1_000
 # Events that strike each other in a row; a judge strikes the first one instead of the last.
 MAX_CHAIN: Final = 20
+# The IFSC allows 6 minutes; a gym may allow more.
+MAX_CLIMB: Final = timedelta(hours=1)
 
 
 def store_event(
@@ -95,6 +117,7 @@ def _check_open(row: Competition) -> None:
 def _check_sense(session: Session, row: Competition, body: EventBody) -> None:
     if body.kind in SCORED and (body.problem_id is None or body.n is None or body.n < 1):
         raise RequestError("event-needs-problem", kind=body.kind)
+    _check_high_point(body)
     if body.kind == Kind.DECISION and body.n not in (0, 1):
         raise RequestError("event-decision")
     if body.kind == Kind.OUT and body.problem_id is not None:
@@ -112,6 +135,29 @@ def _check_sense(session: Session, row: Competition, body: EventBody) -> None:
         raise RequestError("event-appeals-only")
 
 
+def _check_high_point(body: EventBody) -> None:
+    """Check that a high point has a hold, and no other event has what belongs to it."""
+    if body.kind == Kind.HIGH and body.hold is None:
+        raise RequestError("event-needs-hold")
+    if body.kind != Kind.HIGH and (body.hold is not None or body.plus):
+        raise RequestError("event-hold-of-high")
+    if body.kind not in LEAD_KINDS and body.seconds is not None:
+        raise RequestError("event-time-of-high")
+    if body.seconds is not None and body.seconds > MAX_CLIMB.total_seconds():
+        raise RequestError("event-time-long", minutes=int(MAX_CLIMB.total_seconds()) // 60)
+
+
+def _check_fits_rules(one: Round, problem: Problem, body: EventBody) -> None:
+    """Check that a score fits the rules of its round and the holds of its route."""
+    is_lead = Scoring.of(one.scoring).is_lead
+    if body.kind not in (LEAD_KINDS if is_lead else BOULDER_KINDS):
+        raise RequestError("event-of-lead" if is_lead else "event-of-boulder", round=one.name)
+    if not is_lead and body.seconds is not None:
+        raise RequestError("event-time-of-high")
+    if problem.holds is not None and (body.hold or 0) > problem.holds:
+        raise RequestError("event-hold-beyond", hold=body.hold, holds=problem.holds)
+
+
 def _check_problem(
     session: Session, row: Competition, body: EventBody, entry: Entry
 ) -> Round | None:
@@ -126,6 +172,7 @@ def _check_problem(
         raise RequestError("cup-other-category")
     if body.kind not in SCORED:
         return one
+    _check_fits_rules(one, problem, body)
     if one.begun_at is None:
         raise ConflictError("cup-round-not-begun", name=one.name)
     if one.quota is not None and session.get(Starter, (one.id, entry.id)) is None:

@@ -4,12 +4,17 @@ An event counts unless a counting event strikes it: one that has it as its targe
 in `STRIKING`. Over all counting events, a competitor's tries on a problem are the largest number,
 and zone and top the smallest. So two judges who enter the same try do not count it twice, and a
 phone that was offline changes nothing by being late.
+
+On a route the best high point counts: a top before a hold, a higher hold before a lower one, a plus
+before none. Its climbing time is the shortest that a counting event of that high point has, and its
+try the first of them. So two judges who enter the same attempt agree in any order; where they
+disagree, the competitor has the better mark until a judge strikes one of the two.
 """
 
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from uuid import UUID
@@ -23,13 +28,16 @@ class Kind(StrEnum):
     ATTEMPT = "attempt"
     ZONE = "zone"
     TOP = "top"
+    HIGH = "high"
     VOID = "void"
     OUT = "out"
     APPEAL = "appeal"
     DECISION = "decision"
 
 
-SCORED = frozenset({Kind.ATTEMPT, Kind.ZONE, Kind.TOP})
+BOULDER_KINDS = frozenset({Kind.ATTEMPT, Kind.ZONE, Kind.TOP})
+LEAD_KINDS = frozenset({Kind.HIGH, Kind.TOP})
+SCORED = BOULDER_KINDS | LEAD_KINDS
 JUDGED = frozenset({Kind.OUT, Kind.DECISION})  # sent by judges alone
 # An appeal and a decision name an event and leave it as it is.
 STRIKING = SCORED | {Kind.VOID, Kind.OUT}
@@ -48,6 +56,9 @@ class Fact:
     n: int | None = None
     target: UUID | None = None
     text: str = ""
+    hold: int | None = None
+    plus: bool = False
+    seconds: int | None = None
 
     @property
     def mark_key(self) -> MarkKey:
@@ -58,6 +69,15 @@ class Fact:
     def strikes(self) -> UUID | None:
         """Return the id of the event that this one strikes, or None."""
         return self.target if self.kind in STRIKING else None
+
+    @property
+    def height(self) -> int:
+        """Return a number that orders high points; 0 if the event has none."""
+        if self.kind == Kind.TOP:
+            return Mark(top=1).height
+        if self.kind == Kind.HIGH:
+            return Mark(tries=1, hold=self.hold or 0, plus=self.plus).height
+        return 0
 
 
 class Ledger:
@@ -116,16 +136,15 @@ class Ledger:
     def mark(self, entry: UUID, problem: UUID) -> Mark:
         """Return a competitor's mark on a problem."""
         tries = zone = top = 0
-        for fact in self.counting_events(entry, problem):
-            n = fact.n
-            if fact.kind not in SCORED or n is None:
-                continue
+        events = self.counting_events(entry, problem)
+        scored = [(fact, fact.n) for fact in events if fact.kind in SCORED and fact.n]
+        for fact, n in scored:
             tries = max(tries, n)
-            if fact.kind != Kind.ATTEMPT:
+            if fact.kind in (Kind.ZONE, Kind.TOP):
                 zone = min(zone or n, n)
             if fact.kind == Kind.TOP:
                 top = min(top or n, n)
-        return Mark(tries, zone, top) if tries else NOTHING
+        return Mark(tries, zone, top, *_high_point(scored)) if tries else NOTHING
 
     def out(self, entry: UUID) -> str | None:
         """Return the reason of a disqualification; None without one."""
@@ -136,3 +155,20 @@ class Ledger:
         """Return the counting events of a mark in order of arrival."""
         events = self._at.get((entry, problem), ())
         return [self._facts[event] for event in events if self.counts(event)]
+
+
+def _high_point(scored: Sequence[tuple[Fact, int]]) -> tuple[int, bool, int, int | None]:
+    """Return hold, plus, try and climbing time of the best high point; a top has no hold and no
+    try here.
+
+    Parameters
+    ----------
+    scored : events and the numbers of their tries.
+    """
+    height = max((fact.height for fact, _ in scored), default=0)
+    best = [(fact, n) for fact, n in scored if height and fact.height == height]
+    time = min((fact.seconds for fact, _ in best if fact.seconds is not None), default=None)
+    if not best or best[0][0].kind == Kind.TOP:
+        return 0, False, 0, time
+    high = best[0][0]
+    return high.hold or 0, high.plus, min(n for _, n in best), time

@@ -93,7 +93,7 @@ class Round(Base):
 class Problem(Base):
     """A problem of a round. `name`, `colour`, `grade` and `wall` are copied from the route when the
     problem is made, and outlive it. `points`: own {flash, top, zone}; `category_ids`: its
-    categories, empty for all."""
+    categories, empty for all; `holds`: number of a route's holds, if known."""
 
     __tablename__ = "competition_problems"
 
@@ -112,6 +112,7 @@ class Problem(Base):
     wall: Mapped[str] = mapped_column(String(80), default="")
     points: Mapped[dict[str, int] | None] = mapped_column(JSON(none_as_null=True))
     category_ids: Mapped[list[str]] = mapped_column(JSON, default=list)
+    holds: Mapped[int | None]
 
 
 class Entry(Keyed, Base):
@@ -178,7 +179,8 @@ class ScoreEvent(Base):
     meaning).
 
     `id`, `device`, `number` and `made_at` come from the device, `seq` and `at` from the server.
-    `climbed_at` is `made_at` corrected by the known error of the device's clock.
+    `climbed_at` is `made_at` corrected by the known error of the device's clock. `hold`, `plus` and
+    `seconds` are a high point on a route and the climbing time to it or to the top.
     """
 
     __tablename__ = "score_events"
@@ -196,6 +198,9 @@ class ScoreEvent(Base):
     )
     kind: Mapped[str] = mapped_column(String(10))
     n: Mapped[int | None]
+    hold: Mapped[int | None]
+    plus: Mapped[bool] = mapped_column(default=False, server_default=false())
+    seconds: Mapped[int | None]
     target_id: Mapped[UUID | None]
     text: Mapped[str] = mapped_column(String(500), default="")
     person_id: Mapped[UUID | None] = mapped_column(

@@ -51,7 +51,8 @@ class Step:
 def standing_in(
     rounds: Sequence[RoundSheet], scores: Mapping[UUID, Score], reached: int
 ) -> Standing:
-    """Return the standing in a round: the score there, then in each round before.
+    """Return the standing in a round: the score there, then in each round before, and in a final
+    the tie-breaks.
 
     Parameters
     ----------
@@ -62,7 +63,10 @@ def standing_in(
         for criterion in scores[one.id].criteria:
             code = criterion.code if number == 0 else "countback"
             criteria.append((one.id, criterion._replace(code=code)))
-    return Standing(tuple(criteria), scores[rounds[reached - 1].id].points)
+    last = rounds[reached - 1]
+    if last.kind == "final":
+        criteria += [(last.id, criterion) for criterion in scores[last.id].tie_breaks]
+    return Standing(tuple(criteria), scores[last.id].points)
 
 
 def standing_in_all(

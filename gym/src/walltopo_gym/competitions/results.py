@@ -4,19 +4,24 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable
+from fractions import Fraction
 from uuid import UUID
 
 from walltopo_gym.competitions.ledger import Fact, Ledger, MarkKey
-from walltopo_gym.competitions.scoring.rules import Rules
+from walltopo_gym.competitions.scoring.lead import average_ranks
+from walltopo_gym.competitions.scoring.rules import Field, Rules
 from walltopo_gym.competitions.scoring.score import NOTHING, AttemptedProblem, Mark, Score
 from walltopo_gym.competitions.sheet import Competitor, RoundSheet, Sheet
+
+_Group = tuple[UUID, UUID]  # round, category
 
 
 class Results:
     """Marks and scores of a competition.
 
-    An event affects the score of one competitor in one round, and, with shared points, of those who
-    share them. `touched` has the categories that changed since it was last emptied.
+    An event affects the score of one competitor in one round; with shared points, of those who
+    share them; in IFSC lead, of the whole category. `touched` has the categories that changed since
+    it was last emptied.
     """
 
     def __init__(self, sheet: Sheet) -> None:
@@ -32,7 +37,9 @@ class Results:
         self._round_of = {task.id: one for one in sheet.rounds for task in one.problems}
         self._task = {task.id: task for one in sheet.rounds for task in one.problems}
         self._marks: dict[UUID, dict[UUID, Mark]] = defaultdict(dict)
-        self._scores: dict[tuple[UUID, UUID], Score | None] = {}
+        # By round and category, then by competitor.
+        self._scores: dict[_Group, dict[UUID, Score | None]] = defaultdict(dict)
+        self._ranks: dict[_Group, dict[UUID, dict[UUID, Fraction]]] = {}
         self._tops: dict[tuple[UUID, UUID], set[UUID]] = defaultdict(set)
         self._zones: dict[tuple[UUID, UUID], set[UUID]] = defaultdict(set)
         self.outs: dict[UUID, str] = {}
@@ -53,14 +60,23 @@ class Results:
     def score(self, one: RoundSheet, who: Competitor) -> Score | None:
         """Return a competitor's score in a round; None if disqualified, and if they neither climbed
         in it nor reached it by a quota."""
-        key = one.id, who.id
-        if key not in self._scores:
-            self._scores[key] = self._scored(one, who)
-        return self._scores[key]
+        scores = self._scores[one.id, who.category]
+        if who.id not in scores:
+            scores[who.id] = self._scored(one, who)
+        return scores[who.id]
 
-    def empty(self, one: RoundSheet) -> Score:
+    def empty(self, one: RoundSheet, category: UUID) -> Score:
         """Return the score of no result in a round."""
-        return one.scoring.score((), {}, {})
+        return one.scoring.score((), Field(routes=len(one.problems_of(category))))
+
+    def route_ranks(self, one: RoundSheet, who: Competitor) -> dict[UUID, Fraction]:
+        """Return a competitor's rank on each route of an IFSC lead round."""
+        if one.scoring.rules != Rules.IFSC_LEAD:
+            return {}
+        key = one.id, who.category
+        if key not in self._ranks:
+            self._ranks[key] = self._ranked_routes(one, who.category)
+        return {route: ranks[who.id] for route, ranks in self._ranks[key].items()}
 
     def marks_in(self, one: RoundSheet, entry: UUID) -> dict[UUID, Mark]:
         """Return a competitor's marks on the problems of a round."""
@@ -68,17 +84,38 @@ class Results:
         return {task.id: mine[task.id] for task in one.problems if task.id in mine}
 
     def _scored(self, one: RoundSheet, who: Competitor) -> Score | None:
-        if not one.has(who.id) or who.id in self.outs:
+        if not self._takes_part(one, who):
             return None
         tried = [
-            AttemptedProblem(problem, mark, self._task[problem].points)
+            AttemptedProblem(problem, mark, self._task[problem].points, self._task[problem].holds)
             for problem, mark in self.marks_in(one, who.id).items()
         ]
-        if not tried and (one.starters is None or one.begun_at is None):
-            return None
-        tops = {t.problem: len(self._tops[who.category, t.problem]) for t in tried}
-        zones = {t.problem: len(self._zones[who.category, t.problem]) for t in tried}
-        return one.scoring.score(tried, tops, zones)
+        rivals = Field(
+            tops={t.problem: len(self._tops[who.category, t.problem]) for t in tried},
+            zones={t.problem: len(self._zones[who.category, t.problem]) for t in tried},
+            ranks=self.route_ranks(one, who),
+            routes=len(one.problems_of(who.category)),
+        )
+        return one.scoring.score(tried, rivals)
+
+    def _takes_part(self, one: RoundSheet, who: Competitor) -> bool:
+        if not one.has(who.id) or who.id in self.outs:
+            return False
+        return bool(self.marks_in(one, who.id)) or (
+            one.starters is not None and one.begun_at is not None
+        )
+
+    def _ranked_routes(self, one: RoundSheet, category: UUID) -> dict[UUID, dict[UUID, Fraction]]:
+        """Return the ranks on each route of those of a category who take part in a round."""
+        who = [
+            each.id
+            for each in self.sheet.entries
+            if each.category == category and self._takes_part(one, each)
+        ]
+        return {
+            route.id: average_ranks({each: self.mark(each, route.id).height for each in who})
+            for route in one.problems_of(category)
+        }
 
     def _look(self, entry: UUID, problem: UUID | None) -> None:
         """Update a competitor's mark on a problem, or their disqualification."""
@@ -89,7 +126,7 @@ class Results:
             self._look_out(who)
             return
         task = self._task.get(problem)
-        if task is None or (task.categories and who.category not in task.categories):
+        if task is None or not task.is_for(who.category):
             return
         mark = self._ledger.mark(entry, problem)
         if mark == self._marks[entry].get(problem, NOTHING):
@@ -128,5 +165,10 @@ class Results:
                     self._forget(one, self.competitors[other])
 
     def _forget(self, one: RoundSheet, who: Competitor) -> None:
-        self._scores.pop((one.id, who.id), None)
+        key = one.id, who.category
+        if one.scoring.rules == Rules.IFSC_LEAD:  # a mark moves the ranks of all on its route
+            self._scores.pop(key, None)
+            self._ranks.pop(key, None)
+        else:
+            self._scores[key].pop(who.id, None)
         self.touched.add(who.category)

@@ -20,7 +20,7 @@ from walltopo_gym.competitions.models import (
     ScoreEvent,
 )
 from walltopo_gym.competitions.order import check_before, draw_order, forget_drawn, is_drawn
-from walltopo_gym.competitions.scoring.rules import Scoring
+from walltopo_gym.competitions.scoring.rules import Rules, Scoring
 from walltopo_gym.competitions.sheet import Format
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
 from walltopo_gym.publishing.models import Route
@@ -130,6 +130,24 @@ def _change_problems(
         problem.place, problem.label, problem.route_id = place, wanted.label, wanted.route_id
         problem.points = wanted.points and wanted.points.model_dump()
         problem.category_ids = [str(category) for category in wanted.category_ids]
+        problem.holds = wanted.holds
+    session.flush()
+    if one.begun_at is not None:
+        _check_holds(session, one)
+
+
+def _check_holds(session: Session, one: Round) -> None:
+    """Check that each route has a number of holds where a top is worth that number.
+
+    Raises
+    ------
+    ConflictError : a route has none.
+    """
+    if Scoring.of(one.scoring).rules != Rules.LEAD_POINTS:
+        return
+    missing = select(Problem.id).where(Problem.round_id == one.id, Problem.holds.is_(None))
+    if session.scalar(missing.limit(1)) is not None:
+        raise ConflictError("cup-holds-missing", "cup-holds-edit", name=one.name)
 
 
 def _problem_fields(session: Session, gym: UUID, wanted: ProblemBody) -> dict[str, str]:
@@ -241,6 +259,7 @@ def set_board_frozen(session: Session, row: Competition, frozen: bool) -> None:
 
 def _begin_round(session: Session, row: Competition, one: Round) -> None:
     check_before(session, row, one)
+    _check_holds(session, one)
     if one.quota is not None and one.begun_at is None and not is_drawn(session, one):
         draw_order(session, row, one)
     one.state, one.begun_at = "running", one.begun_at or now()

@@ -30,13 +30,19 @@ class Format(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A problem; `categories`: its categories, empty for all."""
+    """A problem; `categories`: its categories, empty for all; `holds`: number of a route's holds,
+    if known."""
 
     id: UUID
     label: str
     colour: str
     points: dict[str, int] | None
     categories: frozenset[UUID]
+    holds: int | None = None
+
+    def is_for(self, category: UUID) -> bool:
+        """Return whether a category climbs it."""
+        return not self.categories or category in self.categories
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +62,10 @@ class RoundSheet:
     def has(self, entry: UUID) -> bool:
         """Return whether a competitor climbs in it."""
         return self.starters is None or entry in self.starters
+
+    def problems_of(self, category: UUID) -> tuple[Task, ...]:
+        """Return the problems of a category."""
+        return tuple(task for task in self.problems if task.is_for(category))
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +148,7 @@ def load_sheet(session: Session, competition: models.Competition) -> Sheet:
 
 def _task(row: models.Problem, number: int) -> Task:
     whose = frozenset(UUID(category) for category in row.category_ids)
-    return Task(row.id, row.label or str(number), row.colour, row.points, whose)
+    return Task(row.id, row.label or str(number), row.colour, row.points, whose, row.holds)
 
 
 def _round_sheet(

@@ -6,12 +6,22 @@ from collections.abc import Iterator
 from decimal import Decimal
 from typing import Final
 
-from walltopo_gym.competitions.board_view import BoardView, Line, RoundLine
+from walltopo_gym.competitions.board_view import (
+    MAX_SHOWN_PROBLEMS,
+    BoardView,
+    Line,
+    ProblemHead,
+    RoundHead,
+    RoundLine,
+)
+from walltopo_gym.competitions.scoring.rules import LEAD_RULES
+from walltopo_gym.competitions.scoring.score import format_time
 from walltopo_gym.paper.sheet import Paper, Sheet
 from walltopo_gym.spreadsheets import CsvDialect, csv_table
 
 _COLUMNS: Final = ("category", "rank", "shared", "bib", "name", "team", "club", "out", "points")
 _OF_A_ROUND: Final = ("rank", "points", "tops", "zones", "flashes", "tries_to_top", "tries_to_zone")
+_OF_A_LEAD_ROUND: Final = ("rank", "result", "tops")
 
 
 def results_csv(board: BoardView, dialect: CsvDialect) -> str:
@@ -19,7 +29,7 @@ def results_csv(board: BoardView, dialect: CsvDialect) -> str:
     heads = [
         f"{number}. {one.name}: {name}"
         for number, one in enumerate(board.rounds, 1)
-        for name in _OF_A_ROUND
+        for name in _round_columns(one)
     ]
     rows = (
         (
@@ -32,7 +42,7 @@ def results_csv(board: BoardView, dialect: CsvDialect) -> str:
             line.club,
             line.out,
             _parse_points(line.points),
-            *_round_cells(line),
+            *_round_cells(board, line),
         )
         for category in board.categories
         for line in category.lines
@@ -98,11 +108,29 @@ def _parse_points(points: str) -> Decimal | None:
     return Decimal(points) if points else None
 
 
-def _round_cells(line: Line) -> Iterator[Decimal | int | None]:
-    for one in line.rounds:
+def _round_columns(one: RoundHead) -> list[str]:
+    """Return the columns of a round; in a lead round two for each route: high point and time."""
+    if one.rules not in LEAD_RULES:
+        return list(_OF_A_ROUND)
+    # With the number: two routes may have the same label.
+    routes = [f"{n}: {route.label}" for n, route in enumerate(_shown_routes(one), 1)]
+    return [*_OF_A_LEAD_ROUND, *(f"{name} {at}" for at in routes for name in ("high", "seconds"))]
+
+
+def _shown_routes(one: RoundHead) -> list[ProblemHead]:
+    return one.problems if len(one.problems) <= MAX_SHOWN_PROBLEMS else []
+
+
+def _round_cells(board: BoardView, line: Line) -> Iterator[Decimal | int | str | None]:
+    for head, one in zip(board.rounds, line.rounds, strict=True):
+        is_lead = head.rules in LEAD_RULES
         values = {"points": _parse_points(one.points)}
-        for name in _OF_A_ROUND:
+        for name in _OF_A_LEAD_ROUND if is_lead else _OF_A_ROUND:
             yield values.get(name, getattr(one, name)) if one.started else None
+        for route in _shown_routes(head) if is_lead else ():
+            high = one.highs.get(route.id)
+            yield None if high is None else high.high
+            yield None if high is None else high.seconds
 
 
 def _round_results(line: Line, rounds: set[object]) -> list[str]:
@@ -110,9 +138,17 @@ def _round_results(line: Line, rounds: set[object]) -> list[str]:
 
 
 def _short_result(one: RoundLine) -> str:
-    """Return points, or tops and zones with their tries as judges write them: 3T4z 5 6."""
+    """Return points, the high points of a lead round, or tops and zones with their tries as judges
+    write them: 3T4z 5 6."""
     if not one.started:
         return ""
+    highs = list(one.highs.values())
+    if any(high.rank for high in highs):
+        return f"{one.result} ({', '.join(high.high for high in highs)})"
+    if len(highs) == 1 and highs[0].seconds is not None:
+        return f"{one.result} {format_time(highs[0].seconds)}"
+    if one.result:
+        return one.result
     if one.points:
         return one.points
     return f"{one.tops}T{one.zones}z {one.tries_to_top} {one.tries_to_zone}"

@@ -17,7 +17,15 @@ from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.error_responses import FaultOut
 from walltopo_gym.api.fields import Body, LongText, Name, Text
 from walltopo_gym.api.services import Db
-from walltopo_gym.competitions.bodies import Bib, EntryBody, Gender, Handicap, Year
+from walltopo_gym.competitions.bodies import (
+    Bib,
+    EntryBody,
+    Gender,
+    Handicap,
+    MarkFields,
+    Year,
+    mark_fields,
+)
 from walltopo_gym.competitions.entering import (
     accept_text,
     add_entry,
@@ -87,14 +95,10 @@ class EntryOut(BaseModel):
     waiver_at: datetime | None
 
 
-class MarkOut(BaseModel):
-    """A competitor's mark on a problem: tries, and the tries that reached zone and top.
-    `event_ids`: the events that count, in order of arrival."""
+class MarkOut(MarkFields):
+    """One's own mark on a problem. `event_ids`: the events that count, in order of arrival."""
 
     problem_id: UUID
-    tries: int
-    zone: int | None
-    top: int | None
     event_ids: list[UUID]
 
 
@@ -279,9 +283,7 @@ def _own_entry(session: Session, row: Competition, entry: Entry | None) -> OwnEn
         marks=[
             MarkOut(
                 problem_id=found.problem,
-                tries=found.mark.tries,
-                zone=found.mark.zone or None,
-                top=found.mark.top or None,
+                **mark_fields(found.mark),
                 event_ids=found.events,
             )
             for found in marks

@@ -25,7 +25,7 @@ from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.api.tables import CsvDialectOf, CsvFile
 from walltopo_gym.api.turns import turn_for
 from walltopo_gym.competitions.board_view import BoardView
-from walltopo_gym.competitions.bodies import EventBody
+from walltopo_gym.competitions.bodies import EventBody, MarkFields, mark_fields
 from walltopo_gym.competitions.history import marks_of, struck_events
 from walltopo_gym.competitions.http.competitions import competition_of
 from walltopo_gym.competitions.http.entries import ClimberMay, JudgeMay
@@ -61,6 +61,9 @@ class EventOut(BaseModel):
     problem_id: UUID | None
     kind: Kind
     n: int | None
+    hold: int | None
+    plus: bool
+    seconds: int | None
     target_id: UUID | None
     text: str
     device: str
@@ -79,13 +82,10 @@ class EventPage(BaseModel):
     next: int | None
 
 
-class ProblemMark(BaseModel):
+class ProblemMark(MarkFields):
     """A competitor's mark on a problem, and its events."""
 
     entry_id: UUID
-    tries: int
-    zone: int | None
-    top: int | None
     events: list[EventOut]
 
 
@@ -166,9 +166,7 @@ def list_marks(
     return [
         ProblemMark(
             entry_id=has.entry,
-            tries=has.mark.tries,
-            zone=has.mark.zone or None,
-            top=has.mark.top or None,
+            **mark_fields(has.mark),
             events=events[has.entry],
         )
         for has in found

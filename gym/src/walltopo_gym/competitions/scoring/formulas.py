@@ -1,4 +1,4 @@
-"""The scoring formulas: IFSC 2018 and 2025, most tops, points, shared points.
+"""The scoring formulas of boulders: IFSC 2018 and 2025, most tops, points, shared points.
 
 IFSC (now World Climbing) since 2025: 25 points a top, 10 for the zone without a top, and 0.1 less
 for each try before it. Until 2024: more tops, more zones, fewer tries to the tops, fewer tries to
