@@ -1,4 +1,4 @@
-"""Parts of the app on their own: `gym/web/tests/{capture,outbox,shell}`, by Vitest."""
+"""Parts of the app on their own: `gym/web/tests/{capture,competitions,outbox,shell}`, by Vitest."""
 
 from __future__ import annotations
 

@@ -155,32 +155,115 @@ async function disqualified(judge, guest, place) {
   await guest.page.getByRole("row", { name: /^3 Béla/ }).waitFor();
 }
 
+/** A request about competitions of the gym, by the browser's person. */
+function request(page, gym, method, path, body) {
+  return page.evaluate(async ([of, how, where, what]) => {
+    const headers = { "content-type": "application/json" };
+    const answer = await fetch(`/api/v1/gyms/${of}/competitions${where}`, { method: how, headers, body: JSON.stringify(what) });
+    if (!answer.ok) throw new Error(await answer.text());
+    return answer.status === 204 ? null : answer.json();
+  }, [gym, method, path, body]);
+}
+
+/** A competition over the API: its requests, competitors and score events. */
+function over(page, gym, id) {
+  const ask = (method, path, body) => request(page, gym, method, `/${id}${path}`, body);
+  let number = 0;
+  return {
+    ask,
+    entry: async (name, category_id) => (await ask("POST", "/entries", { name, category_id, gender: "women" })).id,
+    event: (words) => {
+      const now = new Date().toISOString();
+      return ask("PUT", `/events/${crypto.randomUUID()}`, { device: "check", number: (number += 1), made_at: now, sent_at: now, ...words });
+    },
+  };
+}
+
 /** Make a cup whose qualification is over, without the app; return its address. */
 async function qualified(setter, places) {
-  const id = await setter.page.evaluate(async (gym) => {
-    const ask = async (method, path, body) => {
-      const headers = { "content-type": "application/json" };
-      const answer = await fetch(`/api/v1/gyms/${gym}/competitions${path}`, { method, headers, body: JSON.stringify(body) });
-      if (!answer.ok) throw new Error(await answer.text());
-      return answer.json();
-    };
-    const scoring = { rules: "ifsc-2025" };
-    const made = await ask("POST", "", {
-      name: "Winter Cup", format: "rounds", categories: [{ name: "Open" }],
-      rounds: [{ name: "Qualification", scoring, problems: [{ name: "A" }] }, { name: "Final", scoring, quota: 2, problems: [{ name: "B" }] }],
-    });
-    const of = `/${made.id}`;
-    await ask("PUT", `${of}/state`, { state: "running" });
-    for (const [at, name] of ["Dana Malá", "Emil Roth", "Fay Dubois"].entries()) {
-      const { id: entry_id } = await ask("POST", `${of}/entries`, { name, category_id: made.categories[0].id });
-      const now = new Date().toISOString();
-      const stated = { entry_id, problem_id: made.rounds[0].problems[0].id, kind: "top", n: at + 1, device: "check", number: at, made_at: now, sent_at: now };
-      await ask("PUT", `${of}/events/${crypto.randomUUID()}`, stated);
-    }
-    await ask("PUT", `${of}/rounds/${made.rounds[0].id}/state`, { state: "ended" });
-    return made.id;
-  }, places.gym);
-  return `/g/${places.gym}/competitions/${id}`;
+  const { page } = setter;
+  const scoring = { rules: "ifsc-2025" };
+  const made = await request(page, places.gym, "POST", "", {
+    name: "Winter Cup", format: "rounds", categories: [{ name: "Open" }],
+    rounds: [{ name: "Qualification", scoring, problems: [{ name: "A" }] }, { name: "Final", scoring, quota: 2, problems: [{ name: "B" }] }],
+  });
+  const { ask, entry, event } = over(page, places.gym, made.id);
+  await ask("PUT", "/state", { state: "running" });
+  for (const [at, name] of ["Dana Malá", "Emil Roth", "Fay Dubois"].entries()) {
+    await event({ entry_id: await entry(name, made.categories[0].id), problem_id: made.rounds[0].problems[0].id, kind: "top", n: at + 1 });
+  }
+  await ask("PUT", `/rounds/${made.rounds[0].id}/state`, { state: "ended" });
+  return `/g/${places.gym}/competitions/${made.id}`;
+}
+
+/** The wizard's steps for a lead competition: two routes, then a final on one; its address. */
+async function madeLead(setter, places) {
+  const { page } = setter;
+  await setter.go(`/g/${places.gym}/competitions/new`);
+  const on = () => page.getByRole("button", { name: "Continue" }).click();
+  await page.getByLabel("Competition name").fill("Lead Cup");
+  await page.getByRole("radio", { name: "Rope climbing" }).check();
+  await page.getByRole("radio", { name: /^Qualification and final/ }).check();
+  await fine(setter, "lead-what");
+  await on();
+  await page.getByText("2 routes", { exact: true }).waitFor();
+  await on();
+  await page.getByLabel("Category name").first().waitFor();
+  await on();
+  await page.getByText("geometric mean of the ranks").first().waitFor();
+  await page.getByText("Single routes: labels, holds, categories").first().click();
+  const route = page.locator("details fieldset").first();
+  await route.getByLabel("Number of holds").fill("40");
+  await route.getByLabel("Women").check();
+  await fine(setter, "lead-points");
+  await route.getByLabel("Women").uncheck();
+  await on();
+  await on();
+  await page.getByRole("button", { name: "Create competition" }).click();
+  await page.getByRole("heading", { name: "Lead Cup" }).waitFor();
+  return new URL(page.url()).pathname;
+}
+
+/** A judge counts holds as the climbers move, without reception. */
+async function judgedLead(judge, place) {
+  const { page, context, expected } = judge;
+  await page.setViewportSize({ width: 360, height: 740 });
+  await judge.go(`${place}/judge`);
+  await page.locator("[data-kept=yes]").waitFor();
+  await context.setOffline(true);
+  await page.getByRole("main").locator("li a").first().click();
+  const pad = (name) => page.getByRole("group", { name: new RegExp(`${name}.*Route|${name}`) }).first();
+  const next = (name) => pad(name).getByRole("button", { name: "Next hold" });
+  await page.getByRole("button", { name: /1 Dana/ }).last().click();
+  await page.getByRole("button", { name: "Start clock" }).click();
+  for (let hold = 0; hold < 12; hold += 1) await next("Dana").click();
+  await pad("Dana").getByRole("button", { name: "Plus" }).click();
+  await fine(judge, "lead-judge");
+  await page.getByRole("button", { name: "Save 12+" }).click();
+  await page.getByText(/12\+ · 0:\d\d: saved\./).waitFor();
+  // One attempt: after it the pad is closed, until the judge undoes the entry.
+  assert.equal(await page.getByRole("button", { name: "Next hold" }).count(), 0);
+  await page.getByRole("button", { name: "Undo" }).click();
+  await page.getByText("Undone.").waitFor();
+  await pad("Dana").getByLabel("Hold of 40").fill("12");
+  await page.getByLabel("Climbing time").last().fill("4:61");
+  await page.getByText("Write the time as minutes and seconds").waitFor();
+  await page.getByLabel("Climbing time").last().fill("4:12");
+  await page.getByRole("button", { name: "Save 12" }).click();
+  await page.getByText("12 · 4:12: saved.").waitFor();
+  await page.getByRole("button", { name: "Next: 2 Emil" }).click();
+  await pad("Emil").getByRole("button", { name: "Top" }).click();
+  await page.getByRole("button", { name: "Save TOP" }).click();
+  await page.getByRole("link", { name: "2 entries waiting to sync" }).waitFor();
+  await fine(judge, "lead-judge-offline");
+  await context.setOffline(false);
+  await page.evaluate(() => dispatchEvent(new Event("online")));
+  await page.getByText("Everything is synced.").waitFor();
+  expected(OFFLINE);
+  await page.getByRole("button", { name: /1 Dana/ }).last().click();
+  await page.getByText("History (").click();
+  await page.getByText("12, try 1 · 4:12").waitFor();
+  await fine(judge, "lead-judge-history");
 }
 
 async function scored(climber, place) {
@@ -286,4 +369,70 @@ test("a final's running order is drawn, moved by keyboard, and seen", async ({ b
   assert.equal(await guest.page.getByRole("spinbutton").count(), 0);
   await fine(guest, "order-seen");
   await guest.close();
+});
+
+test("a lead competition from the wizard to a final that the time decides", async ({ browser, places }) => {
+  const setter = await visit(browser, places);
+  await signIn(setter, places, places.setter);
+  const place = await madeLead(setter, places);
+  const id = place.split("/").at(-1);
+  const { ask, entry, event } = over(setter.page, places.gym, id);
+  const sheet = await ask("GET", "");
+  const [qualification, final] = sheet.rounds;
+  assert.deepEqual(sheet.rounds.map(({ scoring, problems }) => [scoring.rules, problems.length]), [["ifsc-lead", 2], ["ifsc-lead", 1]]);
+  await ask("PUT", "/state", { state: "running" });
+  const entries = [];
+  for (const name of ["Dana Malá", "Emil Roth"]) entries.push(await entry(name, sheet.categories[0].id));
+  const judge = await visit(browser, places);
+  await signIn(judge, places, places.judge);
+  await judgedLead(judge, place);
+  await judge.close();
+
+  // On the second route the other one is better, so both have the same mean of ranks.
+  const guest = await visit(browser, places, { dark: true });
+  await guest.go(`${place}/board`);
+  await guest.page.locator("[data-live=true]").waitFor();
+  for (const [at, entry_id] of entries.entries()) await event({ entry_id, problem_id: qualification.problems[1].id, kind: "high", n: 1, hold: 20 - at });
+  await guest.page.getByRole("row", { name: /^1= tied Dana.*1\.41 12 · 20/ }).waitFor();
+  await guest.page.getByRole("button", { name: "Dana Malá" }).click();
+  await guest.page.getByText("12 · 4:12 · rank 2").waitFor();
+  await guest.page.getByText("are tied: all criteria are equal").waitFor();
+  await fine(guest, "lead-board");
+  await ask("PUT", `/rounds/${qualification.id}/state`, { state: "ended" });
+  await ask("PUT", `/rounds/${final.id}/state`, { state: "running" });
+  for (const [at, entry_id] of entries.entries()) await event({ entry_id, problem_id: final.problems[0].id, kind: "high", n: 1, hold: 31, plus: true, seconds: 252 - at });
+  await guest.page.getByRole("row", { name: /^1 Emil.*31\+/ }).waitFor();
+  await guest.page.getByText("Climbing time, Final: Emil Roth 4:11, Dana Malá 4:12").waitFor();
+  await fine(guest, "lead-board-final");
+  await setter.close();
+  await guest.close();
+});
+
+test("climbers count their holds on a scorecard", async ({ browser, places }) => {
+  const setter = await visit(browser, places);
+  await signIn(setter, places, places.setter);
+  const problems = [{ name: "Long", holds: 30 }, { name: "Steep", holds: 25 }];
+  const made = await request(setter.page, places.gym, "POST", "", {
+    name: "Rope Night", format: "festival", self_entry: true, self_scoring: true, categories: [{ name: "Open" }],
+    rounds: [{ name: "Session", scoring: { rules: "lead-points" }, problems }],
+  });
+  await over(setter.page, places.gym, made.id).ask("PUT", "/state", { state: "running" });
+  await setter.close();
+  const climber = await visit(browser, places);
+  await signIn(climber, places, places.member);
+  await over(climber.page, places.gym, made.id).ask("PUT", "/mine", { category_id: made.categories[0].id });
+  const { page } = climber;
+  await climber.go(`/g/${places.gym}/competitions/${made.id}/card`);
+  await page.getByRole("main").locator("li button").first().click();
+  await page.getByLabel("Hold of 30").fill("17");
+  await page.getByRole("button", { name: "Plus" }).click();
+  assert.equal(await page.getByRole("button", { name: "Start clock" }).count(), 0);
+  await fine(climber, "lead-card");
+  await page.getByRole("button", { name: "Save 17+" }).click();
+  await page.getByText("17+: saved.").waitFor();
+  await page.getByText("Everything is synced.").waitFor();
+  await page.getByLabel("Hold of 30").waitFor(); // a second attempt is possible
+  await climber.go(`/g/${places.gym}/competitions/${made.id}/board`);
+  await page.getByRole("row", { name: /^1 member.*17\.5/ }).waitFor();
+  await climber.close();
 });

@@ -9,7 +9,7 @@ import { counting, markOf, type Mark } from "./marks";
 
 type Score = Item & { what: "score" };
 export type Message = Scored & { waits: boolean };
-export type Words = Pick<ScoreIn, "entry_id" | "problem_id" | "kind" | "n"> & Partial<Pick<ScoreIn, "target_id" | "text">>;
+export type Words = Pick<ScoreIn, "entry_id" | "problem_id" | "kind" | "n"> & Partial<Pick<ScoreIn, "hold" | "plus" | "seconds" | "target_id" | "text">>;
 
 /** The events of this device that were not refused. */
 export function ownScores(competition: string): Score[] {

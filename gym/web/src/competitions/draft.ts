@@ -3,11 +3,11 @@
 import type { Schemas } from "../api/client";
 import { t } from "../i18n.svelte";
 import type { Category, Format, Problem, RuleName, Scoring, Sheet } from "./facts";
+import { isLead } from "./rules";
 
 /** A new problem, of a current route or without a route. */
-export type NewProblem = Pick<Problem, "route_id" | "label" | "points">;
-/** Without an id: new. */
-export type CategoryDraft = Omit<Category, "id" | "entries"> & { id?: string };
+export type NewProblem = Pick<Problem, "route_id" | "label" | "points" | "holds" | "category_ids">;
+export type CategoryDraft = Omit<Category, "entries">;
 export interface RoundDraft {
   id?: string;
   name: string;
@@ -23,6 +23,8 @@ export interface RoundDraft {
 }
 export interface Draft {
   format: Format;
+  /** With ropes: results are high points. Not stored; the rules of the rounds say it. */
+  rope: boolean;
   name: string;
   about: string;
   fee: string;
@@ -45,8 +47,21 @@ const SCORING: Record<Format, Scoring> = {
   night: { rules: "most" },
 };
 
+const ROPE_RULES: Record<Format, RuleName[]> = {
+  festival: ["lead-points", "ifsc-lead"],
+  rounds: ["ifsc-lead", "lead-points"],
+  league: ["lead-points"],
+  night: ["lead-points"],
+};
+
+/** The formats of competitions with ropes or without. */
+export function formatsOf(rope: boolean): Format[] {
+  return rope ? ["festival", "rounds", "league"] : ["festival", "night", "rounds", "league"];
+}
+
 /** The rules that a round may have: a league adds up points. */
-export function rulesOf(format: Format): RuleName[] {
+export function rulesOf(format: Format, rope: boolean): RuleName[] {
+  if (rope) return ROPE_RULES[format];
   if (format === "night") return ["most"];
   if (format === "rounds") return ["ifsc-2025", "ifsc-2018", "points"];
   return format === "league" ? ["points", "shared", "ifsc-2025"] : ["points", "shared", "ifsc-2025", "ifsc-2018"];
@@ -55,14 +70,18 @@ export function rulesOf(format: Format): RuleName[] {
 /** The numbers that usually go with rules. */
 export function usual(rules: RuleName): Scoring {
   if (rules === "points") return { ...SCORING.festival };
+  if (rules === "lead-points") return { rules, best: null };
   return rules === "shared" ? { rules, top: 1000, zone: 0, best: null } : { rules };
 }
 
-export function newRound(format: Format, kind: RoundDraft["kind"], name: string, quota: number | null = null): RoundDraft {
-  return { name, kind, scoring: { ...SCORING[format] }, quota, opens_at: null, closes_at: null, problems: [], fresh: [] };
+export function newRound(format: Format, rope: boolean, kind: RoundDraft["kind"], name: string, quota: number | null = null): RoundDraft {
+  const scoring = rope ? usual(ROPE_RULES[format][0]!) : { ...SCORING[format] };
+  return { name, kind, scoring, quota, opens_at: null, closes_at: null, problems: [], fresh: [] };
 }
 
-const NEW_PROBLEM: NewProblem = { route_id: null, label: "", points: null };
+function newProblem(route_id: string | null = null): NewProblem {
+  return { route_id, label: "", points: null, holds: null, category_ids: [] };
+}
 
 /** The routes that become new problems. */
 export function routesOf(round: Pick<RoundDraft, "fresh">): string[] {
@@ -77,26 +96,44 @@ export function blanksOf(round: Pick<RoundDraft, "fresh">): number {
 export function newProblems(round: Pick<RoundDraft, "fresh">, routes: readonly string[], blanks: number): NewProblem[] {
   const empty = round.fresh.filter(({ route_id }) => route_id === null);
   return [
-    ...routes.map((route_id) => round.fresh.find((one) => one.route_id === route_id) ?? { ...NEW_PROBLEM, route_id }),
-    ...Array.from({ length: blanks }, (_, at) => empty[at] ?? { ...NEW_PROBLEM }),
+    ...routes.map((route_id) => round.fresh.find((one) => one.route_id === route_id) ?? newProblem(route_id)),
+    ...Array.from({ length: blanks }, (_, at) => empty[at] ?? newProblem()),
   ];
 }
 
-/** The rounds that a format begins with. */
-export function roundsOf(format: Format): RoundDraft[] {
+/** The rounds that a format begins with; with ropes: a qualification on two routes and a final on one. */
+export function roundsOf(format: Format, rope: boolean): RoundDraft[] {
   if (format === "rounds") {
-    const [first, last] = [newRound(format, "qualification", t("comp.round.qualification")), newRound(format, "final", t("comp.round.final"), 6)];
-    return [first, { ...last, fresh: newProblems(last, [], 4) }];
+    const first = newRound(format, rope, "qualification", t("comp.round.qualification"));
+    const last = newRound(format, rope, "final", t("comp.round.final"), rope ? 8 : 6);
+    return [{ ...first, fresh: newProblems(first, [], rope ? 2 : 0) }, { ...last, fresh: newProblems(last, [], rope ? 1 : 4) }];
   }
-  if (format === "league") return [newRound(format, "week", t("comp.roundNumber", { number: 1 }))];
-  return [newRound(format, "open", t(`comp.format.${format}`))];
+  if (format === "league") return [newRound(format, rope, "week", t("comp.roundNumber", { number: 1 }))];
+  return [newRound(format, rope, "open", t(`comp.format.${format}`))];
+}
+
+/** A semi-final, as it usually is. */
+export function newSemi(rope: boolean): RoundDraft {
+  const semi = newRound("rounds", rope, "semi", t("comp.round.semi"), 20);
+  return { ...semi, fresh: newProblems(semi, [], rope ? 1 : 4) };
+}
+
+/** A new category. Its id is made here, so that problems can name it before it is stored. */
+export function newCategory(name: string, gender: Category["gender"] = "", born_from: number | null = null): CategoryDraft {
+  return { id: crypto.randomUUID(), name, gender, born_from, born_to: null };
+}
+
+/** Remove a category, also from the problems that name it. */
+export function removeCategory(draft: Draft, at: number): void {
+  const [gone] = draft.categories.splice(at, 1);
+  for (const problem of draft.rounds.flatMap(allOf)) problem.category_ids = problem.category_ids.filter((id) => id !== gone?.id);
 }
 
 export function newDraft(): Draft {
-  const category = (gender: "women" | "men"): CategoryDraft => ({ name: t(`profile.${gender}`), gender, born_from: null, born_to: null });
+  const category = (gender: "women" | "men"): CategoryDraft => newCategory(t(`profile.${gender}`), gender);
   return {
-    format: "festival", name: "", about: "", fee: "", waiver: "", starts_at: null, ends_at: null, self_entry: true, self_scoring: true, late_minutes: 60,
-    league_best: null, team_size: null, categories: [category("women"), category("men")], rounds: roundsOf("festival"),
+    format: "festival", rope: false, name: "", about: "", fee: "", waiver: "", starts_at: null, ends_at: null, self_entry: true, self_scoring: true, late_minutes: 60,
+    league_best: null, team_size: null, categories: [category("women"), category("men")], rounds: roundsOf("festival", false),
   };
 }
 
@@ -104,7 +141,8 @@ export function draftOf(sheet: Sheet): Draft {
   const { format, name, about, fee, waiver, starts_at, ends_at, self_entry, self_scoring, late_minutes, league_best, team_size, categories } = sheet;
   const rounds = sheet.rounds.map(({ state: _s, begun_at: _b, ...round }) => ({ ...round, kind: round.kind as RoundDraft["kind"], scoring: { ...round.scoring }, problems: round.problems.map((problem) => ({ ...problem })), fresh: [] }));
   return {
-    format, name, about, fee, waiver, starts_at, ends_at, self_entry, self_scoring, late_minutes, league_best, team_size,
+    format, rope: sheet.rounds.some(({ scoring }) => isLead(scoring)),
+    name, about, fee, waiver, starts_at, ends_at, self_entry, self_scoring, late_minutes, league_best, team_size,
     categories: categories.map(({ entries: _, ...category }) => category), rounds,
   };
 }
@@ -115,14 +153,14 @@ export function allOf(round: Pick<RoundDraft, "problems" | "fresh">): NewProblem
 }
 
 /** The words of it, without format and sheet. */
-export function wordsOf({ format: _f, categories: _c, rounds: _r, ...words }: Draft) {
+export function wordsOf({ format: _f, rope: _o, categories: _c, rounds: _r, ...words }: Draft) {
   return words;
 }
 
-/** Its sheet as the server takes it: an entry without an id is new. An only round ends with the competition. */
+/** Its sheet as the server takes it: a round or problem without an id is new. An only round ends with the competition. */
 export function sheetOf({ format, categories, rounds, starts_at, ends_at }: Draft) {
   const times = format === "festival" || format === "night" ? { opens_at: starts_at, closes_at: ends_at } : {};
-  const unsaid = { name: "", colour: "", grade: "", wall: "", category_ids: [] };
+  const unsaid = { name: "", colour: "", grade: "", wall: "" };
   return {
     categories: categories.map((category) => ({ ...category })),
     rounds: rounds.map(({ fresh, problems, ...round }) => ({ ...round, ...times, problems: [...problems, ...fresh.map((one) => ({ ...unsaid, ...one }))] })),

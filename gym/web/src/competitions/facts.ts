@@ -14,7 +14,8 @@ export type RuleName = Scoring["rules"];
 export type Entry = Schemas["EntryOut"];
 export type Starter = Schemas["StarterOut"];
 /** A score event; this browser learns the server's fields later. */
-export type Scored = Pick<Schemas["EventOut"], "id" | "entry_id" | "problem_id" | "kind" | "n" | "target_id" | "text" | "made_at"> & { by_name?: string };
+export type Scored = Pick<Schemas["EventOut"], "id" | "entry_id" | "problem_id" | "kind" | "n" | "target_id" | "text" | "made_at">
+  & Partial<Pick<Schemas["EventOut"], "hold" | "plus" | "seconds" | "by_name">>;
 export type Board = Schemas["BoardView"];
 export type RoundHead = Schemas["RoundHead"];
 export type Line = Schemas["Line"];

@@ -9,7 +9,18 @@ export function scoringWords({ rules, flash, top, zone, best }: Scoring): string
   const worth = { flash: number(flash ?? 120), top: number(top ?? (rules === "shared" ? 1000 : 100)), zone: number(zone ?? (rules === "shared" ? 0 : 40)) };
   const lines = [t(`comp.rule.${rules}`, worth)];
   if (hasWorth({ rules })) lines.push(best ? t("comp.rule.best", { count: best }) : t("comp.rule.all"));
+  if (rules === "lead-points") lines.push(best ? t("comp.rule.bestRoutes", { count: best }) : t("comp.rule.allRoutes"));
   return lines;
+}
+
+/** Whether results of a round are high points on routes. */
+export function isLead({ rules }: Scoring): boolean {
+  return rules === "ifsc-lead" || rules === "lead-points";
+}
+
+/** Whether the best few problems may count. */
+export function hasBest(scoring: Scoring): boolean {
+  return hasWorth(scoring) || scoring.rules === "lead-points";
 }
 
 /** Whether problems of a round can have points of their own. */
@@ -20,10 +31,20 @@ export function hasWorth({ rules }: Scoring): boolean {
 export type Part = Pick<Round, "name" | "scoring" | "quota"> & { problems: Pick<Problem, "points">[] };
 
 export function roundWords({ scoring, quota, problems }: Part): string[] {
-  const lines = [t("comp.problems", { count: problems.length })];
+  const lines = [countWords(scoring, problems.length)];
   if (quota) lines.push(t("comp.rule.quota", { count: quota }));
   const own = hasWorth(scoring) ? problems.filter(({ points }) => points).length : 0;
   return [...lines, ...scoringWords(scoring), ...(own ? [t("comp.rule.own", { count: own })] : [])];
+}
+
+/** The number of problems, or of routes. */
+export function countWords(scoring: Scoring, count: number): string {
+  return t(isLead(scoring) ? "comp.routes" : "comp.problems", { count });
+}
+
+/** The number of a problem, or of a route. */
+export function numberWords(scoring: Scoring, number: number): string {
+  return t(isLead(scoring) ? "comp.routeNumber" : "comp.problemNumber", { number });
 }
 
 /** A problem's own points; empty if it has the round's. */

@@ -63,8 +63,12 @@ export interface ListIn {
 export interface ScoreIn {
   entry_id: string;
   problem_id: string | null;
-  kind: "attempt" | "zone" | "top" | "void" | "out" | "appeal" | "decision";
+  kind: "attempt" | "zone" | "top" | "high" | "void" | "out" | "appeal" | "decision";
   n: number | null;
+  /** A high point on a route, and the climbing time to it or to the top. */
+  hold?: number | null;
+  plus?: boolean;
+  seconds?: number | null;
   target_id: string | null;
   text: string;
   device: string;
