@@ -97,6 +97,8 @@ def test_the_geometric_mean_of_the_ranks_is_compared_exactly() -> None:
     assert (one.result, one.key) == ("4.74", same.key)
     assert worse.key < one.key
     assert score_lead((), {}, 2).key < worse.key
+    many = {key(3, n): Fraction(1_999, 2) for n in range(500)}
+    assert score_lead((), many, 500).result == "999.50"
     assert one.points is None
 
 

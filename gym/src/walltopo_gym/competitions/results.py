@@ -67,7 +67,7 @@ class Results:
 
     def empty(self, one: RoundSheet, category: UUID) -> Score:
         """Return the score of no result in a round."""
-        return one.scoring.score((), Field(routes=len(one.problems_of(category))))
+        return one.scoring.score((), Field(routes=_number_of_routes(one, category)))
 
     def route_ranks(self, one: RoundSheet, who: Competitor) -> dict[UUID, Fraction]:
         """Return a competitor's rank on each route of an IFSC lead round."""
@@ -94,7 +94,7 @@ class Results:
             tops={t.problem: len(self._tops[who.category, t.problem]) for t in tried},
             zones={t.problem: len(self._zones[who.category, t.problem]) for t in tried},
             ranks=self.route_ranks(one, who),
-            routes=len(one.problems_of(who.category)),
+            routes=_number_of_routes(one, who.category),
         )
         return one.scoring.score(tried, rivals)
 
@@ -172,3 +172,8 @@ class Results:
         else:
             self._scores[key].pop(who.id, None)
         self.touched.add(who.category)
+
+
+def _number_of_routes(one: RoundSheet, category: UUID) -> int:
+    """Return the number of routes whose ranks count; 0 where no rank counts."""
+    return len(one.problems_of(category)) if one.scoring.rules == Rules.IFSC_LEAD else 0

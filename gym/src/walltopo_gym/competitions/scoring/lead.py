@@ -14,6 +14,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import replace
 from fractions import Fraction
 from math import prod
+from statistics import geometric_mean
 from typing import Final, TypeVar
 from uuid import UUID
 
@@ -74,9 +75,8 @@ def _mean_rank(ranks: Mapping[UUID, Fraction]) -> Criterion:
     """
     if not ranks:
         return Criterion("mean-rank", Fraction(0), "")
-    product = prod(ranks.values(), start=Fraction(1))
-    mean = float(product) ** (1 / len(ranks))
-    return Criterion("mean-rank", 1 / product, f"{mean:.2f}")
+    mean = geometric_mean(map(float, ranks.values()))
+    return Criterion("mean-rank", 1 / prod(ranks.values(), start=Fraction(1)), f"{mean:.2f}")
 
 
 def _time(tried: Collection[AttemptedProblem]) -> Criterion:
