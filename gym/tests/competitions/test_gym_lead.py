@@ -372,6 +372,10 @@ def test_each_category_ranks_on_its_own_routes(public: World) -> None:
         ("Eva", 2, "1.73"),
         ("Ivo", 1, "1.00"),
     ]
+    assert [(high["high"], high["rank"]) for high in lines[0]["rounds"][0]["highs"].values()] == [
+        ("10", "1"),
+        ("", "1.5"),
+    ]
     refused = contest.say(ivo, "high", 0, 1, hold=3)
     assert refused.json()["code"] == "cup-other-category"
 

@@ -30,7 +30,7 @@ from walltopo_gym.competitions.ranking import (
     standing_in_league,
 )
 from walltopo_gym.competitions.results import Results
-from walltopo_gym.competitions.scoring.score import Mark, Score, best_of, format_points
+from walltopo_gym.competitions.scoring.score import NOTHING, Mark, Score, best_of, format_points
 from walltopo_gym.competitions.sheet import Competitor, Format, RoundSheet, Sheet
 from walltopo_gym.errors import NotFoundError
 
@@ -196,9 +196,8 @@ class Leaderboard:
         score = self.results.score(one, who)
         found = score or self.results.empty(one, who.category)
         rank = ranks.get(who.id)
-        marks = (
-            self.results.marks_in(one, who.id) if len(one.problems) <= MAX_SHOWN_PROBLEMS else {}
-        )
+        is_short = len(one.problems) <= MAX_SHOWN_PROBLEMS
+        marks = self.results.marks_in(one, who.id) if is_short else {}
         return RoundLine(
             round_id=one.id,
             rank=None if rank is None else rank.rank,
@@ -211,19 +210,24 @@ class Leaderboard:
             tries_to_zone=found.tries_to_zone,
             marks={problem: (mark.tries, mark.zone, mark.top) for problem, mark in marks.items()},
             result="" if score is None else found.result,
-            highs=self._highs(who, one, marks) if one.scoring.is_lead and score else {},
+            highs=self._highs(who, one, marks)
+            if one.scoring.is_lead and score and is_short
+            else {},
         )
 
     def _highs(
         self, who: Competitor, one: RoundSheet, marks: Mapping[UUID, Mark]
     ) -> dict[UUID, HighPoint]:
+        """Return the high points of a lead round; with ranks also of routes not tried."""
+        if not one.scoring.is_lead:
+            return {}
         ranks = self.results.route_ranks(one, who)
-        shows_ranks = len(ranks) > 1
+        if len(ranks) < 2:
+            return {route: HighPoint(mark.high, mark.seconds, "") for route, mark in marks.items()}
+        found = [(route, rank, marks.get(route, NOTHING)) for route, rank in ranks.items()]
         return {
-            route: HighPoint(
-                mark.high, mark.seconds, format_points(ranks[route]) if shows_ranks else ""
-            )
-            for route, mark in marks.items()
+            route: HighPoint(mark.high, mark.seconds, format_points(rank))
+            for route, rank, mark in found
         }
 
 

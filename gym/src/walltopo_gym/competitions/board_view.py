@@ -12,8 +12,9 @@ MAX_SHOWN_PROBLEMS: Final = 10  # problems of a round whose marks are in each li
 
 @dataclass(frozen=True, slots=True)
 class HighPoint:
-    """A competitor's result on a route. `high`: the hold, the hold with a plus (34+), or TOP;
-    `seconds`: climbing time; `rank`: the rank on this route if the round ranks by it."""
+    """A competitor's result on a route. `high`: the hold, the hold with a plus (34+), or TOP, empty
+    without a try; `seconds`: climbing time; `rank`: the rank on this route if the round ranks by
+    it."""
 
     high: str
     seconds: int | None

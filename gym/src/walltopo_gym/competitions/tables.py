@@ -129,7 +129,7 @@ def _round_cells(board: BoardView, line: Line) -> Iterator[Decimal | int | str |
             yield values.get(name, getattr(one, name)) if one.started else None
         for route in _shown_routes(head) if is_lead else ():
             high = one.highs.get(route.id)
-            yield None if high is None else high.high
+            yield None if high is None else high.high or None
             yield None if high is None else high.seconds
 
 
@@ -144,7 +144,7 @@ def _short_result(one: RoundLine) -> str:
         return ""
     highs = list(one.highs.values())
     if any(high.rank for high in highs):
-        return f"{one.result} ({', '.join(high.high for high in highs)})"
+        return f"{one.result} ({', '.join(high.high or '–' for high in highs)})"
     if len(highs) == 1 and highs[0].seconds is not None:
         return f"{one.result} {format_time(highs[0].seconds)}"
     if one.result:
