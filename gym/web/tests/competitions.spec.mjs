@@ -432,6 +432,7 @@ test("climbers count their holds on a scorecard", async ({ browser, places }) =>
   await page.getByText("17+: saved.").waitFor();
   await page.getByText("Everything is synced.").waitFor();
   await page.getByLabel("Hold of 30").waitFor(); // a second attempt is possible
+  assert.equal(await page.getByRole("button", { name: "Save 0" }).isDisabled(), true); // not by a second tap
   await climber.go(`/g/${places.gym}/competitions/${made.id}/board`);
   await page.getByRole("row", { name: /^1 member.*17\.5/ }).waitFor();
   await climber.close();
