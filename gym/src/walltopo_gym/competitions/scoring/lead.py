@@ -1,11 +1,12 @@
 """The scoring formulas of rope climbing: IFSC lead, and the sum of the holds reached.
 
-IFSC lead, after secondary descriptions of 2018 to 2024 that docs/gym.md names, not after the rule
-book (Competition Rules of March 2025): the higher high point ranks first, and a top before each
-hold. In a round of several routes, competitors with equal high points on a route
-share the average of their ranks there, and the geometric mean of a competitor's ranks is the
-result. Ties are broken by the rounds before (countback, in ranking.py), in a final then by the
-shorter climbing time.
+IFSC lead: the higher high point ranks first, and a top before each hold. In a round of several
+routes, competitors with equal high points on a route share the average of their ranks there, and
+the geometric mean of a competitor's ranks is the result. Ties are broken by the rounds before
+(countback, in ranking.py), in a final then by the shorter climbing time.
+
+The rule book (Competition Rules of March 2025) was not at hand. docs/gym.md names the secondary
+descriptions of 2018 to 2024; the geometric mean follows the authors' knowledge of the rules.
 """
 
 from __future__ import annotations
