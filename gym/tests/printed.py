@@ -27,6 +27,6 @@ def codes_of(page: Any, across: int = 1, down: int = 1) -> set[str]:
     found = set()
     for band in np.array_split(picture, down, axis=0):
         for part in np.array_split(band, across, axis=1):
-            text, _, _ = cv2.QRCodeDetector().detectAndDecode(np.ascontiguousarray(part))
+            text, _, _ = cv2.QRCodeDetectorAruco().detectAndDecode(np.ascontiguousarray(part))
             found.add(text)
     return found - {""}
