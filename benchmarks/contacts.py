@@ -1,0 +1,202 @@
+"""The contacts of bodies that climb routes of generated gyms, found from limbs in a clip.
+
+    python -m benchmarks.contacts FOLDER [--seeds 6300 6301 ...] [--jitter 5]
+
+Makes the gyms in FOLDER where they are missing (their truth alone is used). Each route is climbed by
+four bodies as the movement model climbs it, filmed by a still and by a hand-held phone, with the
+errors of a pose network: jitter in pixels of a picture 720 wide, hands snapped to the elbow, limbs
+out of sight. The baseline takes the nearest hold within .12 m for three frames in a row, the best of
+the minimal rules that were tried (0.08 to 0.16 m, two to four frames) on other gyms.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.two_colours import recipe_of
+from walltopo.core.files import read_json
+from walltopo.scans.holds import Hold
+from walltopo.scans.routes import Route
+from walltopo_climb.beta.attempt import attempt_of
+from walltopo_climb.beta.contacts import Contact
+from walltopo_climb.beta.in_view import LIMBS, Frames, WallHolds, observe
+from walltopo_climb.movement.body import BODIES
+from walltopo_climb.movement.on_wall import climb_of, on_route
+from walltopo_climb.movement.sequence import find_sequence
+from walltopo_lab.evaluate.contacts import ContactCounts, count_contacts, order_distance
+from walltopo_lab.evaluate.truth import Truth, read_truth
+from walltopo_lab.synth.performance import PoseErrors, TrueContact, film, perform
+from walltopo_lab.synth.recipe import generate
+
+SAMPLES = 48  # points of a hold's surface
+
+
+def wall_of(folder: Path) -> tuple[list[Hold], list[Route], WallHolds]:
+    """Return the holds and routes of a generated gym as a scan without errors has them."""
+    truth = read_truth(folder)
+    rows = list(read_json(folder / "truth" / "scene.json")["instances"])
+    surfaces = {int(row["id"]): _surface(truth, int(row["id"])) for row in rows}
+    holds = [_hold(row, surfaces[int(row["id"])]) for row in rows]
+    routes = []
+    for number in sorted({row["route"] for row in rows if row["route"] >= 0}):
+        own = [row for row in rows if row["route"] == number]
+        of_role = {
+            role: tuple(int(row["id"]) for row in own if row["role"] == role)
+            for role in ("start", "top", "foot")
+        }
+        ids = tuple(int(row["id"]) for row in own)
+        routes.append(
+            Route(
+                id=number + 1,
+                colour=own[0]["colour"],
+                holds=ids,
+                start=of_role["start"],
+                top=of_role["top"],
+                footholds=of_role["foot"],
+            )
+        )
+    volumes = np.array([hold.role == "volume" for hold in holds])
+    sampled = np.array([surfaces[hold.id] for hold in holds])
+    return holds, routes, WallHolds(np.array([hold.id for hold in holds]), sampled, volumes)
+
+
+def _surface(truth: Truth, instance: int) -> np.ndarray:
+    faces = truth.mesh.faces[truth.face_instance == instance]
+    centres = truth.mesh.vertices[faces].mean(axis=1)
+    return centres[np.linspace(0, len(centres) - 1, SAMPLES).astype(int)]
+
+
+def _hold(row: dict[str, Any], surface: np.ndarray) -> Hold:
+    normal = np.array(row["normal"])
+    return Hold(
+        id=int(row["id"]),
+        kind=row["class"],
+        type=row["kind"] if row["kind"] != "foot" else "foothold",
+        colour=row["colour"],
+        position=tuple(row["position"]),
+        normal=tuple(row["normal"]),
+        size=float(np.ptp(surface, axis=0).max()),
+        steepness_deg=float(np.degrees(np.arcsin(np.clip(-normal[2], -1, 1)))),
+        role="volume" if row["class"] == "volume" else "hold",
+    )
+
+
+@dataclass(frozen=True)
+class Clip:
+    """A clip of a route, and the truth: contacts by hold id, and whether it ends on the top."""
+
+    frames: Frames
+    wall: WallHolds
+    routes: list[Route]
+    route: int
+    true: list[TrueContact]
+    is_topped: bool
+
+
+def clips(folder: Path, seed: int, errors: PoseErrors) -> Iterator[Clip]:
+    """Yield clips of each route of a gym."""
+    rng = np.random.default_rng(seed)
+    holds, routes, wall = wall_of(folder)
+    for route in routes:
+        used = on_route(route, holds, 1.0)
+        climb = climb_of(route, used, 1.0)
+        for number, body in enumerate(BODIES.values()):
+            sequence = None if climb is None else find_sequence(climb, body)
+            if climb is None or sequence is None or len(sequence.moves) < 3:
+                continue
+            if number % 2:  # half of the climbs end in a fall
+                length = int(rng.integers(3, len(sequence.moves) + 1))
+                sequence = replace(sequence, moves=sequence.moves[:length], reached=False)
+            performance = perform(climb, sequence, rng)
+            out = climb.grips.wall.mean(axis=0) * [1, 1, 0]
+            eye = performance.hips.mean(axis=0) + rng.uniform(3.5, 6.0) * out / np.linalg.norm(out)
+            eye[:2] += rng.uniform(-1.5, 1.5) * np.array([-out[1], out[0]])
+            eye[2] = rng.uniform(1.2, 1.8)
+            frames = film(performance, eye, rng, errors, handheld=bool(rng.integers(2)))
+            true = [
+                TrueContact(one.limb, used[one.hold].id, one.begin, one.end)
+                for one in performance.contacts
+            ]
+            yield Clip(frames, wall, routes, route.id, true, _is_topped(true, route))
+
+
+def _is_topped(true: Sequence[TrueContact], route: Route) -> bool:
+    """Return whether both hands hold the top together for half a second."""
+    left, right = ([one for one in true if one.limb == k and one.hold in route.top] for k in (0, 1))
+    return any(min(a.end, b.end) - max(a.begin, b.begin) >= 0.5 for a in left for b in right)
+
+
+def minimal_rule(frames: Frames, wall: WallHolds, within: float, count: int) -> list[Contact]:
+    """Return runs of `count` frames or more whose nearest hold is the same and within reach."""
+    seen = observe(frames, wall)
+    found = []
+    for limb in range(LIMBS):
+        nearest = seen.distance[:, limb].argmin(axis=1)
+        is_near = seen.distance[np.arange(len(nearest)), limb, nearest] < within
+        states = np.where(is_near, nearest, -1)
+        changes = np.flatnonzero(np.diff(states)) + 1
+        for begin, end in zip([0, *changes], [*changes, len(states)], strict=True):
+            if states[begin] >= 0 and end - begin >= count:
+                hold = int(wall.ids[states[begin]])
+                times = frames.times
+                found.append(
+                    Contact(limb, hold, times[begin], times[min(end, len(times) - 1)], 1.0)
+                )
+    return found
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--seeds", type=int, nargs="+", default=list(range(6200, 6208)))
+    parser.add_argument("--jitter", type=float, default=PoseErrors.jitter)
+    parser.add_argument("--rule", type=float, nargs=2, default=(0.12, 3))
+    args = parser.parse_args(arguments)
+    sums: dict[str, tuple[ContactCounts, ContactCounts, list[float]]] = {
+        name: (ContactCounts(), ContactCounts(), []) for name in ("programme", "minimal rule")
+    }
+    named, spent, seconds = 0, 0.0, 0.0
+    tops = Counter[tuple[bool, bool]]()
+    for seed in args.seeds:
+        folder = args.folder / str(seed)
+        if not (folder / "truth" / "scene.json").is_file():
+            generate(folder, recipe_of(seed))
+        for clip in clips(folder, seed, PoseErrors(jitter=args.jitter)):
+            begun = time.process_time()
+            attempt = attempt_of(clip.frames, clip.wall, clip.routes)
+            spent += time.process_time() - begun
+            seconds += float(clip.frames.times[-1])
+            named += attempt.route == clip.route
+            tops[clip.is_topped, attempt.top is not None] += 1
+            rule = minimal_rule(clip.frames, clip.wall, args.rule[0], int(args.rule[1]))
+            for name, contacts in (("programme", attempt.contacts), ("minimal rule", rule)):
+                hands, feet, orders = sums[name]
+                count_contacts(contacts, clip.true, hands, feet)
+                orders.append(order_distance([c for c in contacts if c.hold], clip.true))
+    number = tops.total()
+    print(f"{number} clips, {seconds:.0f} s, {spent / seconds:.3f} CPU-s a second of clip")
+    print(
+        f"route named {named} of {number}; tops found {tops[True, True]} of "
+        f"{tops[True, True] + tops[True, False]}, wrong {tops[False, True]} of "
+        f"{tops[False, True] + tops[False, False]}"
+    )
+    for name, (hands, feet, orders) in sums.items():
+        for limbs, counts in (("hands", hands), ("feet", feet)):
+            print(
+                f"{name:<13} {limbs:<6} F1 {counts.f1:.3f}  precision {counts.precision:.3f}  "
+                f"recall {counts.recall:.3f}  of {counts.true}"
+            )
+        print(f"{name:<13} edit distance of the hands' order {np.mean(orders):.3f}")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
