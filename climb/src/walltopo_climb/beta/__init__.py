@@ -1,1 +1,1 @@
-"""What a clip of a climber shows: the holds that each limb used, in which order."""
+"""Reads a clip of a climber: the body in each frame, and the holds that each limb used."""

@@ -22,7 +22,7 @@ _FEW: Final = 3  # fewer hand contacts name no route
 
 @dataclass(frozen=True)
 class Attempt:
-    """What a clip shows of one attempt.
+    """One attempt, as a clip shows it.
 
     Parameters
     ----------

@@ -96,7 +96,7 @@ class WallHolds:
 
 @dataclass(frozen=True)
 class Observations:
-    """What the limbs do beside each hold, in metres on the wall.
+    """Distances and speeds of the limbs beside each hold, in metres on the wall.
 
     Parameters
     ----------
