@@ -1,0 +1,1 @@
+"""Convert the networks of BlazePose from TFLite to ONNX."""
