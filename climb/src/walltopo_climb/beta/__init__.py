@@ -1,1 +1,1 @@
-"""Reads a clip of a climber: the body in each frame, and the holds that each limb used."""
+"""Read a climber's movement from a clip: the body in each frame, and the holds of each limb."""
