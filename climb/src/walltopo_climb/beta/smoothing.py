@@ -1,0 +1,141 @@
+"""Smooth a climber's poses over time, and keep left and right apart.
+
+Seen from behind, a body looks much like its mirror image: the network at times takes the left arm,
+the left leg or the whole left side for the right one, in some frames.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import InputError
+from walltopo_climb.beta.pose import POINTS, Floats, Point, Pose
+
+MAX_GAP_S = 0.5  # without a pose, after which a track begins anew
+# Parameters of the filter (Casiez et al. 2012) for positions in sides of the body's square (about
+# 2.3 m). A resting hand is averaged over about a quarter of a second; one that moves at 1 m/s over
+# 1/15 s.
+MIN_CUTOFF_HZ, CUTOFF_PER_SPEED, SPEED_CUTOFF_HZ = 0.6, 4.0, 1.0
+_MIN_CONFIDENCE = 0.05  # weight of a new position relative to a certain one
+_CLEARLY = 0.5  # ratio of distances below which an exchange is clearly closer
+_MIN_APART = 0.03  # mean distance, in sides of the square, below which nothing is exchanged
+# An exchange that lasts longer is the network's settled opinion, and becomes the track.
+MAX_EXCHANGE_S = 1.0
+# Points that are exchanged together: pairs of left and right.
+_ARMS = tuple(range(Point.LEFT_ELBOW, Point.LEFT_HIP))
+_LEGS = tuple(range(Point.LEFT_KNEE, POINTS))
+_ALL = tuple(range(Point.LEFT_SHOULDER, POINTS))
+GROUPS = (_ALL, _ARMS, _LEGS)
+
+
+def smoothed(poses: Iterable[tuple[float, Pose | None]]) -> Iterator[Pose | None]:
+    """Yield poses with left and right kept, each point smoothed by a one-euro filter.
+
+    A point of low confidence moves its track less. After `MAX_GAP_S` without a pose a track begins
+    anew.
+
+    Parameters
+    ----------
+    poses : time in seconds and pose of each frame, in order.
+    """
+    last: _State | None = None
+    for time, pose in sides_kept(poses):
+        if pose is None:
+            yield None
+            continue
+        if last is None or time - last.time > MAX_GAP_S:
+            last = _State(time, pose.points, np.zeros_like(pose.points))
+        else:
+            last = last.moved(time, pose)
+        yield replace(pose, points=last.points)
+
+
+def sides_kept(
+    poses: Iterable[tuple[float, Pose | None]],
+) -> Iterator[tuple[float, Pose | None]]:
+    """Yield poses whose limbs are exchanged between left and right where that is clearly closer.
+
+    Arms, legs and the whole body are compared with the last pose. Limits: the first pose of a track
+    is taken to be right. A real crossing of hands or feet between two frames is not a move that a
+    climber makes, so it is undone until `MAX_EXCHANGE_S` have passed.
+
+    Parameters
+    ----------
+    poses : time in seconds and pose of each frame, in order.
+    """
+    last: Pose | None = None
+    seen = exchanged_since = -np.inf
+    for time, pose in poses:
+        if time <= seen:
+            raise InputError(f"a pose at {time} s follows one at {seen} s")
+        if pose is None:
+            yield time, None
+            continue
+        order = np.arange(POINTS)
+        if last is not None and time - seen <= MAX_GAP_S:
+            order = _order(last, pose)
+        if (order == np.arange(POINTS)).all():
+            exchanged_since = np.inf
+        else:
+            exchanged_since = min(exchanged_since, time)
+            if time - exchanged_since >= MAX_EXCHANGE_S:
+                order, exchanged_since = np.arange(POINTS), np.inf
+        pose = replace(pose, points=pose.points[order], confidence=pose.confidence[order])
+        last, seen = pose, time
+        yield time, pose
+
+
+@dataclass(frozen=True, eq=False)
+class _State:
+    """The filter's state: time in s, (33, 2) positions in pixels, (33, 2) speeds in pixels/s."""
+
+    time: float
+    points: Floats
+    speeds: Floats
+
+    def moved(self, time: float, pose: Pose) -> _State:
+        """Return the state after another pose."""
+        step = time - self.time
+        raw = (pose.points - self.points) / step
+        speeds = self.speeds + _share(np.array(SPEED_CUTOFF_HZ), step) * (raw - self.speeds)
+        relative = np.hypot(*speeds.T) / max(pose.region.size, 1e-9)  # sides of the square per s
+        share = _share(MIN_CUTOFF_HZ + CUTOFF_PER_SPEED * relative, step)
+        share = share * np.maximum(pose.confidence, _MIN_CONFIDENCE)
+        return _State(time, self.points + share[:, None] * (pose.points - self.points), speeds)
+
+
+def _share(cutoff: Floats, step: float) -> Floats:
+    """Return the weight of a new value in a low-pass filter: cutoff in Hz, step in s."""
+    return 1 / (1 + 1 / (2 * np.pi * cutoff * step))
+
+
+def _order(last: Pose, pose: Pose) -> NDArray[np.int64]:
+    """Return the (33,) rows of a pose in the order that continues the last one best."""
+    order = np.arange(POINTS)
+    for group in GROUPS:
+        kept = order[list(group)]
+        exchanged = order[[_other(point) for point in group]]
+        weights = np.minimum(last.confidence[list(group)], pose.confidence[kept])
+        weights = np.maximum(weights, 1e-3)
+        apart, closer = (
+            float(
+                np.average(
+                    np.hypot(*(pose.points[rows] - last.points[list(group)]).T), weights=weights
+                )
+            )
+            for rows in (kept, exchanged)
+        )
+        if apart >= _MIN_APART * pose.region.size and closer < _CLEARLY * apart:
+            order[list(group)] = exchanged
+            if group is _ALL:
+                break
+    return order
+
+
+def _other(point: int) -> int:
+    """Return the point on the other side of the body; below the head left points are odd."""
+    return point + 1 if point % 2 else point - 1
