@@ -49,7 +49,7 @@ def hips(points: Floats) -> tuple[float, float]:
     return float(x), float(y)
 
 
-class Stage:
+class FakeReader:
     """A reader of poses that knows where the people of each frame are.
 
     The first pixel of a frame holds its number.
@@ -57,17 +57,24 @@ class Stage:
     Parameters
     ----------
     people : from the number of a frame to the (33, 2) points of its people.
+    deceptive : whether a square without a person has the pose of an upright one.
     """
 
-    def __init__(self, people: Callable[[int], Sequence[Floats]]) -> None:
-        self._people = people
+    def __init__(self, people: Callable[[int], Sequence[Floats]], deceptive: bool = False) -> None:
+        self._people, self._deceptive = people, deceptive
         self.searches: list[int] = []
         self.readings: list[int] = []
+        self.checks: list[int] = []
 
     def find_bodies(self, frame: Image) -> list[Body]:
         number = _number(frame)
         self.searches.append(number)
         return [Body(Region(*hips(points), SIZE, 0.0), 0.9) for points in self._people(number)]
+
+    def shows_body(self, frame: Image, pose: Pose) -> bool:
+        self.checks.append(_number(frame))
+        away = [np.hypot(*(hips(p) - pose.region.centre)) for p in self._people(_number(frame))]
+        return bool(min(away, default=np.inf) < pose.region.size / 4)
 
     def read_pose(self, frame: Image, region: Region) -> Pose:
         """Return the pose of the person nearest to the square's centre."""
@@ -76,12 +83,12 @@ class Stage:
         people = self._people(number)
         away = [float(np.hypot(*(hips(points) - region.centre))) for points in people]
         if min(away, default=np.inf) > region.size / 2:
-            return pose(upright(region.x, region.y), score=0.1)
+            return pose(upright(region.x, region.y), score=1.0 if self._deceptive else 0.1)
         return pose(people[int(np.argmin(away))])
 
 
-def stage_frames(count: int, rate: float = 10.0) -> Iterator[tuple[float, Image]]:
-    """Yield frames of a stage, `rate` a second."""
+def numbered_frames(count: int, rate: float = 10.0) -> Iterator[tuple[float, Image]]:
+    """Yield frames that hold their number, `rate` a second."""
     for k in range(count):
         frame = np.zeros((4, 4, 3), np.uint8)
         frame[0, 0, :2] = k % 256, k // 256

@@ -9,7 +9,11 @@ from climb.tests.beta.bodies import FixedSession
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
+from walltopo.images.people import Person
+from walltopo_climb.beta import pose
 from walltopo_climb.beta.pose import (
+    Body,
+    Pose,
     PoseNetworks,
     Region,
     anchors,
@@ -167,7 +171,7 @@ def test_bodies_are_found_in_pixels_of_a_wide_frame() -> None:
     boxes[0, number, 4:8] = [*(112 - middle), *(112 - middle - (0, 28))]
     detector = FixedSession({"boxes": boxes, "scores": scores})
     networks = PoseNetworks(detector, FixedSession({}))
-    (body,) = networks.find_bodies(np.full((300, 600, 3), 255, np.uint8))
+    (body,) = networks.detect(np.full((300, 600, 3), 255, np.uint8))
     assert body.score == pytest.approx(1 / (1 + np.exp(-3)))
     assert (body.region.x, body.region.y) == pytest.approx((300, 150))
     assert body.region.size == pytest.approx(2.5 * 28 * 600 / 224)
@@ -175,6 +179,56 @@ def test_bodies_are_found_in_pixels_of_a_wide_frame() -> None:
     # The frame fills the middle; black stripes are above and below it.
     assert (detector.pictures[0, :, 112] == 1).all()
     assert (detector.pictures[0, :, [0, 223]] == -1).all()
+
+
+def test_people_are_found_by_their_boxes_and_aligned_by_the_detector(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    people = [Person((100.0, 40.0, 140.0, 120.0), 0.8), Person((220.0, 60.0, 280.0, 100.0), 0.6)]
+    monkeypatch.setattr(pose, "find_people", lambda _: people)
+    turned = Body(Region(50.0, 45.0, 90.0, 0.5), 0.9)
+
+    class Aligned(PoseNetworks):
+        def detect(self, frame: NDArray[np.uint8]) -> list[Body]:
+            """Return a body in the first person's surroundings, 104 pixels a side."""
+            return [turned] if frame.shape == (104, 104, 3) else []
+
+    nothing = FixedSession({})
+    found = Aligned(nothing, nothing).find_bodies(np.zeros((200, 300, 3), np.uint8))
+    assert found == [
+        Body(Region(68.0 + 50, 28.0 + 45, 90.0, 0.5), 0.8),
+        Body(Region(250.0, 80.0, 78.0, 0.0), 0.6),
+    ]
+
+
+def test_without_people_clear_poses_are_searched_in_parts_of_the_frame(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(pose, "find_people", lambda _: [])
+    climber, holds = np.array([150.0, 420.0]), np.array([60.0, 100.0])
+
+    class Parts(PoseNetworks):
+        def detect(self, frame: NDArray[np.uint8]) -> list[Body]:
+            """Return the marks in a part of the frame: its values are numbers of pixels."""
+            corner = frame[0, 0, :2].astype(int) * 2
+            size = np.array(frame.shape[1::-1])
+            inside = [
+                m - corner
+                for m in (climber, holds)
+                if (abs(m - corner - size / 2) < size / 2).all()
+            ]
+            return [Body(Region(float(m[0]), float(m[1]), 80.0, 0.0), 0.9) for m in inside]
+
+        def read_pose(self, frame: NDArray[np.uint8], region: Region) -> Pose:
+            near = np.hypot(*(region.centre - climber)) < 2
+            return Pose(np.zeros((33, 2)), np.ones(33), 1.0, region, 0.7 if near else 0.5)
+
+    y, x = np.mgrid[:480, :240] // 2
+    frame = np.stack([x, y, x], axis=-1).astype(np.uint8)
+    nothing = FixedSession({})
+    (found,) = Parts(nothing, nothing).find_bodies(frame)
+    assert found.region.centre == pytest.approx(climber, abs=1)
+    assert found.score == 0.7
 
 
 def test_a_pose_is_mapped_back_into_the_frame() -> None:
@@ -193,14 +247,15 @@ def test_a_pose_is_mapped_back_into_the_frame() -> None:
     expected = 1 / (1 + np.exp(-2)) / (1 + np.exp(1))
     assert found.confidence == pytest.approx(np.full(33, expected))
     assert found.score == 0.75
+    assert found.heat == pytest.approx(1 / (1 + np.exp(9)))
     hips, scale_point = region.to_frame(rows[33:35, :2].astype(float) / 256)
     assert found.region == Region.around(hips, scale_point)
 
 
 def test_the_shipped_networks_answer_the_same_each_time() -> None:
     networks, picture = shipped_networks(), drawn_figure()
-    bodies = networks.find_bodies(picture)
-    assert bodies == networks.find_bodies(picture)
+    assert networks.find_bodies(picture) == networks.find_bodies(picture)
+    assert networks.detect(picture) == networks.detect(picture)
     region = Region(135.0, 190.0, 330.0, 0.1)
     found, again = (networks.read_pose(picture, region) for _ in range(2))
     assert found.points.shape == (33, 2)
@@ -214,6 +269,11 @@ def test_the_shipped_networks_answer_the_same_each_time() -> None:
 def test_a_plain_wall_has_no_body() -> None:
     networks, wall = shipped_networks(), np.full((300, 200, 3), 180, np.uint8)
     assert networks.find_bodies(wall) == []
+    assert networks.detect(wall) == []
+    for x in (100.0, -900.0):
+        found = networks.read_pose(wall, Region(x, 150.0, 150.0, 0.0))
+        assert not found.is_clear
+        assert not networks.shows_body(wall, found)
     assert networks.read_pose(wall, Region(100.0, 150.0, 150.0, 0.0)).score < 0.5
 
 

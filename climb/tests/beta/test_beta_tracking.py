@@ -7,12 +7,12 @@ from itertools import islice
 
 import numpy as np
 import pytest
-from climb.tests.beta.bodies import SIZE, Stage, hips, stage_frames, upright
+from climb.tests.beta.bodies import SIZE, FakeReader, hips, numbered_frames, upright
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
 from walltopo_climb.beta.pose import FEET, Image, Pose, shipped_networks
-from walltopo_climb.beta.tracking import MAX_PEOPLE, MAX_WAIT_S, find_poses
+from walltopo_climb.beta.tracking import MAX_PEOPLE, MAX_UNSEEN_S, MAX_WAIT_S, find_poses
 
 Floats = NDArray[np.float64]
 GROUND = 300.0  # y of the hips of someone who stands
@@ -36,28 +36,30 @@ def places(poses: list[Pose | None]) -> list[tuple[float, float] | None]:
 
 
 def test_a_lone_climber_is_found_in_each_frame() -> None:
-    stage = Stage(lambda k: [climber(k)])
-    found = list(find_poses(stage_frames(100), stage))
+    reader = FakeReader(lambda k: [climber(k)])
+    found = list(find_poses(numbered_frames(100), reader))
     assert places(found) == [hips(climber(k)) for k in range(100)]
 
 
 def test_once_the_climber_is_known_one_square_is_read_a_frame() -> None:
-    stage = Stage(lambda k: [squatting(k), climber(k)])
-    list(find_poses(stage_frames(100), stage))
+    reader = FakeReader(lambda k: [squatting(k), climber(k)])
+    list(find_poses(numbered_frames(100), reader))
     known = int(0.25 * SIZE / 2) + 1
-    assert max(stage.searches) <= known
-    assert [stage.readings.count(k) for k in range(known + 1, 100)] == [1] * (99 - known)
+    assert max(reader.searches) <= known
+    assert [reader.readings.count(k) for k in range(known + 1, 100)] == [1] * (99 - known)
 
 
 def test_a_spotter_is_not_the_climber() -> None:
-    stage = Stage(lambda k: [squatting(k), climber(k, start=40)])
-    found = list(find_poses(stage_frames(150), stage))
+    reader = FakeReader(lambda k: [squatting(k), climber(k, start=40)])
+    found = list(find_poses(numbered_frames(150), reader))
     assert places(found) == [hips(climber(k, start=40)) for k in range(150)]
 
 
 def test_a_climber_who_comes_later_is_followed_from_then_on() -> None:
-    stage = Stage(lambda k: [squatting(k), climber(k, start=60)] if k >= 50 else [squatting(k)])
-    found = list(find_poses(stage_frames(120), stage))
+    reader = FakeReader(
+        lambda k: [squatting(k), climber(k, start=60)] if k >= 50 else [squatting(k)]
+    )
+    found = list(find_poses(numbered_frames(120), reader))
     assert places(found[:50]) == [None] * 50
     assert places(found[56:]) == [hips(climber(k, start=60)) for k in range(56, 120)]
 
@@ -68,14 +70,14 @@ def test_a_person_who_walks_away_is_not_the_climber() -> None:
         points = upright(60.0, GROUND)
         return (points - points[0]) * 0.99**number + points[0]
 
-    stage = Stage(lambda k: [walking(k), climber(k, start=70)])
-    found = list(find_poses(stage_frames(150), stage))
+    reader = FakeReader(lambda k: [walking(k), climber(k, start=70)])
+    found = list(find_poses(numbered_frames(150), reader))
     assert places(found)[149] == hips(climber(149, start=70))
 
 
 def test_if_nobody_moves_the_highest_feet_are_the_climbers() -> None:
     people = [upright(60.0, GROUND), upright(200.0, 180.0)]
-    found = list(find_poses(stage_frames(30), Stage(lambda _: people)))
+    found = list(find_poses(numbered_frames(30), FakeReader(lambda _: people)))
     assert places(found) == [(200.0, 180.0)] * 30
 
 
@@ -85,9 +87,23 @@ def test_a_climber_who_was_hidden_is_found_again() -> None:
     def people(number: int) -> list[Floats]:
         return [squatting(number)] + ([] if number in hidden else [climber(number)])
 
-    found = list(find_poses(stage_frames(100), Stage(people)))
+    found = list(find_poses(numbered_frames(100), FakeReader(people)))
     expected = [None if k in hidden else hips(climber(k)) for k in range(100)]
     assert places(found) == expected
+
+
+def test_holds_that_look_like_the_fallen_climber_are_left_soon() -> None:
+    reader = FakeReader(lambda k: [] if k >= 60 else [climber(k)], deceptive=True)
+    found = list(find_poses(numbered_frames(150), reader))
+    lost = 60 + round(MAX_UNSEEN_S * 10)
+    assert places(found[:60]) == [hips(climber(k)) for k in range(60)]
+    assert places(found[lost:]) == [None] * (150 - lost)
+
+
+def test_the_climber_is_checked_once_a_second() -> None:
+    reader = FakeReader(lambda k: [climber(k)])
+    list(find_poses(numbered_frames(100), reader))
+    assert 7 <= len(reader.checks) <= 9
 
 
 def test_a_climber_who_is_hidden_early_keeps_the_track() -> None:
@@ -95,7 +111,7 @@ def test_a_climber_who_is_hidden_early_keeps_the_track() -> None:
         seen = [] if 20 <= number < 24 else [climber(number, start=30)]
         return [squatting(number), *seen]
 
-    found = list(find_poses(stage_frames(100), Stage(people)))
+    found = list(find_poses(numbered_frames(100), FakeReader(people)))
     assert hips(climber(5, start=30)) == places(found)[5]
     assert places(found)[20:24] == [None] * 4
     assert places(found)[99] == hips(climber(99, start=30))
@@ -103,9 +119,9 @@ def test_a_climber_who_is_hidden_early_keeps_the_track() -> None:
 
 def test_at_most_a_few_people_are_read() -> None:
     people = [upright(100.0 * k, GROUND) for k in range(9)]
-    stage = Stage(lambda _: people)
-    list(find_poses(stage_frames(5), stage))
-    assert max(stage.readings.count(k) for k in range(1, 5)) <= MAX_PEOPLE
+    reader = FakeReader(lambda _: people)
+    list(find_poses(numbered_frames(5), reader))
+    assert max(reader.readings.count(k) for k in range(1, 5)) <= MAX_PEOPLE
 
 
 def test_frames_are_read_as_poses_are_wanted() -> None:
@@ -113,16 +129,16 @@ def test_frames_are_read_as_poses_are_wanted() -> None:
 
     def counted() -> Iterator[tuple[float, Image]]:
         nonlocal read
-        for each in stage_frames(2000):
+        for each in numbered_frames(2000):
             read += 1
             yield each
 
-    poses = find_poses(counted(), Stage(lambda _: [upright(60.0, GROUND)]))
+    poses = find_poses(counted(), FakeReader(lambda _: [upright(60.0, GROUND)]))
     next(poses)
     assert read == MAX_WAIT_S * 10 + 1
     list(islice(poses, 300))
     assert read == 301
-    empty = find_poses(counted(), Stage(lambda _: []))
+    empty = find_poses(counted(), FakeReader(lambda _: []))
     read = 0
     assert list(islice(empty, 5)) == [None] * 5
     assert read == 5
@@ -137,12 +153,12 @@ def test_a_clip_without_people_has_no_poses() -> None:
 
 def test_what_is_not_a_clip_is_refused_in_words() -> None:
     frame = np.zeros((4, 4, 3), np.uint8)
-    stage = Stage(lambda _: [])
+    reader = FakeReader(lambda _: [])
     with pytest.raises(InputError, match="the clip has no frames"):
-        list(find_poses([], stage))
+        list(find_poses([], reader))
     with pytest.raises(InputError, match=r"frame 1: its time, 0\.0 s, is not later than 0\.0 s"):
-        list(find_poses([(0.0, frame), (0.0, frame)], stage))
+        list(find_poses([(0.0, frame), (0.0, frame)], reader))
     with pytest.raises(InputError, match="frame 0: its time, nan s"):
-        list(find_poses([(np.nan, frame)], stage))
+        list(find_poses([(np.nan, frame)], reader))
     with pytest.raises(InputError, match=r"frame 1: expected \(H, W, 3\)"):
-        list(find_poses([(0.0, frame), (1.0, frame[0])], stage))
+        list(find_poses([(0.0, frame), (1.0, frame[0])], reader))

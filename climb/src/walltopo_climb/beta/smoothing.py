@@ -18,9 +18,10 @@ from walltopo_climb.beta.pose import POINTS, Floats, Point, Pose
 MAX_GAP_S = 0.5  # without a pose, after which a track begins anew
 # Parameters of the filter (Casiez et al. 2012) for positions in sides of the body's square (about
 # 2.3 m). A resting hand is averaged over about a quarter of a second; one that moves at 1 m/s over
-# 1/15 s.
-MIN_CUTOFF_HZ, CUTOFF_PER_SPEED, SPEED_CUTOFF_HZ = 0.6, 4.0, 1.0
-_MIN_CONFIDENCE = 0.05  # weight of a new position relative to a certain one
+# 1/35 s.
+MIN_CUTOFF_HZ, CUTOFF_PER_SPEED, SPEED_CUTOFF_HZ = 0.6, 10.0, 1.0
+# A new position of at least the second confidence has full weight, one of the first or less 1/10.
+_MIN_CONFIDENCE, _FULL_CONFIDENCE = 0.05, 0.5
 _CLEARLY = 0.5  # ratio of distances below which an exchange is clearly closer
 _MIN_APART = 0.03  # mean distance, in sides of the square, below which nothing is exchanged
 # An exchange that lasts longer is the network's settled opinion, and becomes the track.
@@ -104,7 +105,7 @@ class _State:
         speeds = self.speeds + _share(np.array(SPEED_CUTOFF_HZ), step) * (raw - self.speeds)
         relative = np.hypot(*speeds.T) / max(pose.region.size, 1e-9)  # sides of the square per s
         share = _share(MIN_CUTOFF_HZ + CUTOFF_PER_SPEED * relative, step)
-        share = share * np.maximum(pose.confidence, _MIN_CONFIDENCE)
+        share = share * pose.confidence.clip(_MIN_CONFIDENCE, _FULL_CONFIDENCE) / _FULL_CONFIDENCE
         return _State(time, self.points + share[:, None] * (pose.points - self.points), speeds)
 
 

@@ -10,7 +10,8 @@ whose feet are highest in the picture.
 Limits: the camera must be still or pan little until the climber is chosen, because positions are
 those in the picture. Someone who climbs a ladder, or another problem, before the climber starts is
 followed instead. If two people cross, their tracks may be exchanged. At most `MAX_PEOPLE` people
-count at a time, those that the detector finds first.
+count at a time, those of the highest scores. Holds look like bodies to the network of poses: if the
+climber falls, poses of what is left there may follow for `MAX_UNSEEN_S`.
 """
 
 from __future__ import annotations
@@ -42,6 +43,9 @@ MAX_WAIT_S = 20.0
 MAX_PEOPLE = 4
 _MAX_WAIT_FRAMES = 1200  # memory of the wait: four poses of 1 kB for each frame
 _SEARCH_S = 0.5  # between searches for further people
+_SEARCH_LOST_S = 0.3  # between searches if nobody is followed
+_CHECK_S = 1.0  # between checks that the climber is a person
+MAX_UNSEEN_S = 2.5  # without a passed check, after which the climber counts as lost
 _MIN_MOVED = 0.05  # smaller rises, in sides of the square, are noise
 _SAME = 0.15  # distance of centres, in sides of the square, below which two tracks are one person
 # Distance at which a lost person is found again, in sides of the square: at once, and per second.
@@ -83,8 +87,7 @@ def find_poses(
     yield from crowd.poses_of(climber)
     if climber is not None:
         crowd.forget()
-        for time, frame in checked:
-            yield _follow(climber, networks, time, frame)
+        yield from _follow(climber, networks, checked)
 
 
 @dataclass(eq=False)
@@ -143,7 +146,8 @@ class _Crowd:
             if pose.score >= MIN_SCORE and not _is_among(pose, row.values()):
                 track.update(pose, time)
                 row[track] = pose
-        if not row or (len(row) < MAX_PEOPLE and time - self.searched >= _SEARCH_S):
+        pause = _SEARCH_S if row else _SEARCH_LOST_S
+        if len(row) < MAX_PEOPLE and time - self.searched >= pause:
             self._search(time, frame, row)
         if not self.rows:
             self.begun = time
@@ -193,19 +197,39 @@ class _Crowd:
             row[track] = pose
 
 
-def _follow(track: _Track, reader: PoseReader, time: float, frame: Image) -> Pose | None:
-    """Return the pose of a known person, who is searched near the last place if lost."""
-    pose = reader.read_pose(frame, track.region)
-    if pose.score < MIN_SCORE:
-        near = [b for b in reader.find_bodies(frame) if track.reaches(b.region, time)]
-        if not near:
-            return None
-        nearest = min(near, key=lambda body: _distance(track.region, body.region))
-        pose = reader.read_pose(frame, nearest.region)
-        if pose.score < MIN_SCORE:
-            return None
-    track.update(pose, time)
-    return pose
+def _follow(
+    track: _Track, reader: PoseReader, frames: Iterable[tuple[float, Image]]
+) -> Iterator[Pose | None]:
+    """Yield the poses of a known person, who is searched near the last place if lost."""
+    passed = checked = track.seen
+    searched = -np.inf
+    for time, frame in frames:
+        pose: Pose | None = None
+        if time - passed < MAX_UNSEEN_S:
+            pose = reader.read_pose(frame, track.region)
+        if pose is not None and pose.score >= MIN_SCORE:
+            if time - checked >= _CHECK_S:
+                checked = time
+                passed = time if reader.shows_body(frame, pose) else passed
+        elif time - searched >= _SEARCH_LOST_S:
+            searched = time
+            pose = _found_again(track, reader, time, frame)
+            passed = checked = passed if pose is None else time
+        if pose is None or pose.score < MIN_SCORE:
+            yield None
+            continue
+        track.update(pose, time)
+        yield pose
+
+
+def _found_again(track: _Track, reader: PoseReader, time: float, frame: Image) -> Pose | None:
+    """Return the pose of the person who is nearest to the last place of a track."""
+    near = [body for body in reader.find_bodies(frame) if track.reaches(body.region, time)]
+    if not near:
+        return None
+    nearest = min(near, key=lambda body: _distance(track.region, body.region))
+    pose = reader.read_pose(frame, nearest.region)
+    return pose if pose.score >= MIN_SCORE else None
 
 
 def _is_among(pose: Pose, others: Iterable[Pose]) -> bool:
