@@ -15,7 +15,7 @@ from walltopo_climb.beta.in_view import Floats, Frames, WallHolds, observe
 _HANDS: Final = (0, 1)
 _FALL_SPEED: Final = 2.2  # m/s of the hips; climbers who step down stay below 1 m/s
 _FALL_S: Final = 0.2
-_TOP_S: Final = 0.5  # both hands hold the top so long
+_TOP_S: Final = 0.7  # both hands hold the top so long
 _SURE: Final = 0.5  # least confidence of a contact that makes a top
 _FEW: Final = 3  # fewer hand contacts name no route
 
