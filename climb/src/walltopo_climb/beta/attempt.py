@@ -99,12 +99,16 @@ def _climbed(
 
 
 def _best_route(contacts: Sequence[Contact], routes: Iterable[Route]) -> int | None:
-    """Return the id of the route with most of the hands' contacts, the lower id if equal."""
-    if len(contacts) < _FEW:
-        return None
+    """Return the id of the route with most of the hands' contacts, the lower id if equal.
+
+    Hands that hold a route's start together count as two contacts more.
+    """
     counts = {one.id: sum(contact.hold in one.holds for contact in contacts) for one in routes}
-    best = max(sorted(counts), key=lambda key: counts[key], default=None)
-    return best if best is not None and 2 * counts[best] > len(contacts) else None
+    begun = {one.id: 2 * (_together(contacts, one.start, 0.0) is not None) for one in routes}
+    best = max(sorted(counts), key=lambda key: counts[key] + begun[key], default=None)
+    if best is None or counts[best] + begun[best] < _FEW:
+        return None
+    return best if 2 * counts[best] > len(contacts) else None
 
 
 def _together(contacts: Iterable[Contact], holds: Collection[int], seconds: float) -> float | None:
