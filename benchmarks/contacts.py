@@ -27,7 +27,7 @@ from walltopo.scans.holds import Hold
 from walltopo.scans.routes import Route
 from walltopo_climb.beta.attempt import attempt_of
 from walltopo_climb.beta.contacts import Contact
-from walltopo_climb.beta.in_view import LIMBS, Frames, WallHolds, observe
+from walltopo_climb.beta.in_view import LIMBS, Frames, WallHolds, observe, runs_of
 from walltopo_climb.movement.body import BODIES
 from walltopo_climb.movement.on_wall import climb_of, on_route
 from walltopo_climb.movement.sequence import find_sequence
@@ -147,8 +147,7 @@ def minimal_rule(clip: Clip, within: float, count: int) -> list[Contact]:
         nearest = seen.distance[:, limb].argmin(axis=1)
         is_near = seen.distance[np.arange(len(nearest)), limb, nearest] < within
         states = np.where(is_near, nearest, -1)
-        changes = np.flatnonzero(np.diff(states)) + 1
-        for begin, end in zip([0, *changes], [*changes, len(states)], strict=True):
+        for begin, end in runs_of(states):
             if states[begin] >= 0 and end - begin >= count:
                 hold = int(wall.ids[states[begin]])
                 times = frames.times

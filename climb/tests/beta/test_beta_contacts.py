@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from walltopo.core import InputError
+from walltopo.core import Camera, InputError
 from walltopo.scans.routes import Route
 from walltopo_climb.beta.attempt import attempt_of
 from walltopo_climb.beta.contacts import WALL, find_contacts
@@ -34,8 +34,7 @@ def filmed(paths: np.ndarray, poses: np.ndarray | None = None) -> Frames:
         points=np.zeros((n, 4, 2)),
         confidence=np.ones((n, 4)),
         hips=np.zeros((n, 2)),
-        focal=(FOCAL, FOCAL),
-        principal=(360.0, 640.0),
+        camera=Camera("PINHOLE", 720, 1280, (FOCAL, FOCAL, 360.0, 640.0)),
         cam_from_world=np.tile(POSE, (n, 1, 1)) if poses is None else poses,
     )
     for frame in range(n):

@@ -6,17 +6,18 @@ import numpy as np
 import pytest
 from climb.tests.beta.bodies import pose, upright
 
-from walltopo.core import InputError
+from walltopo.core import Camera, InputError
 from walltopo_climb.beta.in_view import Frames
 from walltopo_climb.beta.limbs import frames_of
 from walltopo_climb.beta.pose import Point, Pose
 
-CAMERA = np.tile(np.eye(3, 4), (3, 1, 1))
+CAMERA = Camera("PINHOLE", 100, 160, (800.0, 800.0, 50.0, 80.0))
+POSES = np.tile(np.eye(3, 4), (3, 1, 1))
 
 
 def framed(*poses: Pose | None) -> Frames:
     times = np.arange(len(poses)) / 10
-    return frames_of(times, poses, (800.0, 800.0), (50.0, 80.0), CAMERA[: len(poses)])
+    return frames_of(times, poses, CAMERA, POSES[: len(poses)])
 
 
 def test_hands_are_the_fingers_and_feet_the_toes() -> None:
@@ -41,4 +42,4 @@ def test_a_clip_without_a_climber_is_refused() -> None:
     with pytest.raises(InputError, match="no frame shows a climber"):
         framed(None, None)
     with pytest.raises(InputError, match="2 times for 1 poses"):
-        frames_of(np.arange(2.0), [None], (1.0, 1.0), (0.0, 0.0), CAMERA[:2])
+        frames_of(np.arange(2.0), [None], CAMERA, POSES[:2])

@@ -10,7 +10,14 @@ import numpy as np
 
 from walltopo.scans.routes import Route
 from walltopo_climb.beta.contacts import WALL, Contact, find_contacts
-from walltopo_climb.beta.in_view import Floats, Frames, WallHolds, observe
+from walltopo_climb.beta.in_view import (
+    Floats,
+    Frames,
+    Observations,
+    WallHolds,
+    observe,
+    runs_of,
+)
 
 _HANDS: Final = (0, 1)
 _FALL_SPEED: Final = 2.2  # m/s of the hips; climbers who step down stay below 1 m/s
@@ -51,8 +58,9 @@ def attempt_of(
     ----------
     holds : of the wall; volumes count for every route. route : id of the route, if it is known.
     """
-    contacts = find_contacts(frames, holds)
-    fall = _fall(frames, holds)
+    observations = observe(frames, holds)
+    contacts = find_contacts(frames, holds, observations)
+    fall = _fall(frames, observations)
     if route is None:
         route = _best_route(_on_routes(_climbed(contacts, None, fall), routes), routes)
     chosen = next((one for one in routes if one.id == route), None)
@@ -126,13 +134,12 @@ def _together(contacts: Iterable[Contact], holds: Collection[int], seconds: floa
     return min(times, default=None)
 
 
-def _fall(frames: Frames, holds: WallHolds) -> float | None:
+def _fall(frames: Frames, observations: Observations) -> float | None:
     """Return the begin of the first fast drop of the hips."""
-    down = frames.hips[:, 1] * observe(frames, holds).metres_per_px
+    down = frames.hips[:, 1] * observations.metres_per_px
     speed = _median(np.gradient(down, frames.times))
     fast = speed > _FALL_SPEED
-    changes = np.flatnonzero(np.diff(fast.astype(int))) + 1
-    for begin, end in zip([0, *changes], [*changes, len(fast)], strict=True):
+    for begin, end in runs_of(fast):
         last = min(end, len(fast) - 1)
         if fast[begin] and frames.times[last] - frames.times[begin] >= _FALL_S:
             return float(frames.times[begin])

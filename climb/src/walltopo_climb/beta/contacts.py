@@ -14,7 +14,15 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from walltopo_climb.beta.in_view import LIMBS, Floats, Frames, WallHolds, observe
+from walltopo_climb.beta.in_view import (
+    LIMBS,
+    Floats,
+    Frames,
+    Observations,
+    WallHolds,
+    observe,
+    runs_of,
+)
 
 WALL: Final = 0  # the id of a contact with the bare wall or a volume's plain side
 
@@ -48,15 +56,17 @@ class Contact:
     end: float
     confidence: float
 
-    @property
-    def seconds(self) -> float:
-        """Return how long it lasts."""
-        return self.end - self.begin
 
+def find_contacts(
+    frames: Frames, holds: WallHolds, observations: Observations | None = None
+) -> tuple[Contact, ...]:
+    """Return the contacts of all limbs in order of their begin.
 
-def find_contacts(frames: Frames, holds: WallHolds) -> tuple[Contact, ...]:
-    """Return the contacts of all limbs in order of their begin."""
-    seen = observe(frames, holds)
+    Parameters
+    ----------
+    observations : of these frames and holds, if they are known already.
+    """
+    seen = observe(frames, holds) if observations is None else observations
     weights = frames.confidence * _frame_weights(frames.times)[:, None]
     found: list[Contact] = []
     for limb in range(LIMBS):
@@ -134,9 +144,8 @@ def _contacts_of(
     times: Floats,
 ) -> list[Contact]:
     """Return the runs of equal states, without those in the air."""
-    changes = np.flatnonzero(np.diff(states)) + 1
     found = []
-    for begin, end in zip([0, *changes], [*changes, len(states)], strict=True):
+    for begin, end in runs_of(states):
         state = int(states[begin])
         if state == 0:
             continue

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from walltopo.core import InputError
+from walltopo.core import Camera, InputError
 
 Floats = npt.NDArray[np.float64]
 
@@ -16,7 +16,7 @@ LIMBS = 4  # left hand, right hand, left foot, right foot, as `movement.sequence
 
 @dataclass(frozen=True)
 class Frames:
-    """The limbs of a climber in the frames of a clip whose camera is known.
+    """The limbs of a climber in the frames of a clip whose camera and its poses are known.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ class Frames:
     points : (F, 4, 2) px, where each limb touches or would touch the wall: the fingers, the toes.
     confidence : (F, 4) in [0, 1]; 0 where a limb is not seen.
     hips : (F, 2) px, the middle of the hips.
-    focal : focal lengths fx, fy in px; principal : cx, cy in px.
+    camera : of the clip.
     cam_from_world : (F, 3, 4), metres; COLMAP's axes (x right, y down, z ahead).
 
     Raises
@@ -36,8 +36,7 @@ class Frames:
     points: Floats
     confidence: Floats
     hips: Floats
-    focal: tuple[float, float]
-    principal: tuple[float, float]
+    camera: Camera
     cam_from_world: Floats
 
     def __post_init__(self) -> None:
@@ -67,10 +66,7 @@ class Frames:
         """
         pose = self.cam_from_world[frame]
         seen = places @ pose[:, :3].T + pose[:, 3]
-        depth = seen[..., 2]
-        ahead = np.where(depth > 0, depth, np.nan)
-        pixels = seen[..., :2] / ahead[..., None] * self.focal + self.principal
-        return pixels, depth
+        return self.camera.project(seen), seen[..., 2]
 
 
 @dataclass(frozen=True)
@@ -120,7 +116,7 @@ def observe(frames: Frames, holds: WallHolds) -> Observations:
     distance = np.full((n, LIMBS, count), np.inf)
     offset = np.zeros((n, LIMBS, count, 2))
     per_px = np.zeros(n)
-    focal = float(np.mean(frames.focal))
+    focal = (frames.camera.fx + frames.camera.fy) / 2
     for frame in range(n):
         pixels, depth = frames.project(frame, holds.surface)
         scale = np.median(depth, axis=1) / focal  # m of a pixel, (N,)
@@ -145,3 +141,9 @@ def _speeds(times: Floats, offset: Floats) -> Floats:
     before = np.concatenate([steps[:1], steps])
     after = np.concatenate([steps, steps[-1:]])
     return np.nan_to_num(np.minimum(before, after), nan=0.0)
+
+
+def runs_of(states: npt.NDArray[np.generic]) -> list[tuple[int, int]]:
+    """Return the runs of equal values: the first frame of each and the frame after its last."""
+    changes = (np.flatnonzero(states[1:] != states[:-1]) + 1).tolist()
+    return list(zip([0, *changes], [*changes, len(states)], strict=True))

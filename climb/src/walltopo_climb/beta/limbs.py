@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from walltopo.core import InputError
+from walltopo.core import Camera, InputError
 from walltopo_climb.beta.in_view import LIMBS, Floats, Frames
 from walltopo_climb.beta.pose import Point, Pose
 
@@ -24,8 +24,7 @@ _HIPS: Final = (Point.LEFT_HIP, Point.RIGHT_HIP)
 def frames_of(
     times: Floats,
     poses: Sequence[Pose | None],
-    focal: tuple[float, float],
-    principal: tuple[float, float],
+    camera: Camera,
     cam_from_world: Floats,
 ) -> Frames:
     """Return the limbs of a track in frames with known cameras.
@@ -34,7 +33,7 @@ def frames_of(
 
     Parameters
     ----------
-    times : (F,) s. poses : of the same frames. focal, principal : px. cam_from_world : (F, 3, 4) m.
+    times : (F,) s. poses : of the same frames. camera : of the clip. cam_from_world : (F, 3, 4) m.
 
     Raises
     ------
@@ -55,4 +54,4 @@ def frames_of(
             points[frame, limb] = last.points[list(rows)].mean(axis=0)
             if pose is not None:
                 confidence[frame, limb] = pose.score * pose.confidence[list(rows)].min()
-    return Frames(times, points, confidence, hips, focal, principal, cam_from_world)
+    return Frames(times, points, confidence, hips, camera, cam_from_world)

@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 from walltopo.core import InputError
 from walltopo.images.networks import open_network
 from walltopo.images.people import Person, find_people
+from walltopo.segment.detect.photo_detections import box_iou
 
 Image = NDArray[np.uint8]
 Floats = NDArray[np.float64]
@@ -377,9 +378,11 @@ def distinct(rows: Floats, scores: Floats) -> list[tuple[Floats, float]]:
     rows, scores : as `decode` returns them.
     """
     found = []
+    middles, halves = rows[:, :2], rows[:, 2:4] / 2
+    corners = np.concatenate([middles - halves, middles + halves], axis=1)
     left = np.argsort(-scores, kind="stable")
     while len(left):
-        same = _intersection_over_union(rows[left[0]], rows[left]) > _SAME_BODY
+        same = box_iou(corners[left[:1]], corners[left])[0] > _SAME_BODY
         same[0] = True
         group = left[same]
         mean = np.average(rows[group], axis=0, weights=scores[group])
@@ -457,15 +460,6 @@ def _letterboxed(frame: Image) -> tuple[Image, Floats, Floats]:
     picture[top : top + size[1], left : left + size[0]] = small
     scale = np.array([size[0] / width, size[1] / height])
     return picture, scale, np.array([left, top], np.float64)
-
-
-def _intersection_over_union(box: Floats, others: Floats) -> Floats:
-    """Return the (n,) overlap of a box with (n, 4 or more) boxes: x, y, width, height."""
-    low = np.maximum(box[:2] - box[2:4] / 2, others[:, :2] - others[:, 2:4] / 2)
-    high = np.minimum(box[:2] + box[2:4] / 2, others[:, :2] + others[:, 2:4] / 2)
-    common = np.prod(np.maximum(high - low, 0.0), axis=1)
-    union = np.prod(box[2:4]) + np.prod(others[:, 2:4], axis=1) - common
-    return common / np.maximum(union, 1e-12)
 
 
 def _sigmoid(values: Floats) -> Floats:

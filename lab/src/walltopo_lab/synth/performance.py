@@ -13,10 +13,12 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from walltopo.core import Camera
 from walltopo_climb.beta.in_view import LIMBS, Frames
 from walltopo_climb.movement.body import Body
 from walltopo_climb.movement.sequence import LIMBS as NAMES
 from walltopo_climb.movement.sequence import Climb, Sequence
+from walltopo_lab.synth.path import look_at
 
 Floats = npt.NDArray[np.float64]
 
@@ -41,7 +43,7 @@ class Performance:
     Parameters
     ----------
     times : (F,) s. limbs : (F, 4, 3) m, fingers and toes. hips : (F, 3) m.
-    contacts : in order of their begin. topped, fell : s, or None.
+    contacts : in order of their begin. topped : s, or None.
     """
 
     times: Floats
@@ -49,7 +51,6 @@ class Performance:
     hips: Floats
     contacts: tuple[TrueContact, ...]
     topped: float | None
-    fell: float | None
 
 
 @dataclass
@@ -114,14 +115,13 @@ def perform(
         _wait(line, body, rng.uniform(0.8, 2.0))
     else:
         _wait(line, body, rng.uniform(0.4, 1.0))
-    fell = line.now
     _fall(line, body)
     for limb in list(line.open):
         line.release(limb)
     contacts = tuple(sorted(line.contacts, key=lambda one: (one.begin, one.limb)))
     times = np.arange(len(line.limbs), dtype=np.float64) * line.step
     hips, limbs = np.array(line.hips), np.array(line.limbs)
-    return Performance(times, limbs, hips, contacts, topped, None if topped else fell)
+    return Performance(times, limbs, hips, contacts, topped)
 
 
 def _standing(start: Floats, person: Body, out: Floats, side: Floats) -> _Body:
@@ -215,14 +215,14 @@ def film(
     n = len(performance.times)
     middle = performance.hips.mean(axis=0)
     shake = np.cumsum(rng.normal(0, 0.004 if handheld else 0.0, (n, 3)), axis=0)
-    poses = np.array([_look_at(eye + 2 * move, middle + move) for move in shake])
+    poses = np.array([look_at(eye + 2 * move, middle + move, 0.0) for move in shake])
+    focal = 1.1 * size[0]
     frames = Frames(
         times=performance.times,
         points=np.zeros((n, LIMBS, 2)),
         confidence=np.full((n, LIMBS), 0.9),
         hips=np.zeros((n, 2)),
-        focal=(1.1 * size[0], 1.1 * size[0]),
-        principal=(size[0] / 2, size[1] / 2),
+        camera=Camera("PINHOLE", *size, (focal, focal, size[0] / 2, size[1] / 2)),
         cam_from_world=poses,
     )
     for frame in range(n):
@@ -230,15 +230,6 @@ def film(
         frames.hips[frame], _ = frames.project(frame, performance.hips[frame])
     _disturb(frames, rng, errors)
     return frames
-
-
-def _look_at(eye: Floats, target: Floats) -> Floats:
-    """Return the pose (3, 4) of an upright camera."""
-    ahead = (target - eye) / np.linalg.norm(target - eye)
-    right = np.cross(ahead, [0.0, 0.0, 1.0])
-    right /= np.linalg.norm(right)
-    rotation = np.stack([right, np.cross(ahead, right), ahead])
-    return np.concatenate([rotation, (-rotation @ eye)[:, None]], axis=1)
 
 
 def _disturb(frames: Frames, rng: np.random.Generator, errors: PoseErrors) -> None:
