@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from datetime import UTC, datetime
-from typing import Annotated, Final
+from typing import Annotated, Any, Final
 from uuid import UUID
 from zoneinfo import ZoneInfo
 
@@ -143,15 +143,7 @@ def _write_ascent(
     if row is None or row.climbed_at != climb.climbed_at:
         check_climbed(climb.climbed_at, begin_of(session, gym, route), zone_of(gym))
     if row is None:
-        row = Ascent(
-            id=ascent,
-            person_id=person,
-            gym_id=gym.id,
-            route_id=route.id,
-            gym_name=gym.name,
-            route_name=route.name,
-            grade=route.grade,
-        )
+        row = new_ascent(person, gym, route, id=ascent)
         value_ascent(session, row, route)
         session.add(row)
     elif row.person_id != person:
@@ -167,6 +159,24 @@ def _write_ascent(
     row.discipline, row.high_point = discipline, climb.high_point
     row.climbed_at = min(climb.climbed_at, now())
     return row, before | {row.climbed_at}, is_new
+
+
+def new_ascent(person: UUID, gym: Gym, route: Route, **facts: Any) -> Ascent:
+    """Return an ascent with the names and the grade that gym and route have now.
+
+    Parameters
+    ----------
+    facts : other columns of `Ascent`.
+    """
+    return Ascent(
+        person_id=person,
+        gym_id=gym.id,
+        route_id=route.id,
+        gym_name=gym.name,
+        route_name=route.name,
+        grade=route.grade,
+        **facts,
+    )
 
 
 class AscentChange(Body):

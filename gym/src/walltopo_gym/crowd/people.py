@@ -14,6 +14,8 @@ from sqlalchemy.orm import Session
 from walltopo_climb.grades.font import FONT
 from walltopo_gym.accounts.models import Person, Profile
 from walltopo_gym.accounts.people import NO_PASSWORD, Audience, Category
+from walltopo_gym.climbing.ascents import new_ascent
+from walltopo_gym.climbing.kinds import TOPS
 from walltopo_gym.climbing.models import Ascent, Follow
 from walltopo_gym.crowd.logs import Climber, Visitor, climb_visit
 from walltopo_gym.crowd.opinions import give_opinions
@@ -155,20 +157,17 @@ def _add_log(
             at += timedelta(minutes=int(4 + 3 * done.tries + rng.integers(6)))
             route = routes[done.route]
             session.add(
-                Ascent(
+                new_ascent(
+                    person.id,
+                    gym,
+                    route,
                     created_at=at,
-                    person_id=person.id,
-                    gym_id=gym.id,
-                    route_id=route.id,
-                    gym_name=gym.name,
-                    route_name=route.name,
-                    grade=route.grade,
                     kind=done.kind,
                     tries=done.tries,
                     climbed_at=at,
                 )
             )
-            if done.kind in ("flash", "top"):
+            if done.kind in TOPS:
                 topped.setdefault(done.route, at)
     give_opinions(session, person, climber, routes, topped, rng)
 

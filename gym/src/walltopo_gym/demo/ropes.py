@@ -13,8 +13,8 @@ from sqlalchemy.orm import Session
 
 from walltopo_climb.grades.scales import FRENCH
 from walltopo_gym.accounts.models import Person
-from walltopo_gym.climbing.kinds import Kind
-from walltopo_gym.climbing.models import Ascent
+from walltopo_gym.climbing.ascents import new_ascent
+from walltopo_gym.climbing.kinds import FIRST_TRIES, Kind
 from walltopo_gym.crowd.people import email_of
 from walltopo_gym.gyms.models import GradeSystem, Gym
 from walltopo_gym.publishing.models import Route
@@ -94,15 +94,12 @@ def _add_climbs(
         is_beyond = number == best
         kind = Kind.HIGH_POINT if is_beyond else _result(rng)
         session.add(
-            Ascent(
-                person_id=person,
-                gym_id=gym.id,
-                route_id=route.id,
-                gym_name=gym.name,
-                route_name=route.name,
-                grade=route.grade,
+            new_ascent(
+                person,
+                gym,
+                route,
                 kind=kind,
-                tries=1 if kind in (Kind.ONSIGHT, Kind.FLASH) else int(rng.integers(1, 4)),
+                tries=1 if kind in FIRST_TRIES else int(rng.integers(1, 4)),
                 discipline=str(rng.choice(belays)),
                 high_point=int(rng.integers(3, _CLIPS)) if is_beyond else None,
                 climbed_at=datetime.combine(day, time(17, 30), UTC)
