@@ -71,7 +71,7 @@ def grips_of(holds: Sequence[Hold], feet: set[int], unit: float) -> Grips:
     position = np.array([hold.position for hold in holds]) / unit
     normal = np.array([hold.normal for hold in holds])
     steepness = np.array([hold.steepness_deg for hold in holds])
-    wall = _wall_normals(position, normal, steepness)
+    wall = wall_normals(position, normal, steepness)
     return Grips(
         position=position,
         wall=wall,
@@ -87,7 +87,7 @@ def grips_of(holds: Sequence[Hold], feet: set[int], unit: float) -> Grips:
     )
 
 
-def _wall_normals(position: Floats, normal: Floats, steepness_deg: Floats) -> Floats:
+def wall_normals(position: Floats, normal: Floats, steepness_deg: Floats) -> Floats:
     """Return (N, 3) unit normals of the wall under each hold.
 
     The heading is that of the nearby holds, the steepness is the scan's measurement.

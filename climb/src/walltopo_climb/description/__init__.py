@@ -1,0 +1,1 @@
+"""Describe a route in words, for climbers who hear the wall instead of seeing it."""
