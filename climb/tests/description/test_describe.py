@@ -28,6 +28,7 @@ from walltopo_climb.description.sentences import (
     Language,
     Sentence,
     Unit,
+    Wording,
     sentences_of,
 )
 from walltopo_climb.description.steps import Step, StepKind, route_steps
@@ -104,7 +105,8 @@ def test_directions_and_distances_are_those_of_the_wall(seed: int) -> None:
 def test_each_number_of_a_sentence_is_that_of_its_step(language: Language, unit: Unit) -> None:
     for seed in range(8):
         holds, route, _ = flat_wall(seed)
-        for sentence in sentences_of(steps_of(route, holds, 1.75), language, "full", unit):
+        words = Wording(language, "full", unit)
+        for sentence in sentences_of(steps_of(route, holds, 1.75), words):
             check_numbers(sentence, language, unit)
 
 
@@ -140,7 +142,7 @@ def test_each_kind_of_step_has_a_sentence(language: Language, detail: Detail) ->
                 kind=kind, limb="left_hand", origin=other, hold=1, clock=1, distance=0.4,
                 height=1.0, apart=0.5, steepness_deg=20, name="Blue 2", hands=2, moves=1,
             )  # fmt: skip
-            for sentence in sentences_of((step,), language, detail):
+            for sentence in sentences_of((step,), Wording(language, detail)):
                 assert re.fullmatch(r"[^{}]*[^{}\s][.!]", sentence.text), sentence.text
                 assert "  " not in sentence.text
                 assert 0.5 < sentence.speech < 12
@@ -163,7 +165,7 @@ def test_all_languages_have_the_same_messages() -> None:
 def test_plural_forms() -> None:
     def said(language: Language, moves: int) -> str:
         step = Step(kind="route", name="Blue", hands=9, moves=moves, height=3.0)
-        return sentences_of((step,), language, "short")[0].text
+        return sentences_of((step,), Wording(language, "short"))[0].text
 
     assert said("en", 1) == "Blue: 1 hand move."
     assert said("en", 2) == "Blue: 2 hand moves."

@@ -243,3 +243,28 @@ def test_a_real_scan_gets_moves(server: Server, tiny_scan: Path) -> None:
     assert version["moves"]["state"] == "ready"
     assert set(version["moves"]["routes"]) <= set(numbers)
     assert version["moves"]["routes"]
+
+
+def test_a_route_is_described_in_words_once_its_moves_are_known(world: World) -> None:
+    scan = reviewed(world)
+    assert world.publish(scan, *ENTRIES).is_success
+    ids = {row["number"]: row["id"] for row in world.published()["routes"]}
+
+    def described(number: int = 1, query: str = "", who: str = "member") -> Any:
+        path = f"{world.path}/routes/{ids[number]}/description{query}"
+        return world.server.ask("GET", path, world.people[who])
+
+    assert described().json()["code"] == "moves-not-ready"
+    do_all(world.server, task(world.server))
+    usual = described().json()
+    assert (usual["scan_id"], usual["height_m"]) == (str(scan), 1.75)
+    texts = [one["text"] for one in usual["sentences"]]
+    assert texts[0].startswith("Ladder: 6 hand holds, ")
+    assert texts[-1] == "Top: jug, 2.4 metres above the floor."
+    assert usual["sentences"][-1]["hold"] == RUNGS - 1
+    short = described(query="?height_cm=140&language=cs&unit=hands&detail=short").json()
+    assert short["height_m"] == 1.55
+    assert short["sentences"][-1]["text"] == "Top: madlo, 2,4 metru nad zemí."
+    assert described(2).json()["code"] == "route-without-moves"
+    assert described(query="?height_cm=20").status_code == 422
+    assert described(who="stranger").status_code == 404

@@ -20,6 +20,7 @@ from cryptography.hazmat.primitives.asymmetric.ec import SECP256R1, generate_pri
 from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 from gym.tests.authenticator import Device
 from gym.tests.competitions import cases as cups
+from gym.tests.publishing.test_gym_moves import ENTRIES, reviewed
 from gym.tests.worlds import ORIGIN, PASSWORD, Server, Somebody, World, hold, make_world
 from PIL import Image
 from sqlalchemy import func, select
@@ -37,6 +38,7 @@ from walltopo_gym.insights.models import Washing
 from walltopo_gym.notifications.models import PushAddress
 from walltopo_gym.notifications.secrets import unsubscribe_token
 from walltopo_gym.publishing.codes import code_of
+from walltopo_gym.publishing.moves import SuggestedMoves
 from walltopo_gym.scans.service import State
 from walltopo_gym.walls.models import RopeLine
 
@@ -212,6 +214,13 @@ def a_drawn_route(world: World) -> dict[str, Any]:
 
 def a_route(world: World) -> dict[str, Any]:
     _published(world)
+    return {"route": world.published()["routes"][0]["id"]}
+
+
+def a_route_with_moves(world: World) -> dict[str, Any]:
+    scan = reviewed(world)
+    assert world.publish(scan, *ENTRIES).is_success
+    SuggestedMoves(world.server.database, world.server.services.store).suggest(str(scan))
     return {"route": world.published()["routes"][0]["id"]}
 
 
@@ -730,6 +739,7 @@ CASES = {
     "read_file": Case("guest", Scope.READ, a_published_file),
     "read_route": Case("guest", Scope.READ, a_route),
     "list_similar_routes": Case("guest", Scope.READ, a_route),
+    "describe_route": Case("guest", Scope.READ, a_route_with_moves),
     "change_route": Case("setter", Scope.PUBLISH, a_route, lambda w: {"name": "Moon"}),
     "strip_route": Case("setter", Scope.PUBLISH, a_route),
     "restore_route": Case("setter", Scope.PUBLISH, a_stripped_route),

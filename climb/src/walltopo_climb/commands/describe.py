@@ -60,15 +60,14 @@ def _describe(args: argparse.Namespace) -> int:
 
     from walltopo.cli.console import console
     from walltopo_climb.description.route_text import describe_route
+    from walltopo_climb.description.sentences import Wording
     from walltopo_climb.movement.body import Body
 
     described = describe_route(
         args.scan,
         args.route,
         Body(args.height, args.reach),
-        language=args.language,
-        detail=args.detail,
-        unit=args.unit,
+        Wording(args.language, args.detail, args.unit),
     )
     if args.format == "json":
         text = msgspec.json.format(msgspec.json.encode(described), indent=1).decode()

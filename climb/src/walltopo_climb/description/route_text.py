@@ -11,10 +11,10 @@ from walltopo.scans.document import Coordinate, Document, Label
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.routes import route_name
 from walltopo_climb.description.sentences import (
-    Detail,
+    USUAL,
     Language,
     Sentence,
-    Unit,
+    Wording,
     sentences_of,
 )
 from walltopo_climb.description.steps import route_steps
@@ -47,15 +47,7 @@ class Description(Document, frozen=True, kw_only=True):
         return "\n".join(sentence.text for sentence in self.sentences)
 
 
-def describe_route(
-    scan: Path,
-    route: int,
-    body: Body,
-    *,
-    language: Language = "en",
-    detail: Detail = "normal",
-    unit: Unit = "centimetres",
-) -> Description:
+def describe_route(scan: Path, route: int, body: Body, words: Wording = USUAL) -> Description:
     """Return the description of a route of a scan.
 
     Parameters
@@ -81,9 +73,9 @@ def describe_route(
     steps = route_steps(chosen, rows[0], holds, units)
     return Description(
         route=route,
-        language=language,
+        language=words.language,
         height=body.height,
         span=body.span,
         metric=ScanFolder.holds.load(ScanFolder(scan)).metric,
-        sentences=sentences_of(steps, language, detail, unit),
+        sentences=sentences_of(steps, words),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from typing import Any, Final, Literal, get_args
@@ -26,6 +27,24 @@ _FEET: Final = ("foot", "foot_off", "start_foot")
 _VOICE: Final = 15.0
 
 
+@dataclass(frozen=True)
+class Wording:
+    """How a route is described.
+
+    Parameters
+    ----------
+    detail : short names direction and distance of the hands' moves; normal adds types and feet;
+        full adds sizes and heights. unit : of distances.
+    """
+
+    language: Language = "en"
+    detail: Detail = "normal"
+    unit: Unit = "centimetres"
+
+
+USUAL: Final = Wording()
+
+
 class Sentence(msgspec.Struct, frozen=True):
     """A sentence about a step.
 
@@ -40,37 +59,24 @@ class Sentence(msgspec.Struct, frozen=True):
     speech: float = msgspec.field(name="speech_s")
 
 
-def sentences_of(
-    steps: tuple[Step, ...],
-    language: Language = "en",
-    detail: Detail = "normal",
-    unit: Unit = "centimetres",
-) -> tuple[Sentence, ...]:
-    """Return the sentences about the steps of a route.
-
-    Parameters
-    ----------
-    detail : short names direction and distance of the hands' moves; normal adds types and feet;
-        full adds sizes and heights.
-    unit : of distances.
-    """
-    said = [step for step in steps if detail != "short" or step.kind not in _FEET]
-    texts = [_text(step, language, detail, unit) for step in said]
+def sentences_of(steps: tuple[Step, ...], words: Wording = USUAL) -> tuple[Sentence, ...]:
+    """Return the sentences about the steps of a route."""
+    said = [step for step in steps if words.detail != "short" or step.kind not in _FEET]
+    texts = [_text(step, words) for step in said]
     return tuple(
         Sentence(step, text, round(len(text) / _VOICE, 1))
         for step, text in zip(said, texts, strict=True)
     )
 
 
-def _text(step: Step, language: Language, detail: Detail, unit: Unit) -> str:
-    bundle = _bundle(language)
-    kind = step.kind
-    names = [f"{kind}-{detail}", kind]
+def _text(step: Step, words: Wording) -> str:
+    bundle = _bundle(words.language)
+    names = [f"{step.kind}-{words.detail}", step.kind]
     if step.origin != step.limb:
-        names = [f"{kind}_from_other-{detail}", f"{kind}_from_other", *names]
+        names = [f"{step.kind}_from_other-{words.detail}", f"{step.kind}_from_other", *names]
     found = next(name for name in names if bundle.has_message(name))
     pattern = bundle.get_message(found).value
-    text, errors = bundle.format_pattern(pattern, _values(step, unit))
+    text, errors = bundle.format_pattern(pattern, _values(step, words.unit))
     if errors:
         raise errors[0]
     return str(text)

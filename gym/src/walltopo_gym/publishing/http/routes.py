@@ -6,16 +6,20 @@ from datetime import date, datetime
 from typing import Annotated
 from uuid import UUID
 
-from fastapi import APIRouter, Response
+from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, Field
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from walltopo_climb.description.sentences import Detail, Unit, Wording
+from walltopo_climb.description.steps import StepKind
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.fields import Body, Day, Name, Text
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.access import Access, GuestMay, PublisherMay
+from walltopo_gym.languages import Language
+from walltopo_gym.publishing.description import describe_placed
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.publishing.service import (
     change_facts,
@@ -127,6 +131,50 @@ def list_similar_routes(route: UUID, session: Db, access: GuestMay) -> SimilarRo
     stripped; none if the movement model finds no moves on it."""
     row = route_of(session, access.gym.id, route)
     return SimilarRoutes(routes=similar_routes(session, access.gym.id, row.id))
+
+
+class SentenceOut(BaseModel):
+    """A sentence about a step of a route; `hold`: its id in the version, 0 for none. `speech_s`:
+    seconds of a calm voice."""
+
+    kind: StepKind
+    hold: int
+    text: str
+    speech_s: float
+
+
+class DescriptionOut(BaseModel):
+    """A route in words, for a body of `height_m`."""
+
+    scan_id: UUID
+    height_m: float
+    sentences: list[SentenceOut]
+
+
+@router.get("/gyms/{gym}/routes/{route}/description")
+def describe_route(
+    route: UUID,
+    session: Db,
+    services: ServicesOf,
+    access: GuestMay,
+    language: Language = "en",
+    detail: Detail = "normal",
+    unit: Unit = "centimetres",
+    height_cm: Annotated[int | None, Query(ge=90, le=230)] = None,
+) -> DescriptionOut:
+    """Describe a current route in words, move by move, for climbers who hear it. The moves are the
+    suggested ones of the body next to `height_cm`."""
+    row = route_of(session, access.gym.id, route)
+    words = Wording(language, detail, unit)
+    found = describe_placed(session, services.store, row, height_cm, words)
+    return DescriptionOut(
+        scan_id=found.scan,
+        height_m=found.height,
+        sentences=[
+            SentenceOut(kind=one.step.kind, hold=one.step.hold, text=one.text, speech_s=one.speech)
+            for one in found.sentences
+        ],
+    )
 
 
 @router.patch("/gyms/{gym}/routes/{route}")

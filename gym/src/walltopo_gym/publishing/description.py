@@ -1,0 +1,103 @@
+"""Published routes in words, from the suggested moves of their version."""
+
+from __future__ import annotations
+
+import tempfile
+from functools import lru_cache
+from pathlib import Path
+from uuid import UUID
+
+import msgspec
+from msgspec.structs import replace
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.moves import ClimberRow, Moves
+from walltopo.scans.routes import Route as ScanRoute
+from walltopo.scans.routes import Routes
+from walltopo_climb.description.sentences import Sentence, Wording, sentences_of
+from walltopo_climb.description.steps import route_steps
+from walltopo_gym.errors import ConflictError, NotFoundError
+from walltopo_gym.publishing.models import Placement, Route
+from walltopo_gym.publishing.version_holds import version_holds
+from walltopo_gym.scans.artifacts import MOVES_FILE, download_files
+from walltopo_gym.scans.models import Scan
+from walltopo_gym.storage.files import FileStore
+from walltopo_gym.walls.models import Wall
+
+_USUAL_M = 1.75  # height of a climber who says none
+
+
+class DescribedRoute(msgspec.Struct, frozen=True):
+    """A route in words, in a version of its wall, for a body of `height` metres."""
+
+    scan: UUID
+    height: float
+    sentences: tuple[Sentence, ...]
+
+
+def describe_placed(
+    session: Session,
+    store: FileStore,
+    route: Route,
+    height_cm: int | None,
+    words: Wording,
+) -> DescribedRoute:
+    """Return a current route in words, for the body of the suggested moves that is next in height.
+
+    Raises
+    ------
+    NotFoundError : no published version shows the route, or no body leaves the ground on it.
+    ConflictError : the moves are not computed yet.
+    """
+    placed, scan = _shown(session, route)
+    if scan.moves is None:
+        raise ConflictError("moves-not-ready")
+    row = _climber(store, scan, placed.number, height_cm)
+    if row is None:
+        raise NotFoundError("route-without-moves")
+    holds = version_holds(store, scan.id)
+    numbered = _version_routes(store, scan.id)
+    named = replace(numbered[placed.number], name=route.name, colour=route.colour)
+    steps = route_steps(named, row, list(holds.by_id.values()), holds.unit)
+    return DescribedRoute(scan.id, row.height, sentences_of(steps, words))
+
+
+def _shown(session: Session, route: Route) -> tuple[Placement, Scan]:
+    """Return the route's place in the published version, and the version."""
+    found = session.execute(
+        select(Placement, Scan)
+        .join(Scan, Scan.id == Placement.scan_id)
+        .join(Wall, Wall.published_scan_id == Scan.id)
+        .where(Placement.route_id == route.id, Wall.id == route.wall_id)
+    ).first()
+    if found is None:
+        raise NotFoundError("not-there-published-route")
+    return found[0], found[1]
+
+
+def _climber(store: FileStore, scan: Scan, number: int, height_cm: int | None) -> ClimberRow | None:
+    """Return the moves of the body that is next in height, None if it has none on the route."""
+    if MOVES_FILE not in scan.files:
+        return None
+    moves = _version_moves(store, scan.files[MOVES_FILE]["key"])
+    rows = next((one.climbers for one in moves.routes if one.route == number), ())
+    height = _USUAL_M if height_cm is None else height_cm / 100
+    nearest = min(rows, key=lambda row: abs(row.height - height), default=None)
+    return nearest if nearest is not None and nearest.moves else None
+
+
+@lru_cache(maxsize=16)
+def _version_moves(store: FileStore, key: str) -> Moves:
+    """Return the content of a `moves.json`, whose key is the hash of its content."""
+    return msgspec.json.decode(store.read(key), type=Moves)
+
+
+@lru_cache(maxsize=64)
+def _version_routes(store: FileStore, scan: UUID) -> dict[int, ScanRoute]:
+    """Return the routes of a published version by number; they never change."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = ScanFolder(Path(name))
+        download_files(store, scan, folder, folder.routes)
+        return {route.id: route for route in Routes.load(folder.routes).routes}
