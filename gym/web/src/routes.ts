@@ -11,6 +11,7 @@ const climbingLog = withTexts("climbingLog");
 const competitions = withTexts("competitions");
 const hall = withTexts("hall");
 const insights = withTexts("insights");
+const listening = withTexts("listening");
 const lists = withTexts("lists");
 const notifications = withTexts("notifications");
 const ofProblems = withTexts("problems");
@@ -92,6 +93,7 @@ export const { p, navigate, preload, route } = createRouter({
   "/g/:gym/insights/w/:wall/resets": of("insights", () => import("./insights/Resets.svelte").then(insights)),
   "/g/:gym/w/:wall": wall,
   "/g/:gym/w/:wall/r/:route": wall,
+  "/g/:gym/w/:wall/r/:route/listen": () => import("./listening/ListenPage.svelte").then(listening),
   "/g/:gym/w/:wall/problems": problems,
   "/g/:gym/w/:wall/problems/new": problems,
   "/g/:gym/w/:wall/problems/:problem": problems,
