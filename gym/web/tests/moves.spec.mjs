@@ -154,3 +154,50 @@ test("routes are found by their holds and moves, and a link shows the same list"
   await check(member, "similar");
   await member.close();
 });
+
+test("a route is heard step by step", async ({ browser, places }) => {
+  const climber = await visit(browser, places);
+  const { page, go } = climber;
+  await page.addInitScript(() => {
+    window.said = [];
+    const speak = (utterance) => window.said.push([utterance.lang, utterance.text]);
+    Object.defineProperty(window, "speechSynthesis", { value: { speak, cancel: () => {}, getVoices: () => [] } });
+  });
+  await go(`/g/${places.gym}`);
+  await go(await routeWithMoves(page, places));
+  await page.getByRole("link", { name: "Listen to the moves" }).click();
+  const sentence = page.getByRole("status").filter({ hasText: /\w/ });
+  await sentence.filter({ hasText: "hand holds" }).waitFor();
+  const said = () => page.evaluate(() => window.said);
+  assert.deepEqual(await said(), []);
+  const next = page.getByRole("button", { name: "Next" });
+  await next.click();
+  await page.getByText("Step 2 of").waitFor();
+  await sentence.filter({ hasText: "Start" }).waitFor();
+  await page.keyboard.press("ArrowLeft");
+  await page.getByText("Step 1 of").waitFor();
+  await page.getByRole("button", { name: "Again" }).click();
+  const texts = (await said()).map(([, text]) => text);
+  assert.equal(texts.length, 3);
+  assert.match(texts[0], /^Start/);
+  assert.equal(texts[1], texts[2]);
+  await check(climber, "listen");
+
+  // Another language and wording; the phone keeps silent for a friend who reads.
+  await page.getByText("Voice and wording").click();
+  await page.getByLabel("Language", { exact: true }).selectOption("de");
+  await sentence.filter({ hasText: "Griffe für die Hände" }).waitFor();
+  await page.getByLabel("Detail").selectOption("short");
+  await page.getByLabel("The phone speaks").uncheck();
+  await next.click();
+  await sentence.filter({ hasText: "Start" }).waitFor();
+  assert.equal((await said()).length, 3);
+  await page.getByText("All steps").click();
+  await check(climber, "listen-wording");
+  const last = page.getByRole("listitem").last();
+  const top = await last.textContent();
+  await last.getByRole("button").click();
+  await sentence.filter({ hasText: top.trim() }).waitFor();
+  assert.ok(await next.isDisabled());
+  await climber.close();
+});
