@@ -24,6 +24,7 @@ examples:
   walltopo export gym/ --format page             # gym.html, self-contained
   walltopo export gym/ --format site -o site/    # for a web host, see docs/viewer.md
   walltopo export gym/ --format labelme -o labels/
+  walltopo export gym/ --format tactile --route 7 -o relief/   # to print and touch
 """
 MERGE_EXAMPLES = """\
 examples:
@@ -32,7 +33,10 @@ examples:
   walltopo merge s1 s2 -o gym
 """
 # As in walltopo.publish.convert.FORMATS, whose import would load NumPy here.
-KINDS = ("glb", "glb-web", "usdz", "obj", "ply", "painted-ply", "csv", "labelme", "page", "site")
+KINDS = (
+    "glb", "glb-web", "usdz", "obj", "ply", "painted-ply", "csv", "labelme", "page", "site",
+    "tactile",
+)  # fmt: skip
 WHOLE_MESH = ("glb", "obj", "ply", "painted-ply")  # the others have fewer triangles, or none
 
 
@@ -43,13 +47,17 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         help="write a finished scan in another format",
         description="Write the segmented wall of a scan as glTF, USDZ, OBJ, PLY, as tables of "
         "holds and routes (CSV), as LabelMe outlines in its photos, or as the page: a single "
-        "HTML file to send and open from disk (page), or a folder for any web host (site).",
+        "HTML file to send and open from disk (page), or a folder for any web host (site). One "
+        "route can be written for the fingers (tactile): a relief at 1:20 for a 3D printer, and a "
+        "drawing for swell paper, both with its name in Braille.",
         epilog=EXPORT_EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     export.add_argument("scan", type=Path, metavar="SCAN", help="the scan folder")
     export.add_argument("--format", choices=KINDS, default="glb", help="default: %(default)s")
-    export.add_argument("-o", "--output", type=Path, help="file (labelme, site: folder) to write")
+    export.add_argument(
+        "-o", "--output", type=Path, help="file (labelme, site, tactile: folder) to write"
+    )
     add_overwrite(export)
     export.add_argument(
         "--route", type=Number(int, low=0), metavar="ID", help="one route with the wall around it"
@@ -85,7 +93,7 @@ def _export(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener
     from walltopo.core.outputs import written_file, written_folder
-    from walltopo.publish.convert import FOLDERS, FORMATS, convert, crop_route
+    from walltopo.publish.convert import FOLDERS, FORMATS, convert, crop_route, one_route
     from walltopo.publish.files.listings import routes_beside
     from walltopo.publish.wall_data import read_wall
     from walltopo.scans.folder import ScanFolder
@@ -103,7 +111,8 @@ def _export(args: argparse.Namespace) -> int:
     ):
         wall = read_wall(scan)
         if args.route is not None:
-            wall = crop_route(wall, args.route)
+            # A relief needs the wall below other holds, to show it without them.
+            wall = (one_route if args.format == "tactile" else crop_route)(wall, args.route)
         progress.step(f"write {args.format}")
         convert(wall, args.format, made, scan=scan, progress=progress)
         size = _size(made)

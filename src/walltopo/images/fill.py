@@ -1,4 +1,4 @@
-"""Fill pixels of a picture from the nearest known ones."""
+"""Fill pixels of a picture from known ones: from the nearest, or smoothly from all around."""
 
 from __future__ import annotations
 
@@ -27,3 +27,26 @@ def fill_gaps(picture: NDArray[np.uint8], known: NDArray[np.bool_]) -> NDArray[n
     lookup[nearest.ravel()[source]] = source
     filled = picture.reshape(-1, 3)[lookup[nearest.ravel()]]
     return np.ascontiguousarray(filled.reshape(picture.shape))
+
+
+def spread_colours(
+    colours: NDArray[np.float32], weight: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """Return (H, W, 3) colours, where `weight` is 0 those of a smaller picture, and so on.
+
+    Parameters
+    ----------
+    colours : (H, W, 3) colours times weight; weight : (H, W) in [0, 1].
+    """
+    height, width = weight.shape
+    mean = colours / np.maximum(weight, 1e-6)[..., None]
+    if min(height, width) <= 2 or weight.all():
+        total = max(float(weight.sum()), 1e-6)
+        return np.where(weight[..., None] > 0, mean, colours.sum(axis=(0, 1)) / total)
+    size = ((width + 1) // 2, (height + 1) // 2)
+    smaller = spread_colours(
+        np.asarray(cv2.resize(colours, size, interpolation=cv2.INTER_AREA), dtype=np.float32),
+        np.asarray(cv2.resize(weight, size, interpolation=cv2.INTER_AREA), dtype=np.float32),
+    )
+    larger = cv2.resize(smaller, (width, height), interpolation=cv2.INTER_LINEAR)
+    return np.where(weight[..., None] > 0, mean, larger).astype(np.float32)

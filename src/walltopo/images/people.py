@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core.files import shipped_file
+from walltopo.images.fill import spread_colours
 from walltopo.images.networks import Network, open_network
 
 Image = NDArray[np.uint8]
@@ -101,7 +102,7 @@ def hide_people(photo: Image, mask: Bitmap) -> Image:
     share = cv2.resize(outside, size, interpolation=cv2.INTER_AREA)
     weight = np.asarray(share, dtype=np.float32) / np.float32(255)
     weight[weight < _MIN_VISIBLE] = 0.0
-    filled = _spread(colours * (weight > 0)[..., None], weight).clip(0, 255).astype(np.uint8)
+    filled = spread_colours(colours * (weight > 0)[..., None], weight).clip(0, 255).astype(np.uint8)
     smooth = cv2.resize(filled, (width, height), interpolation=cv2.INTER_LINEAR)
     return np.where(mask[..., None], np.asarray(smooth), photo)
 
@@ -231,24 +232,3 @@ def _outline(crop: Image, box: tuple[int, int, int, int]) -> Bitmap:
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))
     grown = cv2.dilate(cv2.morphologyEx(found, cv2.MORPH_CLOSE, disc), disc)
     return np.asarray(cv2.resize(grown, (width, height), interpolation=cv2.INTER_LINEAR) > 0)
-
-
-def _spread(colours: NDArray[np.float32], weight: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return (H, W, 3) colours, where `weight` is 0 those of a smaller picture, and so on.
-
-    Parameters
-    ----------
-    colours : (H, W, 3) colours times weight; weight : (H, W) in [0, 1].
-    """
-    height, width = weight.shape
-    mean = colours / np.maximum(weight, 1e-6)[..., None]
-    if min(height, width) <= 2 or weight.all():
-        total = max(float(weight.sum()), 1e-6)
-        return np.where(weight[..., None] > 0, mean, colours.sum(axis=(0, 1)) / total)
-    size = ((width + 1) // 2, (height + 1) // 2)
-    smaller = _spread(
-        np.asarray(cv2.resize(colours, size, interpolation=cv2.INTER_AREA), dtype=np.float32),
-        np.asarray(cv2.resize(weight, size, interpolation=cv2.INTER_AREA), dtype=np.float32),
-    )
-    larger = cv2.resize(smaller, (width, height), interpolation=cv2.INTER_LINEAR)
-    return np.where(weight[..., None] > 0, mean, larger).astype(np.float32)

@@ -25,6 +25,7 @@ FORMATS = {
     "labelme": "",
     "page": ".html",
     "site": "",
+    "tactile": "",
 }
 
 # Formats without a suffix are folders.
@@ -77,7 +78,7 @@ def convert(
     settings: ExportSettings | None = None,
     progress: Progress | None = None,
 ) -> None:
-    """Write `wall` to `path` (for `labelme` and `site`, a folder).
+    """Write `wall` to `path` (for `labelme`, `site` and `tactile`, a folder).
 
     Parameters
     ----------
@@ -99,6 +100,8 @@ def convert(
         if scan is None:
             raise InputError("labelme needs a scan folder with its photos")
         write_labelme(path, scan, wall, progress)
+    elif kind == "tactile":
+        _tactile(path, wall)
     elif kind in FORMATS:
         write = {
             "obj": write_obj,
@@ -111,7 +114,36 @@ def convert(
         raise InputError(f"unknown format {kind!r}; expected one of {', '.join(FORMATS)}")
 
 
+def _tactile(folder: Path, wall: WallModel) -> None:
+    from walltopo.publish.tactile.drawing import write_drawing
+    from walltopo.publish.tactile.relief import PITCH_M, route_relief
+    from walltopo.publish.tactile.solid import solid_of, write_3mf, write_stl
+
+    if len(wall.routes) != 1:
+        raise InputError("a relief shows one route", "Choose it with --route.")
+    relief = route_relief(wall, wall.routes[0])
+    folder.mkdir(parents=True, exist_ok=True)
+    vertices, faces = solid_of(relief.heights, PITCH_M)
+    write_stl(folder / "relief.stl", vertices, faces)
+    write_3mf(folder / "relief.3mf", vertices, faces)
+    write_drawing(folder / "drawing.pdf", relief)
+
+
 AROUND = 0.8  # metres of wall kept around a route's holds
+
+
+def one_route(wall: WallModel, route_id: int) -> WallModel:
+    """Return the whole wall with one route.
+
+    Raises
+    ------
+    InputError : the route does not exist (the message lists the routes that do).
+    """
+    chosen = [route for route in wall.routes if route.id == route_id]
+    if not chosen:
+        known = ", ".join(str(route.id) for route in wall.routes) or "none"
+        raise InputError(f"no route {route_id} in this scan; its routes: {known}")
+    return replace(wall, routes=chosen)
 
 
 def crop_route(wall: WallModel, route_id: int) -> WallModel:
@@ -123,11 +155,7 @@ def crop_route(wall: WallModel, route_id: int) -> WallModel:
     """
     from scipy.spatial import cKDTree
 
-    route = next((r for r in wall.routes if r.id == route_id), None)
-    if route is None:
-        known = ", ".join(str(r.id) for r in wall.routes) or "none"
-        raise InputError(f"no route {route_id} in this scan; its routes: {known}")
-    members = set(route.holds)
+    members = set(one_route(wall, route_id).routes[0].holds)
     places = np.array([h.position for h in wall.holds if h.id in members], dtype=float)
     unit = 1.0 if wall.metric else float(np.ptp(wall.mesh.vertices[:, 2])) / 4.0
     distance, _ = cKDTree(places).query(wall.mesh.centroids, distance_upper_bound=AROUND * unit)
