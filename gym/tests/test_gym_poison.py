@@ -181,7 +181,7 @@ def test_photos_that_cannot_be_compared_are_set_aside(worlds: tuple[World, World
     payload = server.ask(
         "GET", f"{bad.path}/scans/{broken[0]}/overlap", bad.people["setter"]
     ).json()
-    assert payload == {"pending": False, "groups": [], "shifts": []}
+    assert payload == {"pending": False, "groups": [], "shifts": [], "gaps": []}
     with server.database.writing() as session:
         photos_changed(session, broken[0])  # other photos: it is tried again
     assert waiting(server, OVERLAPS.name) == [(str(broken[0]), 2)]
