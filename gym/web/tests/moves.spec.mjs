@@ -185,9 +185,9 @@ test("a route is heard step by step", async ({ browser, places }) => {
 
   // Another language and wording; the phone keeps silent for a friend who reads.
   await page.getByText("Voice and wording").click();
-  await page.getByLabel("Language", { exact: true }).selectOption("de");
+  await page.locator("main").getByRole("combobox", { name: /^Language/ }).selectOption("de");
   await sentence.filter({ hasText: "Griffe für die Hände" }).waitFor();
-  await page.getByLabel("Detail").selectOption("short");
+  await page.getByRole("combobox", { name: /^Detail/ }).selectOption("short");
   await page.getByLabel("The phone speaks").uncheck();
   await next.click();
   await sentence.filter({ hasText: "Start" }).waitFor();
