@@ -1,4 +1,4 @@
-"""Routes in words: each number that is said agrees with the wall."""
+"""Routes in words: each spoken number agrees with the wall."""
 
 from __future__ import annotations
 
@@ -113,24 +113,24 @@ def test_each_number_of_a_sentence_is_that_of_its_step(language: Language, unit:
 def check_numbers(sentence: Sentence, language: Language, unit: Unit) -> None:
     """Compare the digits of a sentence with its step, in the order of the sentence."""
     step = sentence.step
-    said = [float(one.replace(",", ".")) for one in re.findall(r"\d+(?:[.,]\d+)?", sentence.text)]
+    spoken = [float(one.replace(",", ".")) for one in re.findall(r"\d+(?:[.,]\d+)?", sentence.text)]
     step_of = 10 if unit == "hands" else 5
     factor = 10 if unit == "hands" else 1
     for value in (step.distance, step.apart):
         if value:
             nearest = max(round(value * 100 / step_of), 1) * step_of / factor
-            assert nearest in said, sentence.text
-            said.remove(nearest)
+            assert nearest in spoken, sentence.text
+            spoken.remove(nearest)
     if step.clock and language != "cs":  # Czech says the hours in words
-        assert step.clock in said, sentence.text
-        said.remove(step.clock)
+        assert step.clock in spoken, sentence.text
+        spoken.remove(step.clock)
     expected = {
         "route": [step.hands, step.moves, round(step.height, 2), abs(step.steepness_deg)],
         "steepness": [abs(step.steepness_deg)],
     }.get(step.kind, [round(step.height, 2)] if step.hold and step.kind != "out_of_reach" else [])
     if step.kind in ("match", "foot_off"):
         expected = []
-    assert all(one in expected for one in said), sentence.text
+    assert all(one in expected for one in spoken), sentence.text
 
 
 @pytest.mark.parametrize("detail", DETAILS)
@@ -163,16 +163,16 @@ def test_all_languages_have_the_same_messages() -> None:
 
 
 def test_plural_forms() -> None:
-    def said(language: Language, moves: int) -> str:
+    def spoken(language: Language, moves: int) -> str:
         step = Step(kind="route", name="Blue", hands=9, moves=moves, height=3.0)
         return sentences_of((step,), Wording(language, "short"))[0].text
 
-    assert said("en", 1) == "Blue: 1 hand move."
-    assert said("en", 2) == "Blue: 2 hand moves."
-    assert said("de", 1) == "Blue: 1 Zug mit den Händen."
-    assert said("cs", 3) == "Blue: 3 kroky rukama."
-    assert said("cs", 5) == "Blue: 5 kroků rukama."
-    assert said("fr", 2) == "Blue : 2 mouvements de main."
+    assert spoken("en", 1) == "Blue: 1 hand move."
+    assert spoken("en", 2) == "Blue: 2 hand moves."
+    assert spoken("de", 1) == "Blue: 1 Zug mit den Händen."
+    assert spoken("cs", 3) == "Blue: 3 kroky rukama."
+    assert spoken("cs", 5) == "Blue: 5 kroků rukama."
+    assert spoken("fr", 2) == "Blue : 2 mouvements de main."
 
 
 def test_a_short_body_does_not_reach_the_top() -> None:

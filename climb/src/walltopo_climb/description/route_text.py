@@ -31,7 +31,7 @@ class Description(Document, frozen=True, kw_only=True):
     route : its id. language : of the sentences.
     height, span : of the body, m; `height_m` and `span_m` in the file.
     metric : whether distances were measured, and not estimated by the size of holds.
-    sentences : in the order in which they are said.
+    sentences : in their order.
     """
 
     route: Label

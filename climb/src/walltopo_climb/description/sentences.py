@@ -50,7 +50,7 @@ class Sentence(msgspec.Struct, frozen=True):
 
     Parameters
     ----------
-    step : what is said. text : the sentence.
+    step : the subject. text : the sentence.
     speech : duration of a calm voice, s; `speech_s` in the file.
     """
 
@@ -61,11 +61,11 @@ class Sentence(msgspec.Struct, frozen=True):
 
 def sentences_of(steps: tuple[Step, ...], words: Wording = USUAL) -> tuple[Sentence, ...]:
     """Return the sentences about the steps of a route."""
-    said = [step for step in steps if words.detail != "short" or step.kind not in _FEET]
-    texts = [_text(step, words) for step in said]
+    spoken = [step for step in steps if words.detail != "short" or step.kind not in _FEET]
+    texts = [_text(step, words) for step in spoken]
     return tuple(
         Sentence(step, text, round(len(text) / _VOICE, 1))
-        for step, text in zip(said, texts, strict=True)
+        for step, text in zip(spoken, texts, strict=True)
     )
 
 
@@ -105,7 +105,7 @@ def _values(step: Step, unit: Unit) -> dict[str, Any]:
 
 
 def spoken_distance(metres: float, unit: Unit) -> int:
-    """Return a distance as it is said: hand widths, or centimetres in steps of five; at least 1."""
+    """Return a spoken distance: hand widths, or centimetres in steps of five; at least 1."""
     if unit == "hands":
         return max(round(metres / HAND_M), 1)
     return max(round(metres * 100 / _STEP_CM) * _STEP_CM, _STEP_CM)
