@@ -1,8 +1,9 @@
-"""Read a video and keep the sharpest frame of each stretch of camera motion."""
+"""Read the frames of a video: the sharpest of each stretch of camera motion, or those of a rate."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -68,10 +69,49 @@ def sharpest_frames(path: Path, budget: MemoryBudget, reasons: list[str]) -> Ite
         yield best
 
 
+def timed_frames(
+    path: Path, rate: float, max_seconds: float, max_side: int
+) -> Iterator[tuple[float, Rgb]]:
+    """Yield the times in seconds and the upright pixels of a video's frames, one at a time.
+
+    The time is that of the file, so that a variable frame rate does no harm.
+
+    Parameters
+    ----------
+    rate : frames per second at most. max_side : of a frame; larger ones are reduced, pixels.
+
+    Raises
+    ------
+    InputError : the file has no video stream, cannot be decoded, or is longer than `max_seconds`.
+    """
+    with _opened(path) as (container, stream):
+        following = -np.inf
+        for number, frame in enumerate(container.decode(stream)):
+            time = frame.time if frame.time is not None else number / _FASTEST_HZ
+            if time > max_seconds:
+                raise InputError(f"is longer than {max_seconds:.0f} seconds")
+            if time < following:
+                continue
+            following = max(following + 1 / rate, time + 0.5 / rate)
+            yield float(time), _reduced(_upright(frame), max_side)
+
+
 def _sample_frames(
     path: Path, budget: MemoryBudget, reasons: list[str]
 ) -> Iterator[tuple[int, Rgb]]:
     """Yield upright frames at about `_SAMPLE_RATE_HZ`, with their numbers in the file."""
+    with _opened(path) as (container, stream), budget.reserve(_memory_needed(stream)):
+        yield from _decode(container, stream, reasons)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[tuple[Any, Any]]:
+    """Open a video; yield the container and its first video stream.
+
+    Raises
+    ------
+    InputError : the file has no video stream, or cannot be decoded.
+    """
     import av
 
     try:
@@ -79,8 +119,10 @@ def _sample_frames(
             if not container.streams.video:
                 raise InputError("has no video stream")
             stream = container.streams.video[0]
-            with budget.reserve(_memory_needed(stream)):
-                yield from _decode(container, stream, reasons)
+            _memory_needed(stream)
+            stream.thread_type = "AUTO"
+            stream.codec_context.thread_count = _DECODER_THREADS
+            yield container, stream
     except MemoryError:
         raise
     except (av.error.FFmpegError, OSError) as error:
@@ -101,8 +143,6 @@ def _memory_needed(stream: Any) -> float:
 
 
 def _decode(container: Any, stream: Any, reasons: list[str]) -> Iterator[tuple[int, Rgb]]:
-    stream.thread_type = "AUTO"
-    stream.codec_context.thread_count = _DECODER_THREADS
     rate = min(float(stream.average_rate or 30.0), _FASTEST_HZ)
     stride = max(1, round(rate / _SAMPLE_RATE_HZ))
     for number, frame in enumerate(container.decode(stream)):
@@ -110,8 +150,24 @@ def _decode(container: Any, stream: Any, reasons: list[str]) -> Iterator[tuple[i
             reasons.append(f"only its first {_MAX_MINUTES} minutes were looked at")
             return
         if number % stride == 0:
-            turns = round(float(getattr(frame, "rotation", 0) or 0) / 90.0) % 4
-            yield number, np.ascontiguousarray(np.rot90(_srgb(frame), turns))
+            yield number, _upright(frame)
+
+
+def _upright(frame: Any) -> Rgb:
+    """Return a frame's (H, W, 3) sRGB pixels, turned as the file says."""
+    turns = round(float(getattr(frame, "rotation", 0) or 0) / 90.0) % 4
+    return np.ascontiguousarray(np.rot90(_srgb(frame), turns))
+
+
+def _reduced(pixels: Rgb, max_side: int) -> Rgb:
+    """Return a frame whose longer side is at most `max_side`, in pixels."""
+    import cv2
+
+    factor = max_side / max(pixels.shape[:2])
+    if factor >= 1:
+        return pixels
+    small = cv2.resize(pixels, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
+    return np.asarray(small, np.uint8)
 
 
 def _srgb(frame: Any) -> Rgb:
