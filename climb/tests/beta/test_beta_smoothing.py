@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError
 from walltopo_climb.beta.pose import Point, Pose
-from walltopo_climb.beta.smoothing import MAX_EXCHANGE_S, sides_kept, smoothed
+from walltopo_climb.beta.smoothing import MAX_EXCHANGE_S, facing_wall, sides_kept, smoothed
 
 Floats = NDArray[np.float64]
 RATE = 15.0
@@ -46,6 +46,23 @@ def test_exchanged_limbs_are_exchanged_back(limbs: list[Point]) -> None:
     assert points_of(found) == pytest.approx(np.array(truth))
 
 
+@pytest.mark.parametrize("turn", [0.0, 0.9, 2.5, np.pi])
+def test_a_climber_faces_the_wall_however_the_body_is_turned(turn: float) -> None:
+    points = upright(0.0, 0.0)
+    cos, sin = np.cos(turn), np.sin(turn)
+    truth = points @ np.array([[cos, sin], [-sin, cos]])
+    assert facing_wall(pose(truth)).points == pytest.approx(truth)
+    mirrored = facing_wall(pose(exchanged(truth, LEFT)))
+    assert mirrored.points == pytest.approx(truth)
+
+
+def test_a_body_seen_from_the_side_stays_as_it_is() -> None:
+    points = upright(0.0, 0.0)
+    points[:, 0] *= 0.05
+    seen = pose(exchanged(points, LEFT))
+    assert facing_wall(seen) is seen
+
+
 def test_confidence_moves_with_exchanged_limbs() -> None:
     sure = np.linspace(0.5, 1, 33)
     first, second = pose(climb(0)), pose(exchanged(climb(1), LEFT))
@@ -79,9 +96,10 @@ def test_a_long_gap_begins_a_new_track() -> None:
     turned = pose(exchanged(climb(0), LEFT))
     poses = [(0.0, pose(climb(0))), (0.1, None), (0.9, turned)]
     assert [each for _, each in sides_kept(poses)][2].points == pytest.approx(turned.points)  # type: ignore[union-attr]
-    last = list(smoothed(poses))[2]
+    moved = [(0.0, pose(climb(0))), (0.1, None), (0.9, pose(climb(60)))]
+    last = list(smoothed(moved))[2]
     assert last is not None
-    assert last.points == pytest.approx(turned.points)
+    assert last.points == pytest.approx(climb(60))
 
 
 def test_a_resting_body_trembles_less_than_half_as_much() -> None:

@@ -16,6 +16,7 @@ from typing import Any
 import msgspec
 
 from walltopo.core.files import atomic_path
+from walltopo.scans.attempt import AttemptFile
 from walltopo.scans.detections import CocoFile
 from walltopo.scans.edits import EditLog
 from walltopo.scans.holds import Holds
@@ -43,6 +44,7 @@ SCHEMAS: dict[str, type[msgspec.Struct]] = {
     "routes.json": Routes,
     "holds.json": Holds,
     "moves.json": Moves,
+    "attempt.json": AttemptFile,
     "page/labels.json": PageLabels,
     "joined.json": Joined,
     "edits.json": EditLog,

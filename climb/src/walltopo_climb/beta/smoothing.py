@@ -1,7 +1,8 @@
 """Smooth a climber's poses over time, and keep left and right apart.
 
 Seen from behind, a body looks much like its mirror image: the network at times takes the left arm,
-the left leg or the whole left side for the right one, in some frames.
+the left leg or the whole left side for the right one, in some frames or in all. But a climber faces
+the wall, so that the left shoulder is on the left in the picture.
 """
 
 from __future__ import annotations
@@ -22,6 +23,9 @@ MAX_GAP_S = 0.5  # without a pose, after which a track begins anew
 MIN_CUTOFF_HZ, CUTOFF_PER_SPEED, SPEED_CUTOFF_HZ = 0.6, 10.0, 1.0
 # A new position of at least the second confidence has full weight, one of the first or less 1/10.
 _MIN_CONFIDENCE, _FULL_CONFIDENCE = 0.05, 0.5
+# Breadth of shoulders and hips together, in sides of the square, from which a body faces the
+# camera; less is a view from the side.
+_FACING = 0.03
 _CLEARLY = 0.5  # ratio of distances below which an exchange is clearly closer
 _MIN_APART = 0.03  # mean distance, in sides of the square, below which nothing is exchanged
 # An exchange that lasts longer is the network's settled opinion, and becomes the track.
@@ -34,7 +38,8 @@ GROUPS = (_ALL, _ARMS, _LEGS)
 
 
 def smoothed(poses: Iterable[tuple[float, Pose | None]]) -> Iterator[Pose | None]:
-    """Yield poses with left and right kept, each point smoothed by a one-euro filter.
+    """Yield poses that face the wall, with left and right kept, each point smoothed by a one-euro
+    filter.
 
     A point of low confidence moves its track less. After `MAX_GAP_S` without a pose a track begins
     anew.
@@ -44,7 +49,8 @@ def smoothed(poses: Iterable[tuple[float, Pose | None]]) -> Iterator[Pose | None
     poses : time in seconds and pose of each frame, in order.
     """
     last: _State | None = None
-    for time, pose in sides_kept(poses):
+    turned = ((time, None if pose is None else facing_wall(pose)) for time, pose in poses)
+    for time, pose in sides_kept(turned):
         if pose is None:
             yield None
             continue
@@ -55,14 +61,37 @@ def smoothed(poses: Iterable[tuple[float, Pose | None]]) -> Iterator[Pose | None
         yield replace(pose, points=last.points)
 
 
+def facing_wall(pose: Pose) -> Pose:
+    """Return the pose with left and right exchanged if it faces the camera.
+
+    Somebody who really does, on the ground or while shaking out an arm, is exchanged too.
+    """
+    left = pose.points[[Point.LEFT_SHOULDER, Point.LEFT_HIP]]
+    right = pose.points[[Point.RIGHT_SHOULDER, Point.RIGHT_HIP]]
+    up, across = _spine(left, right), (right - left).sum(axis=0)
+    breadth = float(up[0] * across[1] - up[1] * across[0])  # < 0: the left is on the right
+    if breadth >= -_FACING * pose.region.size:
+        return pose
+    order = np.arange(POINTS)
+    order[list(_ALL)] = [_other(point) for point in _ALL]
+    return replace(pose, points=pose.points[order], confidence=pose.confidence[order])
+
+
+def _spine(left: Floats, right: Floats) -> Floats:
+    """Return the (2,) unit direction from hips to shoulders, given both of each side."""
+    shoulders, hips = (left + right) / 2
+    way = shoulders - hips
+    return np.asarray(way / max(float(np.linalg.norm(way)), 1e-9))
+
+
 def sides_kept(
     poses: Iterable[tuple[float, Pose | None]],
 ) -> Iterator[tuple[float, Pose | None]]:
     """Yield poses whose limbs are exchanged between left and right where that is clearly closer.
 
     Arms, legs and the whole body are compared with the last pose. Limits: the first pose of a track
-    is taken to be right. A real crossing of hands or feet between two frames is not a move that a
-    climber makes, so it is undone until `MAX_EXCHANGE_S` have passed.
+    is taken to be right (see `facing_wall`). A real crossing of hands or feet between two frames is
+    not a move that a climber makes, so it is undone until `MAX_EXCHANGE_S` have passed.
 
     Parameters
     ----------
