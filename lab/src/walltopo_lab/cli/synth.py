@@ -15,7 +15,7 @@ from walltopo.cli.options import (
     option_help,
     output_target,
 )
-from walltopo.core import InputError, SettingsError, settings_of
+from walltopo.core import SettingsError, settings_of
 from walltopo.core.settings import unknown_setting
 from walltopo_lab.extras import SHAPES
 from walltopo_lab.synth.params import PRESETS, GymSettings, PhotoSettings, gym_preset
@@ -125,10 +125,10 @@ def _list_settings() -> None:
 
 def _recipe(args: argparse.Namespace) -> Any:
     """Return the recipe that the options specify."""
-    from walltopo_lab.synth.recipe import Recipe
+    from walltopo_lab.synth.recipe import Recipe, read_recipe
 
     if args.reset_of is not None:
-        base = _recipe_of(args.reset_of)
+        base = read_recipe(args.reset_of)
         if args.preset is not None or args.seed is not None:
             raise SettingsError("--reset-of takes preset and seed from DIR; leave them out")
         if args.reset_seed is None:
@@ -161,19 +161,6 @@ def _recipe(args: argparse.Namespace) -> Any:
         args.reset_part,
         photo_seed,
         None if args.holds is None else str(args.holds),
-    )
-
-
-def _recipe_of(folder: Path) -> Any:
-    from walltopo.core.files import read_json
-    from walltopo_lab.synth.recipe import Recipe
-
-    path = folder / "truth" / "recipe.json"
-    if not path.is_file():
-        raise InputError(f"{folder}: not a generated gym, {path} is missing")
-    data = read_json(path)
-    return Recipe(
-        GymSettings(**data["gym"]), PhotoSettings(**data["photos"]), data["seed"], data["preset"]
     )
 
 

@@ -58,6 +58,22 @@ class Recipe:
         return value
 
 
+def read_recipe(folder: Path) -> Recipe:
+    """Return the recipe of a generated gym without reset and without scanned holds.
+
+    Raises
+    ------
+    InputError : the folder is not a generated gym.
+    """
+    path = folder / "truth" / "recipe.json"
+    if not path.is_file():
+        raise InputError(f"{folder}: not a generated gym, {path} is missing")
+    data = _with_defaults(read_json(path))
+    return Recipe(
+        GymSettings(**data["gym"]), PhotoSettings(**data["photos"]), data["seed"], data["preset"]
+    )
+
+
 def _check_folder(out: Path, recipe: Recipe) -> None:
     """Reject a folder that contains another gym."""
     path = out / "truth" / "recipe.json"
