@@ -36,10 +36,12 @@ def photo(tiny_scan: Path) -> Image:
 def write_video(path: Path, frames: Iterable[tuple[float, Image]]) -> Path:
     """Write frames with their times in seconds."""
     with av.open(str(path), "w") as container:
-        stream = container.add_stream("libx264", rate=30)
-        stream.pix_fmt, stream.time_base = "yuv420p", Fraction(1, 1000)
-        for time, pixels in frames:
-            stream.width, stream.height = pixels.shape[1], pixels.shape[0]
+        stream = container.add_stream("libx264", rate=30, options={"bf": "0"})
+        stream.pix_fmt = "yuv420p"
+        stream.codec_context.time_base = Fraction(1, 1000)
+        for number, (time, pixels) in enumerate(frames):
+            if number == 0:
+                stream.width, stream.height = pixels.shape[1], pixels.shape[0]
             frame = av.VideoFrame.from_ndarray(pixels, "rgb24")
             frame.pts, frame.time_base = round(time * 1000), Fraction(1, 1000)
             container.mux(stream.encode(frame))

@@ -30,7 +30,7 @@ _MIN_FRAMES: Final = 10
 
 @dataclass(frozen=True, eq=False)
 class ClipReading:
-    """What a clip shows.
+    """An attempt as a clip shows it.
 
     Parameters
     ----------

@@ -85,7 +85,10 @@ class ScannedWall:
         ways = centres - eye
         _, along = self.bvh.first_hit(np.broadcast_to(eye, ways.shape), ways)
         gap = (1 - along) * np.linalg.norm(ways, axis=1)
-        seen = centres[gap < _BEHIND * self.unit]
+        corners = self.mesh.vertices[self.mesh.faces[chosen]]
+        out = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        faces_eye = np.einsum("ij,ij->i", out, ways) < 0
+        seen = centres[faces_eye & (gap < _BEHIND * self.unit)]
         if len(seen) < max(1, _MIN_VISIBLE * len(centres)):
             return None
         return seen[np.linspace(0, len(seen) - 1, _SAMPLES).astype(int)]

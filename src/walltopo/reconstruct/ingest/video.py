@@ -85,14 +85,15 @@ def timed_frames(
     InputError : the file has no video stream, cannot be decoded, or is longer than `max_seconds`.
     """
     with _opened(path) as (container, stream):
-        following = -np.inf
+        last: int | None = None
         for number, frame in enumerate(container.decode(stream)):
             time = frame.time if frame.time is not None else number / _FASTEST_HZ
             if time > max_seconds:
                 raise InputError(f"is longer than {max_seconds:.0f} seconds")
-            if time < following:
+            slot = int(time * rate + 1e-6)  # the first frame of each
+            if slot == last:
                 continue
-            following = max(following + 1 / rate, time + 0.5 / rate)
+            last = slot
             yield float(time), _reduced(_upright(frame), max_side)
 
 
