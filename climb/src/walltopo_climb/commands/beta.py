@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from walltopo.cli.options import Number
+from walltopo.cli.options import Number, add_overwrite, output_target
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -46,24 +47,31 @@ def register_beta(commands: Commands[argparse.ArgumentParser]) -> None:
     beta.add_argument(
         "-o", "--output", type=Path, metavar="FILE", help="write the attempt as JSON to FILE"
     )
+    add_overwrite(beta)
     beta.set_defaults(run=_beta)
 
 
 def _beta(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener
+    from walltopo.core.outputs import written_file
     from walltopo.scans.folder import ScanFolder
     from walltopo_climb.beta.attempt_file import attempt_file
     from walltopo_climb.beta.clip import read_clip
     from walltopo_climb.beta.scanned_wall import ScannedWall
 
-    with TerminalListener(console) as progress:
+    with ExitStack() as stack:
+        made = None
+        if args.output is not None:
+            target = output_target(args, args.output, "beta", inputs=[args.clip])
+            made = stack.enter_context(written_file(target))
+        progress = stack.enter_context(TerminalListener(console))
         progress.step("reading the scan")
         wall = ScannedWall.load(ScanFolder(args.scan))
         reading = read_clip(args.clip, wall, args.route, progress)
-    attempt = attempt_file(reading, wall, args.clip.name)
-    if args.output is not None:
-        attempt.save(args.output)
+        attempt = attempt_file(reading, wall, args.clip.name)
+        if made is not None:
+            attempt.save(made)
     console.print(_table(attempt, wall))
     console.print(attempt_summary(attempt, wall), soft_wrap=True)
     return 0
