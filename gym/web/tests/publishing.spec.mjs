@@ -182,8 +182,9 @@ test("a setter mends a published wall, and takes it back", async ({ browser, pla
   await setter.shot("correct-wall");
   await page.getByRole("link", { name: "Done" }).click();
   await wallDrawn(page);
-  const named = await page.locator("[data-field=name]").count();
-  assert.ok(named > 0);
+  const names = page.locator("[data-field=name]");
+  await names.first().waitFor();
+  const named = await names.count();
   // Alone the route that the first test stripped is new. The summary is not "Kept" itself.
   await counted(page.getByText("Kept", { exact: true }), named - 1);
   await page.getByText(`${named - 1} kept, 1 new`).waitFor();
