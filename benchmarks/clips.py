@@ -22,25 +22,24 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.contacts import wall_of
+from benchmarks.contacts import Climbed, climbed, wall_of
 from walltopo.core import Camera, InputError
 from walltopo.geometry.similarity import Similarity
-from walltopo.scans.colmap_model import read_views
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.holds import Hold
 from walltopo.scans.routes import Route
-from walltopo_climb.beta.clip import RATE, ClipReading, read_clip
+from walltopo_climb.beta.clip import ClipReading, read_clip
 from walltopo_climb.beta.scanned_wall import ScannedWall
 from walltopo_climb.movement.body import BODIES
-from walltopo_climb.movement.on_wall import climb_of, on_route
-from walltopo_climb.movement.sequence import find_sequence
 from walltopo_lab.evaluate.align import align_views
 from walltopo_lab.evaluate.contacts import ContactCounts, count_contacts
+from walltopo_lab.evaluate.scan import scan_views
+from walltopo_lab.evaluate.truth import read_truth
 from walltopo_lab.synth.clip import Climber, Phone, film_climb, phone_path
 from walltopo_lab.synth.develop import draw_exposure
 from walltopo_lab.synth.gym import make_gym
 from walltopo_lab.synth.mannequin import draw_clothes
-from walltopo_lab.synth.performance import Performance, TrueContact, perform
+from walltopo_lab.synth.params import PhotoSettings
 from walltopo_lab.synth.recipe import read_recipe
 from walltopo_lab.synth.render import Renderer
 
@@ -52,17 +51,15 @@ SAME_HOLD_M = 0.12  # between a hold of the scan and the true one
 
 @dataclass(frozen=True, eq=False)
 class Filmed:
-    """A clip and its truth; contacts by the true holds' ids."""
+    """A clip and its truth."""
 
     number: int
     video: Path
     route: int
-    contacts: list[TrueContact]
-    performance: Performance
+    climbed: Climbed
     camera: Camera
     poses: Floats
     is_handheld: bool
-    is_topped: bool
 
 
 def film(gym: Path, out: Path, count: int) -> Iterator[Filmed]:
@@ -90,25 +87,19 @@ def _film_one(
     renderer: Renderer,
     routes: Sequence[Route],
     holds: Sequence[Hold],
-    photos: object,
+    photos: PhotoSettings,
     out: Path,
 ) -> Filmed | None:
     """Return a filmed climb, None if this body climbs fewer than three moves of the route."""
     rng = np.random.default_rng([renderer.gym.seed, number])
     route = routes[number % len(routes)]
     body = list(BODIES.values())[(number // len(routes) + number) % len(BODIES)]
-    used = on_route(route, holds, 1.0)
-    climb = climb_of(route, used, 1.0)
-    sequence = None if climb is None else find_sequence(climb, body)
-    if climb is None or sequence is None or len(sequence.moves) < 3:
+    done = climbed(route, holds, body, rng, falls=bool(number % 2))
+    if done is None:
         return None
-    if number % 2:
-        length = int(rng.integers(3, len(sequence.moves) + 1))
-        sequence = replace(sequence, moves=sequence.moves[:length], reached=False)
-    performance = perform(climb, sequence, rng, RATE)
-    outward = climb.grips.wall.mean(axis=0)
-    level = outward * [1, 1, 0] / np.linalg.norm(outward[:2])
-    middle = performance.hips.mean(axis=0)
+    times = done.performance.times
+    level = done.outward * [1, 1, 0] / np.linalg.norm(done.outward[:2])
+    middle = done.performance.hips.mean(axis=0)
     eye = middle + rng.uniform(3.2, 5.0) * level
     eye += rng.uniform(-1.2, 1.2) * np.array([-level[1], level[0], 0])
     eye[2] = rng.uniform(1.2, 1.7)
@@ -116,22 +107,17 @@ def _film_one(
     handheld = number % 3 == 2
     phone = Phone(
         Camera("SIMPLE_PINHOLE", *SIZE, (focal, SIZE[0] / 2, SIZE[1] / 2)),
-        phone_path(eye, middle, len(performance.times), rng, handheld=handheld),
-        draw_exposure(photos, renderer.gym.settings.light, rng),  # type: ignore[arg-type]
+        phone_path(eye, middle, len(times), rng, handheld=handheld),
+        draw_exposure(photos, renderer.gym.settings.light, rng),
     )
     video = out / f"{number}.mp4"
-    climber = Climber(performance, body, draw_clothes(rng), outward)
+    climber = Climber(done.performance, body, draw_clothes(rng), done.outward)
     film_climb(video, renderer, climber, phone, rng, samples=1 if handheld else 2)
-    contacts = [replace(one, hold=used[one.hold].id) for one in performance.contacts]
-    topped = sequence.reached and performance.topped is not None
-    return Filmed(
-        number, video, route.id, contacts, performance, phone.camera, phone.cam_from_world,
-        handheld, topped,
-    )  # fmt: skip
+    return Filmed(number, video, route.id, done, phone.camera, phone.cam_from_world, handheld)
 
 
 @dataclass(frozen=True, eq=False)
-class Truth:
+class Matches:
     """The scan's holds and routes as the gym's: by id, 0 and None for those that the gym lacks."""
 
     gym_from_scan: Similarity
@@ -140,14 +126,10 @@ class Truth:
     places: Floats
 
     @classmethod
-    def of(cls, scan: ScanFolder, wall: ScannedWall, gym: Path) -> Truth:
+    def of(cls, scan: ScanFolder, wall: ScannedWall, gym: Path) -> Matches:
         """Match by place in the common frame of the photos."""
-        names = {
-            photo.name: Path(photo.source).name for photo in ScanFolder.photo_list.load(scan).photos
-        }
-        views = {names[view.name]: view for view in ScanFolder.sparse.load(scan).views}
-        true_views = {view.name: view for view in read_views(gym / "truth" / "cameras")}
-        frame = align_views(views, true_views, similarity=True)
+        exact = read_truth(gym)
+        frame = align_views(scan_views(scan, exact), exact.views, similarity=True)
         holds, routes, _ = wall_of(gym)
         places = frame.apply(np.array([hold.position for hold in wall.holds]))
         true = np.array([hold.position for hold in holds])
@@ -167,7 +149,7 @@ class Truth:
         return cls(frame, matched, of_routes, places)
 
 
-def camera_error(clip: Filmed, reading: ClipReading, wall: ScannedWall, truth: Truth) -> float:
+def camera_error(clip: Filmed, reading: ClipReading, wall: ScannedWall, truth: Matches) -> float:
     """Return the median distance of holds in the frames from their true places, pixels."""
     seen = np.array([hold.position for hold in wall.holds]) / wall.unit
     errors = []
@@ -188,7 +170,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     args = parser.parse_args(arguments)
     scan = ScanFolder(args.scan)
     wall = ScannedWall.load(scan)
-    truth = Truth.of(scan, wall, args.gym)
+    truth = Matches.of(scan, wall, args.gym)
     hands, feet = ContactCounts(), ContactCounts()
     named = tops = wrong_tops = topped = read = 0
     with tempfile.TemporaryDirectory() as scratch:
@@ -205,19 +187,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
             attempt = reading.attempt
             found = [replace(one, hold=truth.hold.get(one.hold, 0)) for one in attempt.contacts]
             own = ContactCounts(), ContactCounts()
-            count_contacts(found, clip.contacts, *own)
-            count_contacts(found, clip.contacts, hands, feet)
+            count_contacts(found, clip.climbed.contacts, *own)
+            count_contacts(found, clip.climbed.contacts, hands, feet)
             route = None if attempt.route is None else truth.route[attempt.route]
-            read, topped = read + 1, topped + clip.is_topped
+            read, topped = read + 1, topped + clip.climbed.is_topped
             named += route == clip.route
-            tops += clip.is_topped and attempt.top is not None
-            wrong_tops += not clip.is_topped and attempt.top is not None
+            tops += clip.climbed.is_topped and attempt.top is not None
+            wrong_tops += not clip.climbed.is_topped and attempt.top is not None
             print(
                 f"clip {clip.number:>2}, {'in a hand' if clip.is_handheld else 'stands   '}: "
                 f"camera {camera_error(clip, reading, wall, truth):.1f} px, "
                 f"hands F1 {own[0].f1:.2f}, feet {own[1].f1:.2f}, "
                 f"route {'right' if route == clip.route else 'wrong'}, "
-                f"{clip.performance.times[-1]:.0f} s read in {took:.0f} s ({spent:.0f} CPU-s)",
+                f"{clip.climbed.performance.times[-1]:.0f} s read in {took:.0f} s ({spent:.0f} CPU-s)",
                 flush=True,
             )
     print(f"{read} of {args.clips} clips read; route named {named}; tops {tops} of {topped}, ")

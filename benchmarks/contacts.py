@@ -28,12 +28,12 @@ from walltopo.scans.routes import Route
 from walltopo_climb.beta.attempt import attempt_of
 from walltopo_climb.beta.contacts import Contact
 from walltopo_climb.beta.in_view import LIMBS, Frames, WallHolds, observe, runs_of
-from walltopo_climb.movement.body import BODIES
+from walltopo_climb.movement.body import BODIES, Body
 from walltopo_climb.movement.on_wall import climb_of, on_route
 from walltopo_climb.movement.sequence import find_sequence
 from walltopo_lab.evaluate.contacts import ContactCounts, count_contacts, order_distance
 from walltopo_lab.evaluate.truth import Truth, read_truth
-from walltopo_lab.synth.performance import PoseErrors, TrueContact, film, perform
+from walltopo_lab.synth.performance import Performance, PoseErrors, TrueContact, film, perform
 from walltopo_lab.synth.recipe import generate
 
 SAMPLES = 48  # points of a hold's surface
@@ -101,31 +101,60 @@ class Clip:
     is_topped: bool
 
 
+@dataclass(frozen=True, eq=False)
+class Climbed:
+    """A climb of a route: the truth by hold id, and whether it ends on the top.
+
+    Parameters
+    ----------
+    outward : (3,) the mean direction out of the wall.
+    """
+
+    performance: Performance
+    outward: np.ndarray
+    contacts: list[TrueContact]
+    is_topped: bool
+
+
+def climbed(
+    route: Route, holds: Sequence[Hold], body: Body, rng: np.random.Generator, *, falls: bool
+) -> Climbed | None:
+    """Return a climb of a route as the movement model climbs it, None with less than three moves.
+
+    Parameters
+    ----------
+    falls : whether the climb ends in a fall after three moves or more.
+    """
+    used = on_route(route, holds, 1.0)
+    climb = climb_of(route, used, 1.0)
+    sequence = None if climb is None else find_sequence(climb, body)
+    if climb is None or sequence is None or len(sequence.moves) < 3:
+        return None
+    if falls:
+        length = int(rng.integers(3, len(sequence.moves) + 1))
+        sequence = replace(sequence, moves=sequence.moves[:length], reached=False)
+    performance = perform(climb, sequence, rng)
+    true = [replace(one, hold=used[one.hold].id) for one in performance.contacts]
+    outward = climb.grips.wall.mean(axis=0)
+    return Climbed(performance, outward, true, _is_topped(true, route))
+
+
 def clips(folder: Path, seed: int, errors: PoseErrors) -> Iterator[Clip]:
     """Yield clips of each route of a gym."""
     rng = np.random.default_rng(seed)
     holds, routes, wall = wall_of(folder)
     for route in routes:
-        used = on_route(route, holds, 1.0)
-        climb = climb_of(route, used, 1.0)
         for number, body in enumerate(BODIES.values()):
-            sequence = None if climb is None else find_sequence(climb, body)
-            if climb is None or sequence is None or len(sequence.moves) < 3:
+            done = climbed(route, holds, body, rng, falls=bool(number % 2))
+            if done is None:
                 continue
-            if number % 2:  # half of the climbs end in a fall
-                length = int(rng.integers(3, len(sequence.moves) + 1))
-                sequence = replace(sequence, moves=sequence.moves[:length], reached=False)
-            performance = perform(climb, sequence, rng)
-            out = climb.grips.wall.mean(axis=0) * [1, 1, 0]
-            eye = performance.hips.mean(axis=0) + rng.uniform(3.5, 6.0) * out / np.linalg.norm(out)
+            hips = done.performance.hips.mean(axis=0)
+            out = done.outward * [1, 1, 0]
+            eye = hips + rng.uniform(3.5, 6.0) * out / np.linalg.norm(out)
             eye[:2] += rng.uniform(-1.5, 1.5) * np.array([-out[1], out[0]])
             eye[2] = rng.uniform(1.2, 1.8)
-            frames = film(performance, eye, rng, errors, handheld=bool(rng.integers(2)))
-            true = [
-                TrueContact(one.limb, used[one.hold].id, one.begin, one.end)
-                for one in performance.contacts
-            ]
-            yield Clip(frames, wall, routes, route.id, true, _is_topped(true, route))
+            frames = film(done.performance, eye, rng, errors, handheld=bool(rng.integers(2)))
+            yield Clip(frames, wall, routes, route.id, done.contacts, done.is_topped)
 
 
 def _is_topped(true: Sequence[TrueContact], route: Route) -> bool:

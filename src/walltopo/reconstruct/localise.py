@@ -68,6 +68,10 @@ class Localiser:
     mesh : of the scan, in the same frame.
     read : returns a photo's (H, W, 3) uint8 pixels by the view's name.
     hidden : returns the (H, W) bool pixels of people in a photo by its name, None without any.
+
+    Attributes
+    ----------
+    bvh : of the mesh.
     """
 
     def __init__(
@@ -80,11 +84,11 @@ class Localiser:
         if not views:
             raise InputError("the scan has no registered photos")
         self._network = XFeat()
-        bvh = Bvh(mesh.vertices, mesh.faces)
+        self.bvh = Bvh(mesh.vertices, mesh.faces)
 
         def landmarks(view: View) -> _Landmarks:
             found = self.find_features(read(view.name), hidden(view.name))
-            return _on_mesh(view, found, bvh)
+            return _on_mesh(view, found, self.bvh)
 
         with ThreadPoolExecutor(available_cores()) as pool:
             self._photos = list(pool.map(landmarks, views))

@@ -8,14 +8,14 @@ from typing import Final
 
 import numpy as np
 
-from walltopo.scans.attempt import AttemptFile, ContactRow, FilmedMove, MovingLimb, Rest
+from walltopo.scans.attempt import AttemptFile, ContactRow, FilmedMove, Rest
 from walltopo.scans.moves import moves_basis
 from walltopo_climb.beta.clip import ClipReading
 from walltopo_climb.beta.contacts import Contact
-from walltopo_climb.beta.in_view import LIMBS, Floats, Frames
+from walltopo_climb.beta.in_view import Floats, Frames
 from walltopo_climb.beta.scanned_wall import ScannedWall
+from walltopo_climb.movement.sequence import LIMBS
 
-_NAMES: Final[tuple[MovingLimb, ...]] = ("left hand", "right hand", "left foot", "right foot")
 _REST_S: Final = 5.0  # without a hand's move
 _HIPS_OUT: Final = 0.3  # m, of the hips before the wall
 
@@ -45,7 +45,7 @@ def attempt_file(reading: ClipReading, wall: ScannedWall, clip: str) -> AttemptF
         moves=moves,
         rests=tuple(_rests(moves)),
         contacts=tuple(
-            ContactRow(_NAMES[c.limb], c.hold, c.begin, c.end, c.confidence)
+            ContactRow(LIMBS[c.limb], c.hold, c.begin, c.end, c.confidence)
             for c in attempt.contacts
         ),
     )
@@ -55,16 +55,16 @@ def _moves(reading: ClipReading, wall: ScannedWall) -> list[FilmedMove]:
     """Return the moves: each contact that begins after the start, in order of time."""
     contacts = reading.attempt.contacts
     moves: list[FilmedMove] = []
-    last = [0] * LIMBS
+    last = [0] * len(LIMBS)
     before = 0.0
     for number, contact in enumerate(contacts):
-        holds = [_hold_at(contacts, limb, contact.begin) for limb in range(LIMBS)]
+        holds = [_hold_at(contacts, limb, contact.begin) for limb in range(len(LIMBS))]
         holds[contact.limb] = contact.hold
         if number and holds == last:
             continue
         moves.append(
             FilmedMove(
-                limb=_NAMES[contact.limb],
+                limb=LIMBS[contact.limb],
                 holds=(holds[0], holds[1], holds[2], holds[3]),
                 hip=_hip_at(reading, wall, contact.begin),
                 effort=0.0,
@@ -111,5 +111,5 @@ def _on_ray(frames: Frames, frame: int, depth: float) -> Floats:
 
 def _rests(moves: Sequence[FilmedMove]) -> list[Rest]:
     """Return the times without a hand's move that are long enough for a rest."""
-    hands = [move.time for move in moves if move.limb in _NAMES[:2]]
+    hands = [move.time for move in moves if move.limb in LIMBS[:2]]
     return [Rest(begin, end) for begin, end in pairwise(hands) if end - begin >= _REST_S]

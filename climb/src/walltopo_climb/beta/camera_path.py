@@ -56,6 +56,7 @@ class CameraTracker:
     def __init__(self, localiser: Localiser) -> None:
         self._localiser = localiser
         self._frames: list[_Frame] = []
+        self._size = (0, 0)  # width, height
         self._track: _Track | None = None
         self._tried = -np.inf  # time of the last localisation
 
@@ -63,25 +64,25 @@ class CameraTracker:
         """Take the next frame: (H, W, 3) uint8 RGB, all of one size."""
         grey = cv2.cvtColor(frame, cv2.COLOR_RGB2GRAY)
         size = (frame.shape[1], frame.shape[0])
-        if self._frames and self._frames[0].size != size:
+        if self._frames and self._size != size:
             raise InputError("its frames change their size")
+        self._size = size
         if self._track is not None:
             self._track.follow(np.asarray(grey, np.uint8))
         if self._is_due(time):
             self._localise(time, frame, np.asarray(grey, np.uint8))
         track = self._track
         if track is None or len(track.pixels) < MIN_INLIERS:
-            self._frames.append(_Frame(time, size))
+            self._frames.append(_Frame(time))
             return
-        key = track.key if track.moved() < _STILL * max(size) else len(self._frames)
-        self._frames.append(_Frame(time, size, track.pixels.copy(), track.points, track.focal, key))
+        key = track.key if track.stands else len(self._frames)
+        self._frames.append(_Frame(time, track.pixels, track.points, track.focal, key))
 
     def _is_due(self, time: float) -> bool:
         track = self._track
         if track is None or track.is_lost:
             return time - self._tried >= _RETRY_S
-        stands = track.moved() < _STILL * max(self._frames[0].size)
-        return not stands and time - self._tried >= _KEY_S
+        return not track.stands and time - self._tried >= _KEY_S
 
     def _localise(self, time: float, frame: Image, grey: Image) -> None:
         """Localise a frame; go on with the points followed so far if that fails."""
@@ -114,7 +115,7 @@ class CameraTracker:
                 f"only {len(placed)} of {len(self._frames)} frames show where on the wall they are",
                 "Keep the wall around the climber in the picture, and move the phone slowly.",
             )
-        width, height = self._frames[0].size
+        width, height = self._size
         focal = float(np.median([frame.focal for frame in placed]))
         camera = Camera("SIMPLE_PINHOLE", width, height, (focal, width / 2, height / 2))
         poses = _solved(self._frames, camera)
@@ -132,7 +133,6 @@ class _Frame:
     """
 
     time: float
-    size: tuple[int, int]
     pixels: Floats = field(default_factory=lambda: np.zeros((0, 2)))
     points: Floats = field(default_factory=lambda: np.zeros((0, 3)))
     focal: float = 0.0
@@ -146,17 +146,19 @@ class _Track:
         every = max(1, len(location.pixels) // _FOLLOWED)
         self.pixels, self.points = location.pixels[::every], location.points[::every]
         self.focal, self.key = location.camera.fx, key
-        self._first, self._count, self._grey = self.pixels.copy(), len(self.pixels), grey
+        self._first, self._count, self._grey = self.pixels, len(self.pixels), grey
 
     @property
     def is_lost(self) -> bool:
         return len(self.pixels) < max(_LOST * self._count, MIN_INLIERS)
 
-    def moved(self) -> float:
-        """Return the median distance of the points from where they were first, pixels."""
+    @property
+    def stands(self) -> bool:
+        """Return whether the points are where they were first, in the median."""
         if not len(self.pixels):
-            return float("inf")
-        return float(np.median(np.linalg.norm(self.pixels - self._first, axis=1)))
+            return False
+        moved = float(np.median(np.linalg.norm(self.pixels - self._first, axis=1)))
+        return moved < _STILL * max(self._grey.shape)
 
     def follow(self, grey: Image) -> None:
         """Move the points to the next frame; drop those that do not come back."""

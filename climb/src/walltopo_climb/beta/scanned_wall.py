@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh
-from walltopo.geometry.rays import Bvh
 from walltopo.reconstruct.localise import Localiser
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.holds import Hold
@@ -38,7 +37,6 @@ class ScannedWall:
     mesh: Mesh
     face_instance: NDArray[np.int32]
     localiser: Localiser
-    bvh: Bvh
 
     @classmethod
     def load(cls, folder: ScanFolder) -> ScannedWall:
@@ -54,7 +52,7 @@ class ScannedWall:
         labels = _labels_of(folder)
         views = ScanFolder.sparse.load(folder).views
         localiser = Localiser(views, mesh, photos.read_rgb, photos.people_mask)
-        return cls(holds, routes, unit, mesh, labels, localiser, Bvh(mesh.vertices, mesh.faces))
+        return cls(holds, routes, unit, mesh, labels, localiser)
 
     def holds_seen_from(self, eye: Floats) -> WallHolds:
         """Return the holds that a camera sees, in metres, as points of their visible surface.
@@ -83,11 +81,9 @@ class ScannedWall:
         chosen = faces[np.linspace(0, len(faces) - 1, min(len(faces), _CANDIDATES)).astype(int)]
         centres = self.mesh.centroids[chosen]
         ways = centres - eye
-        _, along = self.bvh.first_hit(np.broadcast_to(eye, ways.shape), ways)
+        _, along = self.localiser.bvh.first_hit(np.broadcast_to(eye, ways.shape), ways)
         gap = (1 - along) * np.linalg.norm(ways, axis=1)
-        corners = self.mesh.vertices[self.mesh.faces[chosen]]
-        out = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        faces_eye = np.einsum("ij,ij->i", out, ways) < 0
+        faces_eye = np.einsum("ij,ij->i", self.mesh.normals[chosen], ways) < 0
         seen = centres[faces_eye & (gap < _BEHIND * self.unit)]
         if len(seen) < max(1, _MIN_VISIBLE * len(centres)):
             return None

@@ -73,11 +73,11 @@ def _beta(args: argparse.Namespace) -> int:
         if made is not None:
             attempt.save(made)
     console.print(_table(attempt, wall))
-    console.print(attempt_summary(attempt, wall), soft_wrap=True)
+    console.print(_summary(attempt, wall), soft_wrap=True)
     return 0
 
 
-def attempt_summary(attempt: AttemptFile, wall: ScannedWall) -> str:
+def _summary(attempt: AttemptFile, wall: ScannedWall) -> str:
     """Return one line on an attempt: the route, and how far the climber came."""
     from walltopo.scans.routes import route_name
 
@@ -98,13 +98,14 @@ def attempt_summary(attempt: AttemptFile, wall: ScannedWall) -> str:
 def _table(attempt: AttemptFile, wall: ScannedWall) -> Table:
     from rich.table import Table
 
+    from walltopo_climb.movement.sequence import LIMBS
+
     colours = {hold.id: hold.colour for hold in wall.holds}
     table = Table()
     for name in ("time [s]", "limb", "hold", "colour", "confidence"):
         table.add_column(name)
     for move in attempt.moves:
-        hold = dict(zip(("left hand", "right hand", "left foot", "right foot"), move.holds,
-                        strict=True))[move.limb]  # fmt: skip
+        hold = move.holds[LIMBS.index(move.limb)]
         table.add_row(
             f"{move.time:.1f}",
             move.limb,

@@ -20,7 +20,6 @@ from walltopo_climb.description.sentences import (
 from walltopo_climb.description.steps import route_steps
 from walltopo_climb.movement.body import Body
 from walltopo_climb.movement.rows import climber_rows
-from walltopo_climb.wall_files import read_wall
 
 
 class Description(Document, frozen=True, kw_only=True):
@@ -59,23 +58,24 @@ def describe_route(scan: Path, route: int, body: Body, words: Wording = USUAL) -
     InputError : the scan has no holds or routes; no route has this id; the route has no start or
         no top; or the body cannot reach the start.
     """
-    holds, routes, units = read_wall(scan)
+    folder = ScanFolder(scan)
+    found, routes = ScanFolder.holds.load(folder), ScanFolder.routes.load(folder).routes
     chosen = next((one for one in routes if one.id == route), None)
     if chosen is None:
         ids = ", ".join(str(one.id) for one in routes) or "none"
         raise InputError(f"{scan}: no route has the number {route}", f"Its routes: {ids}.")
-    rows = climber_rows(chosen, holds, units, {"you": body})
+    rows = climber_rows(chosen, found.holds, found.unit, {"you": body})
     if not rows:
         raise InputError(
             f"{route_name(chosen)} has no start, no top, or no hold between",
             "Mark start and top in the editor (`walltopo view --edit`).",
         )
-    steps = route_steps(chosen, rows[0], holds, units)
+    steps = route_steps(chosen, rows[0], found.holds, found.unit)
     return Description(
         route=route,
         language=words.language,
         height=body.height,
         span=body.span,
-        metric=ScanFolder.holds.load(ScanFolder(scan)).metric,
+        metric=found.metric,
         sentences=sentences_of(steps, words),
     )

@@ -14,9 +14,10 @@ import numpy.typing as npt
 from walltopo.core import InputError
 from walltopo.scans.document import Coordinate, Label
 from walltopo.scans.holds import Hold
-from walltopo.scans.moves import ClimberRow, Limb, MoveRow
+from walltopo.scans.moves import ClimberRow, MoveRow
 from walltopo.scans.routes import Route, route_name
 from walltopo_climb.movement.on_wall import on_route, wall_normals
+from walltopo_climb.movement.sequence import LIMBS
 
 Floats = npt.NDArray[np.float64]
 
@@ -31,9 +32,8 @@ _STEEPNESS_DEG: Final = 10.0  # a smaller change of the wall is not mentioned
 _SAME_PLACE: Final = 0.03  # m in the wall's plane: too close for a direction
 _SMALL: Final = 0.06  # m: a smaller hold is called small
 _LARGE: Final = 0.2  # m: a larger one is called large
-_NAMES: Final[tuple[Limb, ...]] = ("left hand", "right hand", "left foot", "right foot")
 _LIMBS: Final[tuple[MovingLimb, ...]] = ("left_hand", "right_hand", "left_foot", "right_foot")
-_HANDS: Final = _NAMES[:2]
+_HANDS: Final = LIMBS[:2]
 
 
 class Step(msgspec.Struct, frozen=True, kw_only=True):
@@ -154,7 +154,7 @@ class _Writer:
 
     def move(self, before: MoveRow, move: MoveRow) -> None:
         """Add a move, and before it the change of the wall."""
-        limb = _NAMES.index(move.limb)
+        limb = LIMBS.index(move.limb)
         hold = move.holds[limb]
         if not hold:
             self.steps.append(Step(kind="foot_off", limb=_LIMBS[limb]))

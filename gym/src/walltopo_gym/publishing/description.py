@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
-import tempfile
 from functools import lru_cache
-from pathlib import Path
 from uuid import UUID
 
 import msgspec
 from msgspec.structs import replace
-from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from walltopo.scans.folder import ScanFolder
 from walltopo.scans.moves import ClimberRow, Moves
-from walltopo.scans.routes import Route as ScanRoute
-from walltopo.scans.routes import Routes
 from walltopo_climb.description.sentences import Sentence, Wording, sentences_of
 from walltopo_climb.description.steps import route_steps
 from walltopo_gym.errors import ConflictError, NotFoundError
-from walltopo_gym.publishing.models import Placement, Route
+from walltopo_gym.publishing.models import Route
+from walltopo_gym.publishing.review import found_routes
 from walltopo_gym.publishing.version_holds import version_holds
-from walltopo_gym.scans.artifacts import MOVES_FILE, download_files
+from walltopo_gym.publishing.versions import shown_placement
+from walltopo_gym.scans.artifacts import MOVES_FILE
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.storage.files import FileStore
-from walltopo_gym.walls.models import Wall
 
 _USUAL_M = 1.75  # height of a climber who says none
 
@@ -40,6 +35,7 @@ class DescribedRoute(msgspec.Struct, frozen=True):
 def describe_placed(
     session: Session,
     store: FileStore,
+    gym: UUID,
     route: Route,
     height_cm: int | None,
     words: Wording,
@@ -51,7 +47,8 @@ def describe_placed(
     NotFoundError : no published version shows the route, or no body leaves the ground on it.
     ConflictError : the moves are not computed yet.
     """
-    placed, scan = _shown(session, route)
+    placed = shown_placement(session, gym, route.id)
+    scan = session.get_one(Scan, placed.scan_id)
     if scan.moves is None:
         raise ConflictError("moves-not-ready")
     row = _climber(store, scan, placed.number, height_cm)
@@ -62,19 +59,6 @@ def describe_placed(
     named = replace(numbered[placed.number], name=route.name, colour=route.colour)
     steps = route_steps(named, row, list(holds.by_id.values()), holds.unit)
     return DescribedRoute(scan.id, row.height, sentences_of(steps, words))
-
-
-def _shown(session: Session, route: Route) -> tuple[Placement, Scan]:
-    """Return the route's place in the published version, and the version."""
-    found = session.execute(
-        select(Placement, Scan)
-        .join(Scan, Scan.id == Placement.scan_id)
-        .join(Wall, Wall.published_scan_id == Scan.id)
-        .where(Placement.route_id == route.id, Wall.id == route.wall_id)
-    ).first()
-    if found is None:
-        raise NotFoundError("not-there-published-route")
-    return found[0], found[1]
 
 
 def _climber(store: FileStore, scan: Scan, number: int, height_cm: int | None) -> ClimberRow | None:
@@ -94,10 +78,5 @@ def _version_moves(store: FileStore, key: str) -> Moves:
     return msgspec.json.decode(store.read(key), type=Moves)
 
 
-@lru_cache(maxsize=64)
-def _version_routes(store: FileStore, scan: UUID) -> dict[int, ScanRoute]:
-    """Return the routes of a published version by number; they never change."""
-    with tempfile.TemporaryDirectory() as name:
-        folder = ScanFolder(Path(name))
-        download_files(store, scan, folder, folder.routes)
-        return {route.id: route for route in Routes.load(folder.routes).routes}
+# Those of a published version never change.
+_version_routes = lru_cache(maxsize=64)(found_routes)

@@ -94,6 +94,25 @@ def _placed_routes(session: Session, scan: UUID) -> Sequence[Any]:
     ).all()
 
 
+def shown_placement(session: Session, gym: UUID, route: UUID) -> Placement:
+    """Return a route of this gym in the published version of its wall.
+
+    Raises
+    ------
+    NotFoundError : no published wall of this gym shows the route.
+    """
+    placed = session.scalar(
+        select(Placement)
+        .join(Route, Route.id == Placement.route_id)
+        .join(Wall, Wall.id == Route.wall_id)
+        .where(Route.id == route, Wall.gym_id == gym)
+        .where(Placement.scan_id == Wall.published_scan_id)
+    )
+    if placed is None:
+        raise NotFoundError("not-there-published-route")
+    return placed
+
+
 def route_of(session: Session, gym: UUID, route: UUID) -> Route:
     """Return a route of this gym.
 

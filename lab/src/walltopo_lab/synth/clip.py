@@ -15,7 +15,7 @@ from walltopo_climb.movement.body import Body
 from walltopo_lab.synth.develop import Exposure, develop
 from walltopo_lab.synth.mannequin import Clothes, draw_body, parts_of, skeleton_of
 from walltopo_lab.synth.path import look_at
-from walltopo_lab.synth.performance import Performance
+from walltopo_lab.synth.performance import Performance, right_of
 from walltopo_lab.synth.render import Renderer
 
 Floats = NDArray[np.float64]
@@ -88,10 +88,10 @@ def film_climb(
         stream = container.add_stream("libx264", rate=rate)
         stream.width, stream.height = phone.camera.width, phone.camera.height
         stream.pix_fmt, stream.bit_rate = "yuv420p", _BIT_RATE
-        wall = None
+        wall, stands = None, phone.stands
         for number in range(len(times)):
             pose = phone.cam_from_world[number]
-            if wall is None or not phone.stands:
+            if wall is None or not stands:
                 wall, _ = renderer.render(phone.camera, pose, samples)
             picture = wall.copy()
             _draw(picture, climber, phone.camera, pose, number)
@@ -104,10 +104,8 @@ def _draw(
     picture: NDArray[np.float32], climber: Climber, camera: Camera, pose: Floats, number: int
 ) -> None:
     performance = climber.performance
-    side = np.cross(-climber.out, [0.0, 0.0, 1.0])
-    side /= max(float(np.linalg.norm(side)), 1e-9)
     limbs, hips = performance.limbs[number], performance.hips[number]
-    bones = skeleton_of(limbs, hips, climber.body, climber.out, side)
+    bones = skeleton_of(limbs, hips, climber.body, climber.out, right_of(climber.out))
     parts, colours = parts_of(bones, climber.body, climber.clothes, climber.out)
     light = float(np.percentile(picture[::8, ::8], 90)) / _BODY_LIGHT
     draw_body(picture, camera, pose, parts, colours, light)

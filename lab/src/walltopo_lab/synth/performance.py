@@ -96,8 +96,7 @@ def perform(
     """Return the climb of a sequence: from the ground to the top, or to the fall after its end."""
     line = _Timeline(fps)
     out = climb.grips.wall.mean(axis=0)
-    side = np.cross(-out, [0.0, 0.0, 1.0])
-    side /= max(float(np.linalg.norm(side)), 1e-9)
+    side = right_of(out)
     spots = climb.grips.position + 0.01 * out  # the fingers lie on the hold, not in the wall
     body = _standing(spots[list(climb.start)].mean(axis=0), sequence.body, out, side)
     _wait(line, body, rng.uniform(0.6, 1.5))
@@ -122,6 +121,17 @@ def perform(
     times = np.arange(len(line.limbs), dtype=np.float64) * line.step
     hips, limbs = np.array(line.hips), np.array(line.limbs)
     return Performance(times, limbs, hips, contacts, topped)
+
+
+def right_of(out: Floats) -> Floats:
+    """Return the unit vector to the right of a climber who faces a wall, (3,).
+
+    Parameters
+    ----------
+    out : (3,) out of the wall.
+    """
+    side = np.cross(-out, [0.0, 0.0, 1.0])
+    return side / max(float(np.linalg.norm(side)), 1e-9)
 
 
 def _standing(start: Floats, person: Body, out: Floats, side: Floats) -> _Body:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from walltopo.core import InputError
 from walltopo.geometry.zbuffer import draw_screen
 from walltopo.images.fill import spread_colours
+from walltopo.publish.atlas.visible_faces import Axes, axes_towards, on_screen
 from walltopo.publish.tactile.braille import DOT_M, RAISED_M, braille_dots, braille_width
 from walltopo.publish.wall_data import WallModel
 from walltopo.scans.routes import Route, route_name
@@ -35,6 +36,7 @@ _RIM: Final = 7  # pixels, of holds and their borders that are taken off the wal
 _SMOOTH_M: Final = 0.002
 _EDGE_M: Final = 0.001
 _RINGS_M: Final = ((0.0012, 0.0020), (0.0030, 0.0038))  # of the print, around a hold: from, to
+_FLOOR_M: Final = 0.03  # of wall: what lies lower is the floor
 _LABEL_M: Final = 0.012  # of the print, below the wall
 _MARGIN_M: Final = 0.003
 _LINE_M: Final = 0.15  # of the print, longest label
@@ -93,8 +95,8 @@ def route_relief(wall: WallModel, route: Route) -> Relief:
     is_hold = (instance > 0) & ~np.isin(instance, volumes)
     own = np.isin(instance, list(members))
     rim = cv2.dilate(is_hold.astype(np.uint8), np.ones((_RIM, _RIM), np.uint8)) > 0
-    base = _base_of(near / SCALE, (face >= 0) & ~rim)
-    heights = np.where(own, np.maximum(near / SCALE, base + _MIN_RAISED_M), base)
+    base = _base_of(near, (face >= 0) & ~rim)
+    heights = np.where(own, np.maximum(near, base + _MIN_RAISED_M), base)
     starts, tops = (np.isin(instance, ids) for ids in (route.start, route.top))
     for count, marked in ((1, starts), (2, tops)):
         heights += _MIN_RAISED_M * (_rings(marked, count) & ~own)
@@ -104,13 +106,13 @@ def route_relief(wall: WallModel, route: Route) -> Relief:
 
 @dataclass(frozen=True, eq=False)
 class _Front:
-    """The plane of a relief: its origin (upper left), axes (right, down, out), and size in pixels.
+    """The plane of a relief: its axes, upper left corner (see `on_screen`), and size in pixels.
 
     A pixel is `PITCH_M` of the print.
     """
 
+    axes: Axes
     origin: Floats
-    axes: Floats
     width: int
     height: int
 
@@ -122,29 +124,26 @@ class _Front:
         low, high = points.min(axis=0) - _AROUND_M, points.max(axis=0) + _AROUND_M
         inside = ((wall.mesh.centroids > low) & (wall.mesh.centroids < high)).all(axis=1)
         around = inside & (wall.face_instance == 0)
-        crosses = wall.mesh.vertices[wall.mesh.faces[around if around.any() else inside]]
-        out = np.cross(crosses[:, 1] - crosses[:, 0], crosses[:, 2] - crosses[:, 0]).sum(axis=0)
-        out /= max(float(np.linalg.norm(out)), 1e-12)
-        right = np.cross([0.0, 0.0, 1.0], out)
-        length = float(np.linalg.norm(right))
-        right = right / length if length > 1e-6 else np.array([1.0, 0.0, 0.0])
-        axes = np.stack([right, np.cross(right, out), out])
-        local = points @ axes.T
+        chosen = around if around.any() else inside
+        out = wall.mesh.areas[chosen] @ wall.mesh.normals[chosen]
+        axes = axes_towards(-out, np.array([0.0, 0.0, 1.0]))
+        local = points @ np.column_stack([axes.right, axes.down])
         begin, end = local.min(axis=0) - _AROUND_M, local.max(axis=0) + _AROUND_M
         lacking = max(width * SCALE - float(end[0] - begin[0]), 0.0)
         begin[0], end[0] = begin[0] - lacking / 2, end[0] + lacking / 2
-        columns, rows = np.ceil((end - begin)[:2] / (PITCH_M * SCALE)).astype(int).tolist()
-        return cls(begin @ axes, axes, columns, rows)
+        columns, rows = np.ceil((end - begin) / (PITCH_M * SCALE)).astype(int).tolist()
+        return cls(axes, begin, columns, rows)
 
     def draw(self, wall: WallModel) -> tuple[NDArray[np.int32], Floats]:
-        """Return the triangle at each pixel (-1: none) and its height over the plane, m of wall."""
-        local = (wall.mesh.vertices - self.origin) @ self.axes.T
-        depth = 1.0 + local[:, 2] - local[:, 2].min()
-        on_floor = wall.mesh.vertices[:, 2] < 0.03
-        pixel = PITCH_M * SCALE
-        screen = np.column_stack([local[:, :2] / pixel, np.where(on_floor, 0.0, depth)])
+        """Return the triangle at each pixel (-1: none) and its height over a far plane, m of the
+        print.
+        """
+        vertices = wall.mesh.vertices
+        far = float((vertices @ self.axes.towards).max()) + 1.0
+        screen = on_screen(vertices, self.axes, self.origin, 1 / (PITCH_M * SCALE), far)
+        screen[vertices[:, 2] < _FLOOR_M, 2] = 0.0  # not drawn
         face, near = draw_screen(screen, wall.mesh.faces, self.width, self.height)
-        return face, near
+        return face, near * PITCH_M
 
 
 def _base_of(heights: Floats, known: Bitmap) -> Floats:

@@ -120,7 +120,7 @@ def _opened(path: Path) -> Iterator[tuple[Any, Any]]:
             if not container.streams.video:
                 raise InputError("has no video stream")
             stream = container.streams.video[0]
-            _memory_needed(stream)
+            _check_frames(stream)
             stream.thread_type = "AUTO"
             stream.codec_context.thread_count = _DECODER_THREADS
             yield container, stream
@@ -130,14 +130,18 @@ def _opened(path: Path) -> Iterator[tuple[Any, Any]]:
         raise InputError(f"cannot be decoded as a video ({error.strerror})") from error
 
 
-def _memory_needed(stream: Any) -> float:
-    """Return the memory that the video's header implies; raise InputError if no phone records such
-    frames."""
+def _check_frames(stream: Any) -> None:
+    """Raise InputError if no phone records such frames, by the video's header."""
     if stream.codec_context is None:
         raise InputError("its codec is not known here")
     width, height = stream.codec_context.width, stream.codec_context.height
     if width * height > _MAX_FRAME_PIXELS:
         raise InputError(f"{width}x{height} pixels a frame, too large to be a phone's video")
+
+
+def _memory_needed(stream: Any) -> float:
+    """Return the memory that the header of a checked video implies."""
+    width, height = stream.codec_context.width, stream.codec_context.height
     pixel = stream.codec_context.format
     bits = max((part.bits for part in pixel.components), default=8) if pixel else 8
     return bytes_of_frame(width, height, bits)

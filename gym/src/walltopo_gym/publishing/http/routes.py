@@ -28,7 +28,7 @@ from walltopo_gym.publishing.service import (
     undo_stripping,
 )
 from walltopo_gym.publishing.similar import similar_routes
-from walltopo_gym.publishing.versions import gym_routes, route_of, wall_routes
+from walltopo_gym.publishing.versions import gym_routes, route_of, shown_placement, wall_routes
 from walltopo_gym.scans.pictures import route_picture, wall_picture
 from walltopo_gym.walls.disciplines import Discipline
 from walltopo_gym.walls.lookup import wall_of
@@ -166,7 +166,7 @@ def describe_route(
     suggested ones of the body next to `height_cm`."""
     row = route_of(session, access.gym.id, route)
     words = Wording(language, detail, unit)
-    found = describe_placed(session, services.store, row, height_cm, words)
+    found = describe_placed(session, services.store, access.gym.id, row, height_cm, words)
     return DescriptionOut(
         scan_id=found.scan,
         height_m=found.height,
@@ -256,15 +256,7 @@ def read_wall_picture(wall: UUID, session: Db, services: ServicesOf, access: Gue
 @pictures_router.get("/gyms/{gym}/routes/{route}/picture", response_class=Picture)
 def read_route_picture(route: UUID, session: Db, services: ServicesOf, access: GuestMay) -> Picture:
     """Return a picture of a route in the published version."""
-    placed = session.scalar(
-        select(Placement)
-        .join(Route, Route.id == Placement.route_id)
-        .join(Wall, Wall.id == Route.wall_id)
-        .where(Route.id == route, Wall.gym_id == access.gym.id)
-        .where(Placement.scan_id == Wall.published_scan_id)
-    )
-    if placed is None:
-        raise NotFoundError("not-there-published-route")
+    placed = shown_placement(session, access.gym.id, route)
     picture = route_picture(services.store, placed.scan_id, placed.holds)
     return Picture(picture, headers=_cache_headers(access.gym.visibility))
 
