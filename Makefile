@@ -120,8 +120,8 @@ test-pythons:
 # The caches lie in the environment, so that the next check of a cleaned checkout has them; one for each system,
 # because another system's results would replace those of this one.
 lint: $(VENV)/dev-ready
-	$(BIN)/ruff format --check src climb lab gym tests benchmarks tools viewer/wire_types.py examples conftest.py run_tests.py
-	$(BIN)/ruff check src climb lab gym tests benchmarks tools viewer/wire_types.py examples conftest.py run_tests.py
+	$(BIN)/ruff format --check src climb lab gym tests benchmarks tools viewer/*.py examples conftest.py run_tests.py
+	$(BIN)/ruff check src climb lab gym tests benchmarks tools viewer/*.py examples conftest.py run_tests.py
 	$(BIN)/mypy --cache-dir $(VENV)/mypy
 	for system in win32 darwin; do \
 	  $(BIN)/mypy --cache-dir $(VENV)/mypy-$$system --platform $$system src climb/src || exit 1; done
@@ -137,6 +137,7 @@ docs: $(VENV)/dev-ready
 	COLUMNS=1000 $(BIN)/walltopo settings --markdown > docs/settings.md
 	$(BIN)/python -m walltopo.scans.schemas docs/schemas
 	$(BIN)/python viewer/wire_types.py
+	$(BIN)/python viewer/colour_vision.py
 	$(BIN)/python -m tools.tests.bad_input.page > docs/bad-input.md
 	$(BIN)/python -m tools.pages.figures
 

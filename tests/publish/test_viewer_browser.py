@@ -36,7 +36,19 @@ SMALL = ExportSettings(first_triangles=6000, title="Test wall")
 # Reference screenshots: a folder for each flow that has any.
 REFERENCES = Path(__file__).parent / "references"
 # The longest come first.
-FLOWS = ("checks", "editing", "page", "frames", "hands", "foreign", "tasks", "reset", "borders")
+FLOWS = (
+    "checks",
+    "keys",
+    "reading",
+    "editing",
+    "page",
+    "frames",
+    "hands",
+    "foreign",
+    "tasks",
+    "reset",
+    "borders",
+)
 # Screenshots of the last run, for people to look at: a folder for each flow.
 SHOTS = Path(os.environ.get("WALLTOPO_SHOTS", VIEWER.parent / "build" / "viewer-shots"))
 # Ways to break every page, and checks that must notice (see SABOTAGE in viewer/tests/browser.mjs).

@@ -130,12 +130,19 @@ export class CameraViews {
   }
 
   /** As far from a place of the wall as before, straight before it. */
-  turnTo(place: Vector3): void {
+  private turnTo(place: Vector3): void {
     const { controls } = this.rig;
     const eye = controls.getPosition(new Vector3());
     const way = place.clone().sub(controls.getTarget(new Vector3()));
     this.markMoved();
     this.rig.moveTo(eye.add(way), place, true);
+  }
+
+  /** Turn to a place that the picture does not show. */
+  bringIn(place: Vector3): void {
+    const { x, y, ahead } = this.rig.project(place);
+    const { clientWidth, clientHeight } = this.rig.canvas;
+    if (!ahead || x < 0 || y < 0 || x > clientWidth || y > clientHeight) this.turnTo(place);
   }
 
   /** Eye and target, as in a link. */

@@ -2,6 +2,7 @@
 
 import type { Vector3 } from "three";
 import type { Hold, Vec3 } from "../data/types";
+import type { Hit } from "../input/picking";
 import { holdSwatch } from "../panels/swatch";
 import { NONE, refOf } from "./edit_log";
 import type { Edit } from "./edit_log";
@@ -40,16 +41,29 @@ export class Brush {
     this.balls = [];
   }
 
+  /** One ball, as a stroke of its own; false where nothing is painted now. */
+  dab(hit: Hit | null): boolean {
+    if (this.target() === undefined) return false;
+    this.stroke = [];
+    this.last = null;
+    this.touch(hit);
+    this.end();
+    return true;
+  }
+
   private paint(event: PointerEvent): void {
     const { canvas, stage } = this.host;
     const box = canvas.getBoundingClientRect();
-    const hit = stage.pick(event.clientX - box.left, event.clientY - box.top);
+    this.touch(stage.pick(event.clientX - box.left, event.clientY - box.top));
+  }
+
+  private touch(hit: Hit | null): void {
     if (!hit || (this.last && this.last.distanceTo(hit.point) < this.radius * 0.5)) return;
     this.last = hit.point;
     const target = this.target() ?? null;
     const at = hit.point.toArray().map((v) => Number(v.toFixed(4))) as Vec3;
     this.stroke!.push({ do: "paint", hold: target ? refOf(target) : NONE, at, radius_m: this.radius });
-    this.balls.push(stage.paintBall(hit.point, this.radius, target ? holdSwatch(target) : "#ffffff"));
+    this.balls.push(this.host.stage.paintBall(hit.point, this.radius, target ? holdSwatch(target) : "#ffffff"));
   }
 
   private end(): void {

@@ -140,7 +140,7 @@ export function leftOutList(holds: Hold[], choose: (hold: Hold) => void, close: 
     h(
       "button",
       { class: "route", onClick: () => choose(hold) },
-      h("span", { class: "swatch", style: `background:${holdBackground(hold)}` }),
+      h("span", { class: "swatch", style: `background:${holdBackground(hold, null)}` }),
       h("span", { class: "name" }, holdName(hold)),
       h("span", { class: "meta" }, leftOutWords(hold)),
     ),
@@ -153,7 +153,7 @@ export function leftOutList(holds: Hold[], choose: (hold: Hold) => void, close: 
 export function leftOutCard(hold: Hold, on: Acts, close: HTMLElement): HTMLElement[] {
   const { edit } = say();
   const title = h("div", { class: "title" }, h("h3", {}, holdName(hold)), h("p", { class: "sub" }, leftOutWords(hold)));
-  const swatch = h("span", { class: "swatch", style: `background:${holdBackground(hold)}` });
+  const swatch = h("span", { class: "swatch", style: `background:${holdBackground(hold, null)}` });
   const back = button(edit.bringBack, () => on.change({ do: "keep", hold: refOf(hold) }));
   back.classList.add("main");
   return [h("div", { class: "top" }, swatch, title, close), h("div", { class: "fields" }, back, on.photos(hold))];

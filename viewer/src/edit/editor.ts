@@ -22,6 +22,8 @@ import type { Server } from "./server";
 import { Session } from "./session";
 
 const NEAR = 0.05; // metres: a tap this near to an instance that was left out means it
+const AIMING: readonly Mode[] = ["add", "addVolume", "paint", "erase", "cut"];
+
 export class Editor {
   /** Holds that are marked together. */
   readonly marked = new Set<number>();
@@ -119,6 +121,23 @@ export class Editor {
     this.absent = absent?.id ?? null;
     if (absent) this.host.refresh();
     return absent !== null;
+  }
+
+  /** Whether a tap needs a place of the wall. */
+  get isAiming(): boolean {
+    return AIMING.includes(this.mode);
+  }
+
+  /** True when the place was painted: as a short stroke is. */
+  paintAt(hit: Hit | null): boolean {
+    return (this.mode === "paint" || this.mode === "erase") && this.brush.dab(hit);
+  }
+
+  /** Leave the mode; false when there is none. */
+  escape(): boolean {
+    const left = this.mode !== "choose";
+    if (left) this.setMode("choose");
+    return left;
   }
 
   /** The editor's own card, which replaces that of a hold or route; null without one. */
@@ -278,8 +297,9 @@ export class Editor {
     const hints: Partial<Record<Mode, string>> = { add: edit.addHint, addVolume: edit.addVolumeHint, cut: edit.cutFirst };
     const hint = hints[this.mode];
     if (hint) this.host.say(hint);
-    const aiming = this.mode !== "choose" && this.mode !== "leftOut" && this.mode !== "propose";
-    this.host.view.classList.toggle("painting", aiming);
+    const picks = this.isAiming || this.mode === "several";
+    this.host.view.classList.toggle("painting", picks);
+    if (picks) this.host.canvas.focus({ preventScroll: true });
     this.host.dots(this.dots());
     this.host.refresh();
     this.showBar();

@@ -17,9 +17,8 @@ export interface ViewActions {
 }
 
 export class Interaction {
-  /** Whether taps emit their place on the wall and choose nothing. */
-  pointing = false;
   private isMeasuring = false;
+  private isPointing = false;
   private touched: Vector3 | null = null;
   /** The last hold of the keyboard's cursor, until somebody taps; it is drawn while the picture has the focus. */
   private cursor: number | null = null;
@@ -45,9 +44,24 @@ export class Interaction {
     if (on) this.parts.say(say().words.twoPoints);
   }
 
+  /** Whether taps emit their place on the wall and choose nothing. */
+  get pointing(): boolean {
+    return this.isPointing;
+  }
+
+  set pointing(on: boolean) {
+    this.isPointing = on;
+    this.parts.view.classList.toggle("pointing", on);
+  }
+
+  /** Whether a tap needs a place of the wall, which the crosshair gives to keys. */
+  private get isAiming(): boolean {
+    return this.isMeasuring || this.isPointing || this.parts.editor?.isAiming === true;
+  }
+
   /** Until `signal` says that the element is gone. */
   listen(signal: AbortSignal): void {
-    const { canvas } = this.parts;
+    const { canvas, card, crosshair } = this.parts;
     const taps = {
       tap: (x: number, y: number) => this.tapped(x, y),
       double: () => this.lookCloser(),
@@ -55,7 +69,11 @@ export class Interaction {
     listenForTaps(canvas, taps, signal);
     canvas.addEventListener("keydown", (event) => this.key(event));
     canvas.addEventListener("pointermove", (event) => this.hover(event));
-    canvas.addEventListener("blur", () => this.selection.moveCursor(null));
+    canvas.addEventListener("blur", () => {
+      this.selection.moveCursor(null);
+      crosshair.hide();
+    });
+    card.addEventListener("keydown", ({ key }) => key === "Escape" && canvas.focus(), { signal });
     canvas.addEventListener("focus", () => this.selection.moveCursor(this.cursor));
   }
 
@@ -69,6 +87,7 @@ export class Interaction {
 
   private tapped(x: number, y: number): void {
     this.cursor = null;
+    this.parts.crosshair.hide();
     this.selection.moveCursor(null);
     this.act(this.parts.stage!.pick(x, y));
   }
@@ -81,7 +100,7 @@ export class Interaction {
       if (hit) this.measure(hit.point);
       return;
     }
-    if (this.pointing) {
+    if (this.isPointing) {
       if (hit) parts.emit("point-tap", { point: hit.point.toArray() });
       return;
     }
@@ -102,7 +121,31 @@ export class Interaction {
 
   /** Closer to where the first of two taps was: what it selected may have moved the picture since. */
   private lookCloser(): void {
-    if (this.touched && !this.isMeasuring && !this.pointing) this.parts.views!.closer(this.touched);
+    if (this.touched && !this.isMeasuring && !this.isPointing) this.parts.views!.closer(this.touched);
+  }
+
+  private step(to: Direction): void {
+    if (this.isAiming) this.aim(to);
+    else this.stepCursor(to);
+  }
+
+  private enter(): void {
+    const { crosshair, stage, editor } = this.parts;
+    if (!this.isAiming) return this.actAtCursor();
+    if (!crosshair.place) return this.aim(null);
+    const hit = stage!.pick(crosshair.place.x, crosshair.place.y);
+    if (!editor?.paintAt(hit)) this.act(hit);
+  }
+
+  /** The crosshair goes a step, or appears at the selected hold or in the middle; screen readers hear what is there. */
+  private aim(to: Direction | null): void {
+    const { crosshair, canvas, stage, hold, tables, toast } = this.parts;
+    if (!crosshair.place) {
+      const at = hold ? stage!.rig.project(hold.position) : null;
+      crosshair.show(at?.ahead ? at : { x: canvas.clientWidth / 2, y: canvas.clientHeight / 2 });
+    } else if (to) crosshair.step(to, canvas);
+    const hit = stage!.pick(crosshair.place!.x, crosshair.place!.y);
+    toast.announce(hit ? this.selection.placeWords(hit.point, tables.holds.get(hit.hold)) : say().words.beside);
   }
 
   /** The cursor goes to the next hold in a direction of the picture, and the camera after it where it leaves the picture. */
@@ -121,25 +164,32 @@ export class Interaction {
     if (next === null) return;
     this.cursor = next;
     selection.moveCursor(next);
-    const { x, y } = places.get(next)!;
-    if (x < 0 || y < 0 || x > clientWidth || y > clientHeight) parts.views!.turnTo(new Vector3(...parts.tables.holds.get(next)!.position));
   }
 
+  /** Enter chooses the cursor's hold, and once more leads to its card. */
   private actAtCursor(): void {
-    const hold = this.parts.tables.holds.get(this.parts.cursor ?? -1);
-    if (hold) this.act({ point: new Vector3(...hold.position), hold: hold.id });
+    const { parts } = this;
+    const hold = parts.tables.holds.get(parts.cursor ?? -1);
+    if (!hold) return;
+    const isChosen = hold.id === parts.selected.hold && !parts.card.hidden;
+    if (isChosen) parts.card.querySelector("h3")?.focus();
+    else this.act({ point: new Vector3(...hold.position), hold: hold.id });
   }
 
   private key(event: KeyboardEvent): void {
     const { parts, selection } = this;
     const toggle = (): void => void (this.measuring = !this.isMeasuring);
+    if (!this.isAiming) parts.crosshair.hide();
     const did = handleKey(event, {
       controls: parts.stage!.rig.controls,
       moved: () => parts.views!.markMoved(),
       step: (by) => selection.step(by),
-      cursor: (to) => this.stepCursor(to),
-      tap: () => this.actAtCursor(),
-      escape: () => (this.isMeasuring ? toggle() : selection.choose(null, null)),
+      cursor: (to) => this.step(to),
+      tap: () => this.enter(),
+      escape: () => {
+        if (this.isMeasuring) toggle();
+        else if (!parts.editor?.escape()) selection.choose(null, null);
+      },
       home: () => this.actions.home(),
       climber: () => this.actions.climber(),
       measure: toggle,

@@ -2,8 +2,10 @@
 
 import type { Insets } from "../camera/fit";
 import { CameraViews } from "../camera/views";
+import type { Vision } from "../data/colour_vision";
 import type { Hold, Route, Tables } from "../data/types";
 import type { Editor } from "../edit/editor";
+import { Crosshair } from "../input/crosshair";
 import { GestureCapture, grabMode } from "../input/gesture_capture";
 import { say } from "../languages";
 import { h } from "../panels/dom";
@@ -26,6 +28,7 @@ export class Parts {
   readonly toolbar = new Toolbar();
   readonly toast = new Toast();
   readonly heatmap = new Heatmap();
+  readonly crosshair = new Crosshair();
   readonly placeholder = new Placeholder();
   /** Grows while the finer tier comes. */
   readonly progressLine = h("div", { class: "thread", hidden: true }, h("i"));
@@ -41,6 +44,10 @@ export class Parts {
   selected: { route: number | null; hold: number | null } = { route: null, hold: null };
   /** Id of the hold that the keyboard's cursor is on. */
   cursor: number | null = null;
+  /** The reader's colour vision; null: usual. */
+  vision: Vision | null = null;
+  /** Id of the route whose row in the list has the keyboard's focus. */
+  focused: number | null = null;
   private capture: GestureCapture | null = null;
 
   constructor(readonly element: HTMLElement) {
@@ -61,7 +68,14 @@ export class Parts {
     this.card.setAttribute("aria-label", say().words.chosen);
     this.toolbar.build(actions);
     this.list = new RouteList();
-    this.view.replaceChildren(this.canvas, this.toolbar.root, this.progressLine, this.heatmap.root, this.toast.root);
+    this.view.replaceChildren(
+      this.canvas,
+      this.crosshair.root,
+      this.toolbar.root,
+      this.progressLine,
+      this.heatmap.root,
+      this.toast.root,
+    );
     this.shell.replaceChildren(this.list.root, this.view, this.card, this.placeholder.root);
     this.list.sheet.onHeight = () => this.fit(true);
   }

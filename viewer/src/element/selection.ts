@@ -1,12 +1,18 @@
 /** The selected route and hold: what they change in the picture, the list and the card. */
 
-import type { HoldSet, Vec3 } from "../data/types";
+import { Vector3 } from "three";
+import { looksLike } from "../data/colour_vision";
+import type { Hold, HoldSet, Route, Vec3 } from "../data/types";
+import type { Editor } from "../edit/editor";
 import { say } from "../languages";
 import { holdName, metres, routeName } from "../languages/format";
 import { holdCard, routeCard } from "../panels/cards";
 import type { CardActions } from "../panels/cards";
 import { h } from "../panels/dom";
+import { replaceKeepingFocus } from "../panels/focus";
+import { holdList } from "../panels/hold_list";
 import { Outline } from "../scene/hold_state";
+import type { NamedPlace } from "../scene/route_names";
 import { Climbing } from "./climbing";
 import type { Parts } from "./parts";
 
@@ -20,6 +26,10 @@ export class Selection {
   ropes: Vec3[][] = [];
   /** Height of the list before a card took its place. */
   private preferredHeight: "low" | "half" | "full" = "half";
+  /** The hold whose card was shown last. */
+  private lastHold: number | null = null;
+  /** Whether the list of a route's holds is unfolded. */
+  private unfolded = false;
 
   /** `changed`: called when another route or hold is selected. */
   constructor(
@@ -73,23 +83,49 @@ export class Selection {
   /** The keyboard's cursor goes to a hold, which screen readers hear; null: it goes away. */
   moveCursor(hold: number | null): void {
     if (this.parts.cursor === hold) return;
-    this.parts.cursor = hold;
-    this.repaint();
+    this.pointTo(hold);
     this.announceCursor();
+  }
+
+  /** Show where a hold is, turning the camera if need be; null: none. */
+  pointTo(hold: number | null): void {
+    const { parts } = this;
+    if (parts.cursor === hold) return;
+    parts.cursor = hold;
+    this.repaint();
+    const place = parts.tables.holds.get(hold ?? -1)?.position;
+    if (place) parts.views?.bringIn(new Vector3(...place));
+  }
+
+  /** Show the holds of a route that the keyboard's focus is on; null: none. */
+  pointToRoute(id: number | null): void {
+    if (this.parts.focused === id) return;
+    this.parts.focused = id;
+    this.repaint();
   }
 
   /** Screen readers hear the hold at the cursor, its use and route, its height. */
   announceCursor(): void {
-    const { cursor, tables, stage, toast } = this.parts;
+    const { cursor, tables, toast } = this.parts;
     const hold = tables.holds.get(cursor ?? -1);
     if (!hold) return;
-    const { words } = say();
     const route = this.set ? undefined : tables.routes.get(hold.route ?? -1);
-    const shown = this.set ?? route;
-    const as = (ids: number[] | undefined, use: string): string => (ids?.includes(hold.id) ? use : "");
-    const uses = [as(shown?.start, words.start), as(shown?.top, words.top), as(this.set?.feet, words.foot)];
-    const height = metres(hold.position[2] - (stage?.rig.framing?.floor ?? 0), tables.metric);
-    toast.announce([holdName(hold), ...uses, route && routeName(route), height].filter(Boolean).join(", "));
+    toast.announce(this.holdWords(hold, this.set ?? route, route && routeName(route)));
+  }
+
+  /** "Blue jug, Start, 45 cm": a hold, its use in a route or set, that one's name where it is given, the height over the mat. */
+  holdWords(hold: Hold, of: Route | HoldSet | undefined, name = ""): string {
+    return [holdName(hold), ...usesOf(hold.id, of), name, this.heightOf(hold.position[2])].filter(Boolean).join(", ");
+  }
+
+  /** "Wall, 45 cm", or the hold that is there. */
+  placeWords(place: Vector3, hold: Hold | undefined): string {
+    return `${hold ? holdName(hold) : say().words.wall}, ${this.heightOf(place.z)}`;
+  }
+
+  private heightOf(z: number): string {
+    const { tables, stage } = this.parts;
+    return metres(z - (stage?.rig.framing?.floor ?? 0), tables.metric);
   }
 
   /** Draw lit and faded holds, outlines, flags, lines and ropes anew. */
@@ -102,14 +138,28 @@ export class Selection {
     for (const id of route?.holds ?? []) outlines.set(id, Outline.route);
     if (hold !== null) outlines.set(hold, Outline.chosen);
     for (const id of editor?.marked ?? []) outlines.set(id, Outline.marked);
+    for (const id of tables.routes.get(parts.focused ?? -1)?.holds ?? []) outlines.set(id, Outline.cursor);
     if (parts.cursor !== null) outlines.set(parts.cursor, Outline.cursor);
     const alone = hold === null ? [] : [hold];
     const isEmpty = set?.holds.length === 0;
     const lit = isEmpty ? null : heatmap.shown ? new Set(alone) : route ? new Set([...route.holds, ...alone]) : parts.list.lit;
     stage?.paint(lit, outlines, heatmap.holds(tables));
     overlay?.flags(route, tables, set?.feet);
+    overlay?.names.set(lit === null || lit === parts.list.lit ? this.namesToShow() : []);
     overlay?.draw(this.lines);
     overlay?.hang(this.ropes);
+  }
+
+  /** The routes in the list whose colour looks like another route's, at their starts. */
+  private namesToShow(): NamedPlace[] {
+    const { list, tables, vision, editor } = this.parts;
+    const shown = list.shown();
+    const colours = new Set(shown.map(({ colour }) => colour));
+    if (this.set || editor) return [];
+    return shown.flatMap((route) => {
+      const place = tables.holds.get(route.start?.[0] ?? route.holds[0] ?? -1)?.position;
+      return place && looksLike(route.colour, colours, vision) ? [{ name: routeName(route), place }] : [];
+    });
   }
 
   showCard(): void {
@@ -117,11 +167,14 @@ export class Selection {
     const { card, editor } = parts;
     const plain = this.plainCard();
     // The fields say what the plain card says, and a phone has no room for both.
-    const content = editor ? (editor.card() ?? [...plain.slice(0, 1), ...editor.controls(parts.route, parts.hold)]) : plain;
+    const content = editor ? (editor.card() ?? this.editingCard(plain, editor)) : plain;
     const wasHidden = card.hidden;
     if (content.length > 0) content.push(h("slot", { name: "card" }));
-    card.replaceChildren(...content);
+    const hadFocus = card.contains((card.getRootNode() as ShadowRoot).activeElement);
+    replaceKeepingFocus(card, content, this.lastHold);
+    this.lastHold = parts.selected.hold;
     card.hidden = content.length === 0;
+    if (card.hidden && hadFocus) parts.canvas.focus();
     parts.shell.style.setProperty("--card", `${card.offsetHeight}px`);
     if (wasHidden === card.hidden) return;
     parts.shell.classList.toggle("chosen", !card.hidden);
@@ -129,6 +182,11 @@ export class Selection {
     const { sheet } = parts.list;
     if (wasHidden) this.preferredHeight = sheet.height;
     sheet.set(wasHidden ? "low" : this.preferredHeight);
+  }
+
+  private editingCard(plain: HTMLElement[], editor: Editor): HTMLElement[] {
+    const { route, hold } = this.parts;
+    return [...plain.slice(0, 1), ...editor.controls(route, hold), ...(route && !hold ? [this.holdsOf(route)] : [])];
   }
 
   /** The card that visitors see: the climbing figure's, the hold's or the route's. */
@@ -143,9 +201,21 @@ export class Selection {
       moves: climbing.isPossible ? () => climbing.begin()?.play() : null,
       close: () => this.choose(parts.selected.hold === null ? null : parts.selected.route, null),
       route: (id) => this.route(id),
+      vision: parts.vision,
     };
     if (hold) return holdCard(hold, tables, actions);
-    return route ? routeCard(route, tables, actions, climbing.ofRoute?.grade) : [];
+    return route ? routeCard(route, tables, actions, this.holdsOf(route), climbing.ofRoute?.grade) : [];
+  }
+
+  private holdsOf(route: Route): HTMLElement {
+    const holds = route.holds.flatMap((id) => this.parts.tables.holds.get(id) ?? []);
+    return holdList(holds, this.unfolded, {
+      words: (hold) => this.holdWords(hold, route),
+      point: (hold) => this.pointTo(hold),
+      choose: (hold) => this.hold(hold),
+      fold: (open) => (this.unfolded = open),
+      vision: this.parts.vision,
+    });
   }
 
   /** While nobody has moved the camera it shows what is selected; beside the list there is room for all. */
@@ -155,4 +225,18 @@ export class Selection {
     if (!route && subject === "route") views!.wall(true);
     if (route && subject && (layout.tall || subject === "route")) views!.route(route, tables);
   }
+}
+
+/** The uses of a hold in a route or set, in words. */
+function usesOf(hold: number, of: Route | HoldSet | undefined): string[] {
+  const { words } = say();
+  if (!of) return [];
+  const feet = "feet" in of ? of.feet : of.footholds;
+  const uses: [number[] | null | undefined, string][] = [
+    [of.start, words.start],
+    [of.top, words.top],
+    ["zone" in of ? of.zone : null, words.zone],
+    [feet, words.foot],
+  ];
+  return uses.filter(([ids]) => ids?.includes(hold)).map(([, word]) => word);
 }

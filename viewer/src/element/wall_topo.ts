@@ -1,10 +1,13 @@
 /** `<wall-topo src="wall.glb">`: the viewer as one element. Documented in docs/viewer.md. */
 
+import { isVision } from "../data/colour_vision";
+import type { Vision } from "../data/colour_vision";
 import type { Hold, HoldSet, Route, Vec3 } from "../data/types";
 import type { ClimberRow } from "../data/wire";
 import { say, speak } from "../languages";
 import type { Person } from "../moves/moves_file";
 import { h } from "../panels/dom";
+import { keptVision } from "../panels/vision";
 import type { HeatmapLegend } from "../scene/heatmap";
 import { Stage } from "../scene/stage";
 import { copyLink, download } from "../sharing/share";
@@ -19,8 +22,15 @@ import { Parts } from "./parts";
 import { Selection } from "./selection";
 import { startEditor } from "./start_editor";
 
+// A length of its own, so that what is inside has it as computed at the element.
+try {
+  CSS.registerProperty({ name: "--wall-topo-px", syntax: "<length>", inherits: true, initialValue: "1px" });
+} catch {
+  // The page has a second copy of the viewer, which registered it.
+}
+
 export class WallTopo extends HTMLElement {
-  static readonly observedAttributes = ["src", "theme", "grab"];
+  static readonly observedAttributes = ["src", "theme", "grab", "vision"];
 
   private readonly root: ShadowRoot;
   private readonly parts = new Parts(this);
@@ -69,6 +79,7 @@ export class WallTopo extends HTMLElement {
     if (name === "src") void this.loading.load();
     if (name === "theme") this.applyTheme();
     if (name === "grab") this.parts.chooseCapture();
+    if (name === "vision") this.see(chosenVision(this));
   }
 
   // The JS API -----------------------------------------------------------------------------
@@ -160,6 +171,23 @@ export class WallTopo extends HTMLElement {
   showRopes(ropes: Vec3[][]): void {
     this.selection.ropes = ropes;
     this.selection.repaint();
+  }
+
+  /** A hold in words: its name, its use in its route, its height over the mat; empty for an unknown id. */
+  describeHold(id: number): string {
+    const { holds, routes } = this.parts.tables;
+    const hold = holds.get(id);
+    return hold ? this.selection.holdWords(hold, routes.get(hold.route ?? -1)) : "";
+  }
+
+  /** Outline a hold and turn to it if need be, as for a list beside the wall; null: none. */
+  pointToHold(id: number | null): void {
+    this.selection.pointTo(id);
+  }
+
+  /** Outline the holds of a route, as for a list beside the wall; null: none. */
+  pointToRoute(id: number | null): void {
+    this.selection.pointToRoute(id);
   }
 
   /** Choose a hold and light up its route. */
@@ -278,6 +306,8 @@ export class WallTopo extends HTMLElement {
       picture: () => void this.savePicture(),
     });
     parts.list.onRoute = (id) => selection.route(id, { move: true });
+    parts.list.onFocus = (id) => selection.pointToRoute(id);
+    parts.list.onVision = (vision) => this.see(vision);
     parts.list.onFilter = () => selection.repaint();
     this.root.append(parts.shell);
   }
@@ -289,6 +319,7 @@ export class WallTopo extends HTMLElement {
     parts.list.sheet.set(routes.size > 0 && parts.layout.roomy ? "half" : "low");
     parts.placeholder.hide();
     parts.arrange();
+    this.see(chosenVision(this));
     this.selection.choose(null, null);
     parts.views!.wall(false);
     this.pageLink.apply(false);
@@ -305,10 +336,25 @@ export class WallTopo extends HTMLElement {
     else this.parts.say(say().words.noPicture);
   }
 
+  /** Tell colours apart for a colour vision. */
+  private see(vision: Vision | null): void {
+    const { parts } = this;
+    parts.vision = parts.list.vision = vision;
+    parts.list.fill(parts.tables);
+    this.selection.repaint();
+    this.selection.showCard();
+  }
+
   private applyTheme(): void {
     const theme = this.getAttribute("theme");
     const dark = theme === "dark" || (theme !== "light" && this.dark.matches);
     this.classList.toggle("dark", dark);
     this.stage?.backdrop(dark ? "#15171b" : "#eef0f3");
   }
+}
+
+/** As the attribute says; without one, as kept in the browser. */
+function chosenVision(element: HTMLElement): Vision | null {
+  const name = element.getAttribute("vision");
+  return name === null ? keptVision() : isVision(name) ? name : null;
 }

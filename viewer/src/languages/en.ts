@@ -1,5 +1,6 @@
 /** English: the language that the others are measured by. */
 
+import type { Vision } from "../data/colour_vision";
 import { proposing } from "./proposing";
 import type { ProposalWords } from "./proposing";
 
@@ -34,6 +35,7 @@ export interface Language {
   };
   proposing: ProposalWords;
   /** Sentences with something in them. */
+  visions: Record<Vision | "usual", string>;
   people: Record<"child" | "short" | "adult" | "tall" | "you", string>;
   limbs: Record<"start" | "left hand" | "right hand" | "left foot" | "right foot", string>;
   leap: (metres: string) => string;
@@ -60,7 +62,7 @@ const words = {
   routes: "Routes",
   view: "View",
   chosen: "Selected",
-  picture: "The wall in 3D. Arrow keys turn, plus and minus zoom, brackets step through the routes. Shift with an arrow key goes from hold to hold, Enter selects.",
+  picture: "The wall in 3D. Arrow keys turn, plus and minus zoom, brackets step through the routes. Shift with an arrow key goes from hold to hold, Enter selects, and once more leads to its card.",
   home: "Whole wall",
   climber: "View as a climber",
   measure: "Measure",
@@ -124,6 +126,9 @@ const words = {
   moveOn: "Next move",
   climberIs: "Climber",
   crux: "the hardest move",
+  holdsInOrder: "Holds in order",
+  beside: "beside the wall",
+  colourVision: "Colour vision",
   noGlb: "the file is not a GLB",
   noSurface: "the file contains no mesh",
   noLabels: "the wall's labels cannot be read",
@@ -203,6 +208,7 @@ export const en: Language = {
     without: (entry, why) => `Edit ${entry} was skipped: ${why}`,
   },
   proposing: proposing.en,
+  visions: { usual: "usual", protan: "weak red (protan)", deutan: "weak green (deutan)", tritan: "weak blue (tritan)", none: "no colours" },
   people: { child: "Child", short: "Short adult", adult: "Adult", tall: "Tall adult", you: "You" },
   limbs: {
     start: "Start",

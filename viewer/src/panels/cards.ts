@@ -1,5 +1,6 @@
 /** The card of the chosen route or hold. */
 
+import type { Vision } from "../data/colour_vision";
 import type { Hold, Route, Tables } from "../data/types";
 import type { RouteMoves } from "../data/wire";
 import { say } from "../languages";
@@ -16,7 +17,7 @@ import {
   typeName,
 } from "../languages/format";
 import { h, icon } from "./dom";
-import { holdBackground, swatch } from "./swatch";
+import { holdBackground, routeBackground } from "./swatch";
 
 export interface CardActions {
   previous(): void;
@@ -26,6 +27,8 @@ export interface CardActions {
   moves: (() => void) | null;
   close(): void;
   route(id: number): void;
+  /** The reader's colour vision. */
+  vision: Vision | null;
 }
 
 function facts(rows: [string, string][]): HTMLElement {
@@ -42,7 +45,7 @@ function top(colour: string, name: string, text: string, close: HTMLElement, cut
     "div",
     { class: "top" },
     cutout ? h("img", { class: "cutout", src: cutout, alt: "" }) : h("span", { class: "swatch", style: `background:${colour}` }),
-    h("div", { class: "title" }, h("h3", {}, name), h("p", { class: "sub" }, text)),
+    h("div", { class: "title" }, h("h3", { tabindex: -1 }, name), h("p", { class: "sub" }, text)),
     close,
   );
 }
@@ -66,22 +69,24 @@ function mayGo(grade: RouteMoves["grade"], act: CardActions): HTMLElement | null
   return h("div", { class: "may" }, h("button", { class: "pill", onClick: () => act.moves!() }, icon("play"), words.mayGo), range);
 }
 
+/** `holds`: the list of the route's holds. */
 export function routeCard(
   route: Route,
   tables: Tables,
   act: CardActions,
+  holds: HTMLElement,
   grade: RouteMoves["grade"] = null,
 ): HTMLElement[] {
   const close = button(say().words.showAll, "close", () => act.close());
   const text = routeFacts(route, tables.metric);
-  const parts = [top(swatch(route, tables), routeName(route), text, close)];
+  const parts = [top(routeBackground(route, tables, act.vision), routeName(route), text, close)];
   const origin = routeOrigin(route);
   if (origin) parts.push(h("p", { class: "note" }, origin));
   if (route.proposed) parts.push(h("p", { class: "note warn" }, say().proposing.proposed));
   if (route.description) parts.push(h("p", { class: "note" }, route.description));
   const may = mayGo(grade, act);
   if (may) parts.push(may);
-  return [...parts, actions(act)];
+  return [...parts, actions(act), holds];
 }
 
 export function holdCard(hold: Hold, tables: Tables, act: CardActions): HTMLElement[] {
@@ -97,7 +102,7 @@ export function holdCard(hold: Hold, tables: Tables, act: CardActions): HTMLElem
         : words.noRoute;
   const close = button(route ? words.backToRoute : words.close, "close", () => act.close());
   const parts = [
-    top(holdBackground(hold), holdName(hold), holdLine(hold.id, where), close, hold.cutout),
+    top(holdBackground(hold, act.vision), holdName(hold), holdLine(hold.id, where), close, hold.cutout),
     facts([
       [words.colour, capital(holdColours(hold) || colourName(null))],
       [words.type, kind],

@@ -3,7 +3,9 @@
 import type { Insets } from "../camera/fit";
 
 const LOW = 470; // CSS pixels: a phone on its side
-const NARROW = 760; // CSS pixels: no room for a list beside the wall
+const NARROW = 760; // CSS pixels at the usual text size: no room for a list beside the wall
+const SLIM = 560; // and none where the element is wider than high either
+const TEXT = 15; // CSS pixels of the usual text
 const EDGE = 16; // CSS pixels kept free around what is looked at
 const FLAG = 34; // CSS pixels that the words "Start" and "Top" take
 
@@ -38,7 +40,8 @@ export class Layout {
   arrange(aspect: number | undefined, insets: Insets): void {
     const { element, shell } = this.on;
     const { clientWidth: width, clientHeight: height } = element;
-    const tall = width < NARROW && (height > width || width < 560);
+    const larger = parseFloat(getComputedStyle(shell).fontSize) / TEXT;
+    const tall = width < NARROW * larger && (height > width || width < SLIM * larger);
     shell.classList.toggle("tall", tall);
     shell.classList.toggle("short", !tall && height < LOW);
     if (!tall || !aspect) return;

@@ -1,12 +1,15 @@
 /** The list of routes with its filters. */
 
 import { lean, STEEP_DEG, whole } from "../data/steepness";
+import type { Vision } from "../data/colour_vision";
 import type { Route, Tables } from "../data/types";
 import { say } from "../languages";
 import { capital, colourName, routeFacts, routeName, wallFacts } from "../languages/format";
 import { BottomSheet } from "./bottom_sheet";
 import { h } from "./dom";
-import { swatch } from "./swatch";
+import { stepFocus } from "./focus";
+import { routeBackground } from "./swatch";
+import { visionChoice } from "./vision";
 
 const STEEPNESS: ["slab" | "vertical" | "overhang" | "steep", (degrees: number) => boolean][] = [
   ["slab", (degrees) => lean(degrees) === "slab"],
@@ -19,8 +22,14 @@ export class RouteList {
   readonly root = h("aside", { class: "side", part: "list", "aria-label": say().words.routes });
   /** Called with a route's id, or null to show all. */
   onRoute: (id: number | null) => void = () => {};
+  /** Called with the route whose row has the keyboard's focus, or null. */
+  onFocus: (id: number | null) => void = () => {};
   /** Called when other routes pass the filters. */
   onFilter: () => void = () => {};
+  /** Called when another colour vision is chosen. */
+  onVision: (vision: Vision | null) => void = () => {};
+  /** The reader's colour vision, for the rows that are filled in next. */
+  vision: Vision | null = null;
   /** On a phone the list is a sheet. */
   readonly sheet: BottomSheet;
   private readonly title = h("h2", { part: "title" });
@@ -39,7 +48,8 @@ export class RouteList {
     const head = h("div", { class: "head" }, handle, h("div", {}, this.title, this.summary));
     this.root.append(head, this.list);
     this.sheet = new BottomSheet(this.root, head, handle);
-    this.list.addEventListener("keydown", (event) => this.arrows(event));
+    this.list.addEventListener("keydown", (event) => stepFocus(event, [...this.buttons.values()]));
+    this.list.addEventListener("focusout", () => this.onFocus(null));
   }
 
   /** Routes in the order of the list, after filtering. */
@@ -100,7 +110,7 @@ export class RouteList {
       const chip = h(
         "button",
         { class: "chip", "aria-pressed": String(this.colours.has(colour)), "data-colour": colour },
-        h("span", { class: "swatch", style: `background:${swatch(route, tables)}` }),
+        h("span", { class: "swatch", style: `background:${routeBackground(route, tables, this.vision)}` }),
         capital(colour ? colourName(colour) : say().words.noColour),
       );
       chip.addEventListener("click", () => {
@@ -119,7 +129,7 @@ export class RouteList {
       this.filtered();
     });
     choose.value = this.steep;
-    box.append(choose);
+    box.append(choose, visionChoice(this.vision, (vision) => this.onVision(vision)));
     return box;
   }
 
@@ -135,13 +145,14 @@ export class RouteList {
       const button = h(
         "button",
         { class: "route", part: "route", "data-route": route.id, "aria-pressed": String(route.id === this.active) },
-        h("span", { class: "swatch", style: `background:${swatch(route, tables)}` }),
+        h("span", { class: "swatch", style: `background:${routeBackground(route, tables, this.vision)}` }),
         h("span", { class: "name" }, routeName(route)),
         h("span", { class: "meta" }, routeFacts(route, tables.metric)),
       );
       button.addEventListener("click", () => {
         this.onRoute(route.id === this.active ? null : route.id);
       });
+      button.addEventListener("focus", () => button.matches(":focus-visible") && this.onFocus(route.id));
       this.buttons.set(route.id, button);
       return h("li", {}, button);
     });
@@ -151,23 +162,5 @@ export class RouteList {
 
   private nothing(tables: Tables): string {
     return tables.holds.size ? say().words.noRoutes : say().words.noHolds;
-  }
-
-  private arrows(event: KeyboardEvent): void {
-    const buttons = [...this.buttons.values()];
-    const root = this.root.getRootNode() as ShadowRoot;
-    const at = buttons.indexOf(root.activeElement as HTMLButtonElement);
-    const step: Record<string, number> = {
-      ArrowDown: at + 1,
-      ArrowRight: at + 1,
-      ArrowUp: at - 1,
-      ArrowLeft: at - 1,
-      Home: 0,
-      End: buttons.length - 1,
-    };
-    const to = step[event.key];
-    if (to === undefined || at < 0) return;
-    event.preventDefault();
-    buttons[Math.max(0, Math.min(buttons.length - 1, to))]?.focus();
   }
 }

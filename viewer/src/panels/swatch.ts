@@ -1,5 +1,7 @@
 /** Colours of holds and routes as CSS. */
 
+import { patternOver } from "../data/colour_vision";
+import type { Vision } from "../data/colour_vision";
 import type { Hold, Route, Tables } from "../data/types";
 
 type Rgb = [number, number, number];
@@ -44,8 +46,14 @@ export function holdSwatch(hold: Hold): string {
   return hold.colour_rgb ? css(hold.colour_rgb) : "#888";
 }
 
-/** The hold's colour as a CSS background, or both of its colours side by side. */
-export function holdBackground(hold: Hold): string {
+/** A route's colour as a CSS background, with a pattern where it looks like others to `vision`. */
+export function routeBackground(route: Route, tables: Tables, vision: Vision | null): string {
+  return patternOver(route.colour, vision) + swatch(route, tables);
+}
+
+/** The hold's colour as a CSS background, or both of its colours side by side; with a pattern as a route's. */
+export function holdBackground(hold: Hold, vision: Vision | null): string {
   const first = holdSwatch(hold);
-  return hold.second_colour && hold.second_rgb ? `linear-gradient(135deg, ${first} 50%, ${css(hold.second_rgb)} 50%)` : first;
+  const second = hold.second_colour && hold.second_rgb;
+  return patternOver(hold.colour, vision) + (second ? `linear-gradient(135deg, ${first} 50%, ${css(second)} 50%)` : first);
 }

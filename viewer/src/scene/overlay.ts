@@ -6,6 +6,7 @@ import type { Hold, Route, Tables, Vec3 } from "../data/types";
 import { say } from "../languages";
 import { metres } from "../languages/format";
 import { h } from "../panels/dom";
+import { RouteNames } from "./route_names";
 
 interface Pin {
   element: HTMLElement;
@@ -42,6 +43,7 @@ export class Overlay {
   private lines: Vec3[][] = [];
   private ropes: Vec3[][] = [];
   private clips: Pin[] = [];
+  readonly names = new RouteNames(this.root);
 
   constructor(private readonly rig: CameraRig) {
     const svg = document.createElementNS(SVG, "svg");
@@ -135,6 +137,7 @@ export class Overlay {
   }
 
   update(): void {
+    this.names.update(this.rig);
     for (const { element, place } of [...this.pins, ...this.dots, ...this.marks, ...this.clips]) {
       const at = this.rig.project(place);
       element.style.transform = `translate(${at.x.toFixed(1)}px, ${at.y.toFixed(1)}px)`;
