@@ -126,7 +126,12 @@ BUNDLES: Final = {
     "app": Bundle(
         "gym/web",
         "gym/src/walltopo_gym/web",
-        ("gym/src/walltopo_gym/paint.json", "gym/src/walltopo_gym/messages"),
+        (
+            "gym/src/walltopo_gym/paint.json",
+            "gym/src/walltopo_gym/messages",
+            "viewer/src/data/colour_vision.json",
+            "viewer/src/data/colour_vision.ts",
+        ),
         "src/api/schema.d.ts",
     ),
 }

@@ -25,6 +25,7 @@ IN_REVIEW = ("publishing", "setting", "forms", "capture")
 PUBLISHED = (
     "account",
     "competitions",
+    "reading",
     "problems",
     "climbing",
     "hall",

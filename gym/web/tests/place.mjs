@@ -48,11 +48,11 @@ export const stored = (page, path, text = /(?:)/) =>
  * A browser of one person; `log` collects errors and requests to other hosts. A test names those that it causes by
  * `expected`, before or after they come: a late one then fails nothing, and another one is still seen.
  */
-export async function visit(browser, places, { phone = true, dark = false, locale = "en-GB", worker = true } = {}) {
+export async function visit(browser, places, { phone = true, dark = false, locale = "en-GB", worker = true, ...look } = {}) {
   const viewport = phone ? { width: 390, height: 844 } : { width: 1280, height: 800 };
   const context = await browser.newContext({
     viewport, isMobile: phone, hasTouch: phone, locale, colorScheme: dark ? "dark" : "light", reducedMotion: "reduce",
-    serviceWorkers: worker ? "allow" : "block",
+    serviceWorkers: worker ? "allow" : "block", ...look,
   });
   context.setDefaultTimeout(PATIENCE_MS);
   const page = await context.newPage();
@@ -138,10 +138,11 @@ export async function tooWide(page) {
   return (await page.evaluate(() => document.documentElement.scrollWidth)) - page.viewportSize().width;
 }
 
-/** The serious axe findings of a page, as lines. */
-export async function grave(page) {
+/** The serious axe findings of a page, as lines; `rules`: those that axe leaves out by itself. */
+export async function grave(page, rules = []) {
   await page.evaluate(AXE);
-  const found = await page.evaluate(() => window.axe.run(document, { iframes: false }));
+  const options = { iframes: false, rules: Object.fromEntries(rules.map((rule) => [rule, { enabled: true }])) };
+  const found = await page.evaluate((how) => window.axe.run(document, how), options);
   assert.ok(found.passes.length > 8, "axe saw nothing");
   return found.violations
     .filter(({ impact }) => impact === "serious" || impact === "critical")

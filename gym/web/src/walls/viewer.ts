@@ -33,6 +33,9 @@ export interface WallElement extends HTMLElement {
   /** Whether taps emit `point-tap` with their place on the wall. */
   pointing: boolean;
   selectHold(id: number | null): void;
+  describeHold(id: number): string;
+  pointToHold(id: number | null): void;
+  pointToRoute(id: number | null): void;
   selectRoute(id: number | null, options?: { move?: boolean }): void;
   showRoutes(ids: Iterable<number> | null): void;
   showHolds(set: HoldSet | null, options?: { move?: boolean }): void;
