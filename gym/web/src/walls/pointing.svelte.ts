@@ -1,11 +1,11 @@
-/** What a list beside a wall has its focus on, which the wall outlines. */
+/** The focus of a list beside a wall, which the wall outlines. */
 
 import type { WallElement } from "./viewer";
 
 export class Pointing {
   private element = $state.raw<WallElement | null>(null);
 
-  /** The wall that is shown; null before one stands. */
+  /** The wall that is shown; null before it stands. */
   at(element: WallElement | null): void {
     this.element = element;
   }
