@@ -16,6 +16,7 @@ from walltopo.core import InputError
 from walltopo.reconstruct.ingest.video import timed_frames
 from walltopo.scans.folder import ScanFolder
 from walltopo_climb.beta.clip import read_clip
+from walltopo_climb.beta.refusal import ClipError
 from walltopo_climb.beta.scanned_wall import ScannedWall
 
 Image = NDArray[np.uint8]
@@ -93,8 +94,12 @@ def test_a_file_that_is_not_a_clip_is_refused(wall: ScannedWall, tmp_path: Path)
 def test_a_clip_of_something_else_is_refused(wall: ScannedWall, tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     frames = [(k / 10, rng.integers(0, 255, (240, 320, 3)).astype(np.uint8)) for k in range(12)]
-    with pytest.raises(InputError, match="does not show this wall"):
+    with pytest.raises(ClipError, match="does not show this wall") as raised:
         read_clip(write_video(tmp_path / "other.mp4", frames), wall)
+    assert raised.value.fault == "other-wall"
+    with pytest.raises(ClipError, match=r"other\.mp4: is longer than 1 seconds") as raised:
+        read_clip(tmp_path / "other.mp4", wall, max_seconds=0.6)
+    assert raised.value.fault == "too-long"
 
 
 def test_a_clip_without_a_climber_is_refused(

@@ -37,6 +37,10 @@ class InputError(WalltopoError):
 
     exit_code = 3
 
+    def prefixed(self, where: object) -> InputError:
+        """Return this error with `where` before its message."""
+        return InputError(f"{where}: {self.message}", self.hint)
+
 
 class StageError(WalltopoError):
     """A stage failed although its inputs look valid."""
@@ -73,4 +77,4 @@ def prefix_errors(where: object) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        raise InputError(f"{where}: {error.message}", error.hint) from error
+        raise error.prefixed(where) from error

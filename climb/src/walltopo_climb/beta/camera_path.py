@@ -15,9 +15,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import Camera, InputError
+from walltopo.core import Camera
 from walltopo.images.people import find_people
 from walltopo.reconstruct.localise import MIN_INLIERS, Localiser, Location, solve_pose
+from walltopo_climb.beta.refusal import ClipError
 
 Image = NDArray[np.uint8]
 Floats = NDArray[np.float64]
@@ -65,7 +66,7 @@ class CameraTracker:
         grey = cv2.cvtColor(frame, cv2.COLOR_RGB2GRAY)
         size = (frame.shape[1], frame.shape[0])
         if self._frames and self._size != size:
-            raise InputError("its frames change their size")
+            raise ClipError("no-video", "its frames change their size")
         self._size = size
         if self._track is not None:
             self._track.follow(np.asarray(grey, np.uint8))
@@ -101,17 +102,19 @@ class CameraTracker:
 
         Raises
         ------
-        InputError : the clip does not show the wall of the scan, or in less than half of its time.
+        ClipError : the clip does not show the wall of the scan, or in less than half of its time.
         """
         placed = [frame for frame in self._frames if frame.key is not None]
         if not placed:
-            raise InputError(
+            raise ClipError(
+                "other-wall",
                 "the clip does not show this wall, or not enough of it",
                 "Film so that some metres of the wall around the climber are in the picture. "
                 "After a reset, the wall needs a new scan.",
             )
         if len(placed) < _MIN_PLACED * len(self._frames):
-            raise InputError(
+            raise ClipError(
+                "unsteady",
                 f"only {len(placed)} of {len(self._frames)} frames show where on the wall they are",
                 "Keep the wall around the climber in the picture, and move the phone slowly.",
             )
@@ -201,7 +204,7 @@ def _bridged(times: Floats, poses: list[Floats | None], camera: Camera) -> Camer
     """Return the path with poses in short gaps between those of both sides."""
     known = np.flatnonzero([pose is not None for pose in poses])
     if not len(known):
-        raise InputError("the camera's place was not found in any frame")
+        raise ClipError("other-wall", "the camera's place was not found in any frame")
     found = np.array([pose for pose in poses if pose is not None])
     placed = np.zeros(len(poses), np.bool_)
     filled = np.zeros((len(poses), 3, 4))

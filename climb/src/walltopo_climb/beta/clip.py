@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 from walltopo.core import InputError
 from walltopo.core.errors import prefix_errors
 from walltopo.core.progress import Progress, Silent
-from walltopo.reconstruct.ingest.video import timed_frames
+from walltopo.reconstruct.ingest.video import LongVideoError, timed_frames
 from walltopo_climb.beta.attempt import Attempt, attempt_of
 from walltopo_climb.beta.camera_path import CameraPath, CameraTracker
 from walltopo_climb.beta.in_view import Frames, WallHolds
 from walltopo_climb.beta.limbs import frames_of
+from walltopo_climb.beta.refusal import ClipError
 from walltopo_climb.beta.scanned_wall import ScannedWall
 from walltopo_climb.beta.smoothing import smoothed
 from walltopo_climb.beta.tracking import find_poses
@@ -45,7 +46,11 @@ class ClipReading:
 
 
 def read_clip(
-    clip: Path, wall: ScannedWall, route: int | None = None, progress: Progress | None = None
+    clip: Path,
+    wall: ScannedWall,
+    route: int | None = None,
+    progress: Progress | None = None,
+    max_seconds: float = MAX_SECONDS,
 ) -> ClipReading:
     """Return the attempt that a clip shows.
 
@@ -55,8 +60,9 @@ def read_clip(
 
     Raises
     ------
-    InputError : the file is not a video, too long or too short; it does not show the wall; it shows
-        nobody who climbs; or no route has this id.
+    ClipError : the file is not a video, too long or too short; it does not show the wall; or it
+        shows nobody who climbs.
+    InputError : no route has this id.
     """
     if route is not None and all(one.id != route for one in wall.routes):
         raise InputError(f"the wall has no route {route}")
@@ -66,7 +72,7 @@ def read_clip(
         tracker, times = CameraTracker(wall.localiser), list[float]()
 
         def watched() -> Iterator[tuple[float, NDArray[np.uint8]]]:
-            for time, frame in timed_frames(clip, RATE, MAX_SECONDS, _MAX_SIDE):
+            for time, frame in _frames_of(clip, max_seconds):
                 tracker.observe(time, frame)
                 times.append(time)
                 report.advance()
@@ -74,7 +80,7 @@ def read_clip(
 
         poses = list(find_poses(watched()))
         if len(times) < _MIN_FRAMES:
-            raise InputError(f"has {len(times)} frames: too short for an attempt")
+            raise ClipError("too-short", f"has {len(times)} frames: too short for an attempt")
         path = tracker.path()
         at = np.array(times)
         metric = path.cam_from_world.copy()
@@ -84,6 +90,15 @@ def read_clip(
         frames = replace(frames, confidence=frames.confidence * path.is_placed[:, None])
         holds = wall.holds_seen_from(_middle_eye(metric))
     return ClipReading(attempt_of(frames, holds, wall.routes, route), frames, holds, path)
+
+
+def _frames_of(clip: Path, max_seconds: float) -> Iterator[tuple[float, NDArray[np.uint8]]]:
+    try:
+        yield from timed_frames(clip, RATE, max_seconds, _MAX_SIDE)
+    except LongVideoError as error:
+        raise ClipError("too-long", error.message, error.hint) from error
+    except InputError as error:
+        raise ClipError("no-video", error.message, error.hint) from error
 
 
 def _middle_eye(poses: NDArray[np.float64]) -> NDArray[np.float64]:

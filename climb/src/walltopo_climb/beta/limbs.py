@@ -10,6 +10,7 @@ import numpy as np
 from walltopo.core import Camera, InputError
 from walltopo_climb.beta.in_view import LIMBS, Floats, Frames
 from walltopo_climb.beta.pose import Point, Pose
+from walltopo_climb.beta.refusal import ClipError
 
 # The fingers lie on the hold, the wrist below it; climbers stand on the toes.
 _TOUCHING: Final = (
@@ -37,12 +38,14 @@ def frames_of(
 
     Raises
     ------
-    InputError : no frame has a pose, or the numbers of frames differ.
+    ClipError : no frame has a pose. InputError : the numbers of frames differ.
     """
     if len(poses) != len(times):
         raise InputError(f"{len(times)} times for {len(poses)} poses")
     if not any(pose is not None for pose in poses):
-        raise InputError("no frame shows a climber", "Film the whole body, from the ground.")
+        raise ClipError(
+            "no-climber", "no frame shows a climber", "Film the whole body, from the ground."
+        )
     points = np.zeros((len(times), LIMBS, 2))
     confidence = np.zeros((len(times), LIMBS))
     hips = np.zeros((len(times), 2))

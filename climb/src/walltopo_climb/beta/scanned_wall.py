@@ -8,12 +8,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import InputError, Mesh
+from walltopo.core import Mesh
 from walltopo.reconstruct.localise import Localiser
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.holds import Hold
 from walltopo.scans.routes import Route
 from walltopo_climb.beta.in_view import Floats, WallHolds
+from walltopo_climb.beta.refusal import ClipError
 from walltopo_climb.wall_files import read_wall
 
 _SAMPLES: Final = 48  # points of a hold's outline
@@ -70,7 +71,7 @@ class ScannedWall:
             surfaces.append(points / self.unit)
             volumes.append(hold.kind == "volume")
         if not ids:
-            raise InputError("no hold of the wall is in the picture")
+            raise ClipError("other-wall", "no hold of the wall is in the picture")
         return WallHolds(np.array(ids), np.array(surfaces), np.array(volumes))
 
     def _visible(self, hold: int, eye: Floats) -> Floats | None:

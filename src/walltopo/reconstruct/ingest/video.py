@@ -69,6 +69,10 @@ def sharpest_frames(path: Path, budget: MemoryBudget, reasons: list[str]) -> Ite
         yield best
 
 
+class LongVideoError(InputError):
+    """The video is longer than its reader accepts."""
+
+
 def timed_frames(
     path: Path, rate: float, max_seconds: float, max_side: int
 ) -> Iterator[tuple[float, Rgb]]:
@@ -82,14 +86,15 @@ def timed_frames(
 
     Raises
     ------
-    InputError : the file has no video stream, cannot be decoded, or is longer than `max_seconds`.
+    InputError : the file has no video stream, or cannot be decoded.
+    LongVideoError : it is longer than `max_seconds`.
     """
     with _opened(path) as (container, stream):
         last: int | None = None
         for number, frame in enumerate(container.decode(stream)):
             time = frame.time if frame.time is not None else number / _FASTEST_HZ
             if time > max_seconds:
-                raise InputError(f"is longer than {max_seconds:.0f} seconds")
+                raise LongVideoError(f"is longer than {max_seconds:.0f} seconds")
             slot = int(time * rate + 1e-6)  # the first frame of each
             if slot == last:
                 continue
