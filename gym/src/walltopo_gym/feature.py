@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
+from threading import Event
 from typing import TYPE_CHECKING, Any
 
 from walltopo_gym.database.engine import Database, Listeners
@@ -33,7 +34,7 @@ class Feature:
     listeners : of events and questions, while it is on.
     data_listeners : the same, also while it is off: of those that concern its rows.
     parts : makes the objects that a server keeps for it (`Services.get`).
-    tasks, chores : of a worker.
+    tasks, chores : of a worker; tasks get an event that is set when the worker stops.
     start : called once when a worker starts.
     """
 
@@ -42,7 +43,7 @@ class Feature:
     listeners: Listeners = field(default_factory=dict[type, Sequence[Any]])
     data_listeners: Listeners = field(default_factory=dict[type, Sequence[Any]])
     parts: Callable[[Database], Sequence[object]] = _nothing
-    tasks: Callable[[GymSettings, Database, FileStore], Sequence[Task]] = _nothing
+    tasks: Callable[[GymSettings, Database, FileStore, Event], Sequence[Task]] = _nothing
     chores: Callable[[GymSettings, Database], Sequence[Chore]] = _nothing
     start: Callable[[Database], object] = _nothing
 

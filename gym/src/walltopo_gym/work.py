@@ -71,7 +71,7 @@ def tasks_of(steps: ScanSteps) -> list[Task]:
             Task(own_network.TRAININGS, _own_networks(steps).train, own_network.record_failure)
         )
     for feature in features_on(settings):
-        tasks += feature.tasks(settings, database, store)
+        tasks += feature.tasks(settings, database, store, steps.stopping)
     return tasks
 
 

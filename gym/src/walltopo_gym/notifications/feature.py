@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
+from threading import Event
 from typing import TYPE_CHECKING
 
 from sqlalchemy.orm import Session
@@ -27,7 +28,9 @@ if TYPE_CHECKING:
     from walltopo_gym.jobs.worker import Chore
 
 
-def _tasks(settings: GymSettings, database: Database, store: FileStore) -> Sequence[Task]:
+def _tasks(
+    settings: GymSettings, database: Database, store: FileStore, stopping: Event
+) -> Sequence[Task]:
     from walltopo_gym.jobs.queue import Task
     from walltopo_gym.mail import make_mailer
     from walltopo_gym.notifications.messages import MAILS, PUSHES

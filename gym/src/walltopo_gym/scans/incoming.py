@@ -44,6 +44,11 @@ class Incoming:
         self._folder, self._keep_free, self._copied = folder, keep_free_mb * _MB, copied
         folder.mkdir(parents=True, exist_ok=True)
 
+    def beside(self, name: str) -> Incoming:
+        """Return a folder for other files beside this one, with the same limits."""
+        folder = self._folder.with_name(f"{self._folder.name}-{name}")
+        return Incoming(folder, self._keep_free // _MB, copied=self._copied)
+
     def path(self, photo: UUID) -> Path:
         """Return the path of a photo's file."""
         return self._folder / photo.hex

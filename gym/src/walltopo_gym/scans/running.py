@@ -23,6 +23,17 @@ class WorkerStopsError(BaseException):
     """
 
 
+def memory_mb_of(pid: int) -> float:
+    """Return the memory of a process and its children in MB; shared memory counts twice."""
+    held = 0.0
+    with suppress(psutil.Error):
+        child = psutil.Process(pid)
+        for process in (child, *child.children(recursive=True)):
+            with suppress(psutil.Error):  # it has just ended
+                held += process.memory_info().rss / 1e6
+    return held
+
+
 class RunningScan:
     """A scanning child process; `news` is notified at each message and at its end.
 
@@ -49,13 +60,7 @@ class RunningScan:
 
     def memory_mb(self) -> float:
         """Return the memory of the process and its children in MB; shared memory counts twice."""
-        held = 0.0
-        with suppress(psutil.Error):
-            child = psutil.Process(self._child.pid)
-            for process in (child, *child.children(recursive=True)):
-                with suppress(psutil.Error):  # it has just ended
-                    held += process.memory_info().rss / 1e6
-        return held
+        return memory_mb_of(self._child.pid)
 
     def stop(self) -> None:
         """Kill the process and its children, if it has not ended."""

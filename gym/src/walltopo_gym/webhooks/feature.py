@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from threading import Event
 from typing import TYPE_CHECKING
 
 from walltopo_gym.database.engine import Database
@@ -16,7 +17,9 @@ if TYPE_CHECKING:
     from walltopo_gym.jobs.queue import Task
 
 
-def _tasks(settings: GymSettings, database: Database, store: FileStore) -> Sequence[Task]:
+def _tasks(
+    settings: GymSettings, database: Database, store: FileStore, stopping: Event
+) -> Sequence[Task]:
     from walltopo_gym.jobs.queue import Task
     from walltopo_gym.webhooks.delivery import Delivery, record_failure
 

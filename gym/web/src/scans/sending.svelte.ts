@@ -1,4 +1,4 @@
-/** Sends photos by tus, a few at a time; resumes by itself after a broken connection, and in a later tab. */
+/** Sends photos and clips by tus, a few at a time; resumes by itself after a broken connection, and in a later tab. */
 
 import type { Upload } from "tus-js-client";
 import { PREFIX, ApiError } from "../api/client";
@@ -32,15 +32,17 @@ export class Sending {
   private stopped = false;
 
   constructor(
-    private readonly gym: string,
-    private readonly scan: string,
+    /** Under which this browser keeps what is pending: the id of a scan or of a route. */
+    private readonly key: string,
+    /** The path, below the API's, at which a file is announced. */
+    private readonly path: string,
     /** Called when a photo has arrived. */
     private readonly arrived: () => void,
   ) {}
 
   /** Resume the uploads of an earlier tab. */
   async resume(): Promise<void> {
-    for (const { hash, file } of await pendingOf(this.scan)) this.add(hash, file);
+    for (const { hash, file } of await pendingOf(this.key)) this.add(hash, file);
     this.next();
   }
 
@@ -56,7 +58,7 @@ export class Sending {
         continue;
       }
       // Even if the page was left meanwhile: the next one sends it.
-      if (!(await keep(this.scan, { hash, file }))) this.kept = false;
+      if (!(await keep(this.key, { hash, file }))) this.kept = false;
       if (this.stopped) continue;
       this.add(hash, file);
       this.next();
@@ -105,7 +107,7 @@ export class Sending {
       return;
     }
     const upload = new tus.Upload(photo.file, {
-      endpoint: `${location.origin}${PREFIX}/gyms/${this.gym}/scans/${this.scan}/photos`,
+      endpoint: `${location.origin}${PREFIX}${this.path}`,
       // The server recognises a photo by its hash and reports the last tab's offset.
       metadata: { filename: photo.file.name, sha256: photo.hash },
       storeFingerprintForResuming: false,
@@ -130,7 +132,7 @@ export class Sending {
   private finished(photo: Sent): void {
     photo.done = true;
     photo.sent = photo.file.size;
-    void forget(this.scan, photo.hash);
+    void forget(this.key, photo.hash);
     this.arrived();
     this.next();
   }
@@ -145,7 +147,7 @@ export class Sending {
     }
     photo.problem = answer ? ApiError.from(answer.getStatus(), body) : ApiError.of(new TypeError(error.message));
     // Refused for its content: a retry would be refused again.
-    if (answer && answer.getStatus() >= 400 && answer.getStatus() < 500) void forget(this.scan, photo.hash);
+    if (answer && answer.getStatus() >= 400 && answer.getStatus() < 500) void forget(this.key, photo.hash);
     this.next();
   }
 }

@@ -1,34 +1,28 @@
-"""Endpoints of photos and videos by tus 1.0.0 (https://tus.io/protocols/resumable-upload): core,
-creation, termination.
+"""Endpoints of photos and videos by tus 1.0.0 (`api/tus.py`): core, creation, termination.
 
-A phone announces a photo (POST) and sends it (PATCH); after an interruption it asks for the offset
-(HEAD) and resumes. `Upload-Metadata` has `filename` and, if the phone can compute it, `sha256`: a
-stored photo is then not sent again, even after the tab was closed.
+A stored photo, recognised by its `sha256`, is not sent again, even after the tab was closed.
 """
 
 from __future__ import annotations
 
-import base64
-import binascii
 from contextlib import ExitStack, suppress
-from typing import IO, Annotated, Final
+from typing import Annotated
 from uuid import UUID
 
 from anyio import to_thread
-from fastapi import APIRouter, BackgroundTasks, Depends, Header, HTTPException, Request, Response
+from fastapi import APIRouter, BackgroundTasks, Header, Request, Response
 from pydantic import BaseModel
 from sqlalchemy import select
 from sqlalchemy.orm import Session
-from starlette.requests import ClientDisconnect
 from starlette.responses import StreamingResponse
 
 from walltopo_gym.api.fields import Digits
 from walltopo_gym.api.services import Db, Services, ServicesOf
+from walltopo_gym.api.tus import Tus, check_content_type, read_metadata, write_body
 from walltopo_gym.errors import (
     ConflictError,
     ContentError,
     NotFoundError,
-    RequestError,
     TooLargeError,
 )
 from walltopo_gym.gyms.access import Access
@@ -46,23 +40,7 @@ from walltopo_gym.scans.receiving import (
 from walltopo_gym.scans.service import State, scan_of
 from walltopo_gym.walls.models import Wall
 
-_VERSION: Final = "1.0.0"
-_PIECE: Final = 1 << 20
-
-
-def _speak_tus(response: Response, tus_resumable: Annotated[str | None, Header()] = None) -> None:
-    """Check the tus version of a request, and set it in the response."""
-    response.headers["tus-resumable"] = _VERSION
-    if tus_resumable != _VERSION:
-        raise HTTPException(
-            412,
-            f"Tus-Resumable: expected {_VERSION}, got {tus_resumable}",
-            {"tus-version": _VERSION},
-        )
-
-
 router = APIRouter(tags=["uploads"])
-Tus = Depends(_speak_tus)
 
 
 class PhotoOut(BaseModel):
@@ -141,7 +119,7 @@ def announce_photo(
 ) -> None:
     """Announce a photo; `Location` is its address, `Upload-Offset` the number of stored bytes."""
     settings = services.settings
-    metadata = _metadata(upload_metadata)
+    metadata = read_metadata(upload_metadata)
     name = kept_name(metadata["filename"])
     kind, most = (
         ("video", settings.max_video_mb) if is_video(name) else ("photo", settings.max_photo_mb)
@@ -194,13 +172,14 @@ async def send_photo(
     content_type: Annotated[str, Header()],
 ) -> None:
     """Append bytes to a photo from `Upload-Offset` on; a complete photo is stored."""
-    if content_type != "application/offset+octet-stream":
-        raise HTTPException(415, "Content-Type: expected application/offset+octet-stream")
+    check_content_type(content_type)
     row = await to_thread.run_sync(_announced_photo, services, access, photo)
     if row.state == "receiving":
         with ExitStack() as stack:
             stream = stack.enter_context(services.get(Incoming).appending(photo, upload_offset))
-            await _receive(request, services.get(Incoming), stream, row.size - upload_offset)
+            await write_body(
+                request, services.get(Incoming).check_room, stream, row.size - upload_offset
+            )
             await to_thread.run_sync(stack.pop_all().close)
     offset = _offset(services, row)
     if offset == row.size:
@@ -271,56 +250,3 @@ def _offset(services: Services, photo: Photo) -> int:
     if photo.state != "receiving":
         return photo.size
     return services.get(Incoming).offset(photo.id)
-
-
-async def _receive(request: Request, incoming: Incoming, stream: IO[bytes], most: int) -> None:
-    """Write the body to disk as it arrives. A broken connection keeps what arrived before.
-
-    Raises
-    ------
-    UnavailableError : the disk is too full; what arrived before is kept.
-    """
-    held = bytearray()
-
-    def write(piece: bytes) -> None:
-        for start in range(0, len(piece), _PIECE):
-            part = piece[start : start + _PIECE]
-            incoming.check_room(len(part))
-            stream.write(part)
-            stream.flush()
-
-    try:
-        async for piece in request.stream():
-            held += piece
-            most -= len(piece)
-            if most < 0:
-                raise HTTPException(413, "more bytes than were announced")
-            if len(held) >= _PIECE:
-                await to_thread.run_sync(write, bytes(held))
-                held.clear()
-    except ClientDisconnect:
-        pass  # the received part is kept; nobody is there to answer
-    if most >= 0:
-        await to_thread.run_sync(write, bytes(held))
-
-
-def _metadata(header: str) -> dict[str, str]:
-    """Return `Upload-Metadata`: keys with base64 values, separated by commas.
-
-    Raises
-    ------
-    RequestError : wrong syntax, no file name, or an invalid hash.
-    """
-    metadata = {}
-    for pair in header.split(","):
-        key, _, value = pair.strip().partition(" ")
-        try:
-            metadata[key] = base64.b64decode(value, validate=True).decode()
-        except (binascii.Error, UnicodeDecodeError) as error:
-            raise RequestError("tus-base64", key=key[:40]) from error
-    if not metadata.get("filename"):
-        raise RequestError("tus-no-filename")
-    digest = metadata.get("sha256")
-    if digest is not None and (len(digest) != 64 or set(digest) - set("0123456789abcdef")):
-        raise RequestError("tus-sha256")
-    return metadata
