@@ -21,6 +21,7 @@ from walltopo_gym.settings import GymSettings, Switch
 
 NAMES: Final = (
     "climbing_log",
+    "clips",
     "competitions",
     "grading",
     "hall",

@@ -25,7 +25,7 @@ PREFIX = "WALLTOPO_GYM_"
 HOME: Final = ("localhost", "127.0.0.1", "::1")  # where browsers take http for secure
 
 # Names of the features that can be turned off.
-Switch = Literal["competitions", "hall", "insights"]
+Switch = Literal["clips", "competitions", "hall", "insights"]
 
 
 class GymSettings(BaseSettings):
@@ -47,7 +47,8 @@ class GymSettings(BaseSettings):
     )
 
     features: tuple[Switch, ...] = Field(
-        ("competitions", "hall", "insights"), description="optional features that are on"
+        ("clips", "competitions", "hall", "insights"),
+        description="optional features that are on",
     )
 
     sign_up: Literal["open", "invitation"] = Field("open", description="who may sign up")
@@ -78,6 +79,11 @@ class GymSettings(BaseSettings):
     max_video_mb: int = Field(1000, ge=1, le=2000, description="largest video")
     max_photos: int = Field(
         400, ge=3, le=5000, description="most photos of one scan; a video is one"
+    )
+    max_clip_mb: int = Field(300, ge=1, le=2000, description="largest clip of an attempt")
+    clip_minutes: int = Field(20, ge=1, description="reading a clip that takes longer is ended")
+    clip_memory_mb: int = Field(
+        4000, ge=0, description="reading a clip that holds more memory is ended; 0: no limit"
     )
     keep_free_mb: int = Field(1000, ge=0, description="uploads are refused below this free space")
 

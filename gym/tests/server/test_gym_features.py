@@ -19,9 +19,10 @@ from walltopo_gym.scans.stages import ScanSteps
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.work import chores_of, tasks_of
 
-FEATURES = ("competitions", "hall", "insights")
+FEATURES = ("clips", "competitions", "hall", "insights")
 # An endpoint and a page's first words of each.
 ENDPOINTS = {
+    "clips": "/gyms/{gym}/clips",
     "competitions": "/gyms/{gym}/competitions",
     "hall": "/gyms/{gym}/hall",
     "insights": "/gyms/{gym}/insights",
@@ -50,6 +51,7 @@ def test_what_is_off_is_not_there(feature: str, tmp_path: Path) -> None:
     chores = {chore.name for chore in chores_of(steps)}
     assert {"mails", "pushes", "webhooks"} <= jobs
     assert "note-messages" in chores
+    assert ("clips" in jobs) == ("tidy-clips" in chores) == (feature != "clips")
     assert ("competitions-begin" in chores) == (feature != "competitions")
     server.close()
 
@@ -93,15 +95,19 @@ def test_of_what_a_gym_has_off_no_endpoint_is_there(
 
     def code(who: str) -> object:
         answer = world.server.ask(method, there, world.people[who], {"secret": "s" * 20})
-        return answer.json().get("code") if answer.status_code == 404 else answer.status_code
+        has_code = answer.status_code == 404 and method != "HEAD"
+        return answer.json().get("code") if has_code else answer.status_code
 
+    def hidden(why: str) -> object:
+        return 404 if method == "HEAD" else "screen-link-unknown" if is_link else why
+
+    is_link = path.endswith("/screen/open")  # reveals nothing of the gym
     before = code("owner")
     assert before != "not-there-feature"
     turn_off(world, feature)
-    is_link = path.endswith("/screen/open")  # reveals nothing of the gym
-    assert code("owner") == ("screen-link-unknown" if is_link else "not-there-feature")
+    assert code("owner") == hidden("not-there-feature")
     # Strangers do not learn which features a private gym has.
-    assert code("stranger") == ("screen-link-unknown" if is_link else "not-there-gym")
+    assert code("stranger") == hidden("not-there-gym")
     turn_off(world)
     assert code("owner") == before
 

@@ -19,6 +19,7 @@ import pytest
 from cryptography.hazmat.primitives.asymmetric.ec import SECP256R1, generate_private_key
 from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 from gym.tests.authenticator import Device
+from gym.tests.clips.attempts import an_attempt
 from gym.tests.competitions import cases as cups
 from gym.tests.publishing.test_gym_moves import ENTRIES, reviewed
 from gym.tests.worlds import ORIGIN, PASSWORD, Server, Somebody, World, hold, make_world
@@ -29,6 +30,7 @@ from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.mails import new_link
 from walltopo_gym.accounts.models import AuditEntry, SignIn
 from walltopo_gym.climbing.models import Follow
+from walltopo_gym.clips.models import Clip
 from walltopo_gym.clock import now
 from walltopo_gym.competitions.models import Entry, Round
 from walltopo_gym.gyms.members import add_member, invite
@@ -40,7 +42,7 @@ from walltopo_gym.notifications.secrets import unsubscribe_token
 from walltopo_gym.publishing.codes import code_of
 from walltopo_gym.publishing.moves import SuggestedMoves
 from walltopo_gym.scans.service import State
-from walltopo_gym.walls.models import RopeLine
+from walltopo_gym.walls.models import RopeLine, Wall
 
 ROLES = ("guest", "member", "judge", "setter", "owner")
 PEOPLE = ("nobody", "stranger", "operator", "member", "judge", "setter", "owner")
@@ -381,6 +383,24 @@ def a_members_list(world: World) -> dict[str, Any]:
     return _a_list(world, "member")
 
 
+def a_route_to_film(world: World) -> dict[str, Any]:
+    a_published_wall(world)
+    rows = world.server.ask("GET", f"{world.path}/routes", world.owner).json()
+    return {"route": rows[0]["id"]}
+
+
+def an_own_clip(world: World) -> dict[str, Any]:
+    """A clip of the owner that has an attempt, while its five bytes are still expected."""
+    route = UUID(a_route_to_film(world)["route"])
+    with world.server.database.writing() as session:
+        scan = session.get_one(Wall, world.wall.id).published_scan_id
+        assert scan is not None
+        facts = {"route_id": route, "scan_id": scan, "size": 5, "state": "receiving"}
+        row = Clip(person_id=person_id(world.owner), attempt=an_attempt(), holds=[1], **facts)
+        session.add(row)
+    return {"clip": row.id}
+
+
 def a_problem_report(world: World) -> dict[str, Any]:
     values = a_members_problem(world)
     path = f"{world.path}/problems/{values['problem']}/report"
@@ -577,6 +597,7 @@ def a_floor_plan(world: World) -> dict[str, Any]:
 
 
 TUS = {"tus-resumable": "1.0.0"}
+CLIP = TUS | {"upload-length": "5", "upload-metadata": "filename YS5tcDQ="}
 GRADES = {"name": "Ours", "kind": "own", "grades": [{"label": "easy"}, {"label": "hard"}]}
 
 CASES = {
@@ -798,6 +819,20 @@ CASES = {
         "member", values=a_members_problem, body=lambda w: {"climbed_at": now().isoformat()}
     ),
     "put_list": Case("member", values=a_new_list, body=_list_body),
+    "announce_clip": Case("member", values=a_route_to_film, headers=CLIP),
+    "ask_clip_offset": Case("member", values=an_own_clip, headers=TUS),
+    "send_clip": Case(
+        "member",
+        values=an_own_clip,
+        headers=TUS | {"upload-offset": "0", "content-type": "application/offset+octet-stream"},
+        content=b"bytes",
+    ),
+    "list_clips": Case("member", Scope.READ),
+    "confirm_own_clip": Case(
+        "member", values=an_own_clip, body=lambda w: {"moves": [{"number": 0, "hold": 1}]}
+    ),
+    "drop_clip": Case("member", values=an_own_clip),
+    "read_route_beta": Case("guest", Scope.READ, a_route_to_film),
     "list_lists": Case("member", Scope.READ),
     "read_list": Case("guest", Scope.READ, a_linked_list),
     "read_list_progress": Case("member", Scope.READ, an_own_list),
@@ -997,6 +1032,10 @@ EXCEPT = (
             "drop_other_ascent",
             "drop_problem",
             "drop_list",
+            "ask_clip_offset",
+            "send_clip",
+            "confirm_own_clip",
+            "drop_clip",
             "read_list_progress",
             "drop_passkey",
             "pin_ascent",

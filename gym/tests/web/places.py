@@ -11,11 +11,15 @@ from pathlib import Path
 from typing import Any
 from uuid import UUID
 
+from gym.tests.clips.attempts import an_attempt
 from gym.tests.running import QUICK, Process
 from gym.tests.worlds import PASSWORD, Server, World, make_world
+from sqlalchemy import select
 
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.routes import Routes
+from walltopo_gym.clips.models import Clip
+from walltopo_gym.publishing.models import Placement
 
 ROOT = Path(__file__).resolve().parents[3]
 WEB = ROOT / "gym" / "web"
@@ -45,6 +49,22 @@ def publish_wall(world: World, folder: Path) -> UUID:
     answer = world.publish(scan, *entries)
     assert answer.is_success, answer.text
     return scan
+
+
+def confirm_clips(world: World, scan: UUID, number: int) -> None:
+    """Let judge and setter confirm clips of a route: a top, and a fall at the third hold."""
+    with world.server.database.writing() as session:
+        placed = select(Placement).where(Placement.scan_id == scan, Placement.number == number)
+        route = session.scalars(placed).one()
+        sides = ("left hand", "right hand")
+        moves = [(sides[k % 2], hold) for k, hold in enumerate(route.holds)]
+        for who, made in (("judge", moves), ("setter", moves[:3])):
+            person = world.people[who].id
+            assert person is not None
+            attempt = an_attempt(made, top=made == moves)
+            rows = [{"limb": limb, "hold": hold, "time_s": 1.0} for limb, hold in made]
+            facts = {"scan_id": scan, "route_id": route.route_id, "size": 1, "state": "read"}
+            session.add(Clip(person_id=person, attempt=attempt, moves=rows, **facts))
 
 
 def new_world(data: Path) -> World:

@@ -7,8 +7,17 @@ from pathlib import Path
 from typing import NoReturn
 
 import pytest
+from gym.tests.clips.film import tiny_clip
 from gym.tests.postgres import free_port
-from gym.tests.web.places import WEB, missing_browser, new_world, playwright, publish_wall, serving
+from gym.tests.web.places import (
+    WEB,
+    confirm_clips,
+    missing_browser,
+    new_world,
+    playwright,
+    publish_wall,
+    serving,
+)
 from gym.tests.worlds import Server, make_world
 from msgspec.structs import replace
 
@@ -36,6 +45,7 @@ PUBLISHED = (
     "insights",
     "lists",
     "ropes",
+    "clips",
     "moves",
     "holds",
 )
@@ -52,6 +62,7 @@ def test_flow(
     tmp_path: Path,
     tiny_photos: Path,
     tiny_scan: Path,
+    once: Callable[[str, Callable[[Path], object]], Path],
     lacks: Callable[[str], NoReturn],
 ) -> None:
     if missing_browser():
@@ -60,7 +71,7 @@ def test_flow(
     member = world.people["member"].id
     assert member is not None
     scan = world.finished(tiny_scan) if flow in IN_REVIEW else publish_wall(world, tiny_scan)
-    places = {
+    places: dict[str, object] = {
         "photos": str(tiny_photos),
         "scan": str(scan),
         "later": str(world.finished(tiny_scan)),
@@ -68,6 +79,9 @@ def test_flow(
         "crowd": _crowd(world.server),
         "bare": _bare_wall(world.server, tiny_scan, tmp_path),
     }
+    if flow == "clips":
+        confirm_clips(world, scan, number=2)
+        places["clip"] = str(once("tiny-clip", tiny_clip) / "clip.mp4")
     # Browsers keep the cookie of a sign-in over HTTPS and on this name only; a passkey is for the
     # server's own address.
     port = free_port()

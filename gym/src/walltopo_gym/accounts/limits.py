@@ -41,6 +41,7 @@ _REPORTS: Final = Limit("report", 30, 86400)
 _HOLD_REPORTS: Final = Limit("hold-report", 30, 86400)
 _PROBLEMS: Final = Limit("problem", 60, 86400)
 _LISTS: Final = Limit("list", 60, 86400)
+_CLIPS: Final = Limit("clip", 20, 86400)
 _ESTIMATES: Final = Limit("problem-estimate", 300, 3600)
 _DOCUMENTS: Final = Limit("document", 120, 3600)
 _CODE: Final = Limit("second-factor", 10, 900)
@@ -98,6 +99,11 @@ def count_problem(session: Session, person: UUID) -> None:
 def count_list(session: Session, person: UUID) -> None:
     """Count a new list."""
     _count_try(session, _LISTS, str(person))
+
+
+def count_clip(session: Session, person: UUID) -> None:
+    """Count a new clip of an attempt."""
+    _count_try(session, _CLIPS, str(person))
 
 
 def count_estimate(session: Session, person: UUID) -> None:

@@ -142,6 +142,23 @@ def download_sparse(store: FileStore, scan: UUID, root: Path) -> Path:
     return folder
 
 
+def download_wall(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
+    """Download the photos with their places, the mesh, the holds and the routes of a scan.
+
+    Raises
+    ------
+    NotFoundError : the scan has not come so far.
+    """
+    for part in (folder.photos, folder.sparse):
+        prefix = f"{_key(scan, folder, part)}/"
+        if fetch_missing(store.objects, part, prefix) == 0:
+            raise NotFoundError("file-gone")
+    needed = (folder.mesh, folder.instances, folder.holds, folder.routes)
+    download_files(store, scan, folder, *needed)
+    if store.has(_key(scan, folder, folder.relabelled)):
+        download_files(store, scan, folder, folder.relabelled)
+
+
 def download_files(store: FileStore, scan: UUID, folder: ScanFolder, *files: Path) -> None:
     """Download single files of a scan folder.
 

@@ -41,7 +41,9 @@ from walltopo_gym.storage.files import open_store, private_folder
 
 PREFIX = "/api/v1"
 _THREADS: Final = 200  # an idle one costs next to nothing
-_LONGER_BODIES: Final = ((re.compile(rf"PATCH {PREFIX}/gyms/[^/]+/photos/[^/]+"), LONGEST_PHOTO),)
+_LONGER_BODIES: Final = (
+    (re.compile(rf"PATCH {PREFIX}/gyms/[^/]+/(photos|clips)/[^/]+"), LONGEST_PHOTO),
+)
 # Routes are matched in this order: what a whole hall uses at once comes first.
 _CORE: Final = (
     climbing.ROUTERS,

@@ -6,6 +6,7 @@ export type Feature = Schemas["GymOut"]["features_off"][number];
 
 /** A feature, and the pages of a gym that belong to it. */
 const PAGES: Record<Feature, RegExp> = {
+  clips: /(?!)/, // it has no pages of its own
   competitions: /^\/g\/[^/]+\/competitions(\/|$)/,
   hall: /^\/g\/[^/]+\/settings\/hall(\/|$)/,
   insights: /^\/g\/[^/]+\/insights(\/|$)/,

@@ -1,0 +1,1 @@
+"""Clips of attempts: sent by a climber, read against the wall's scan, confirmed, and deleted."""
