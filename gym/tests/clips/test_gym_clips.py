@@ -125,6 +125,17 @@ def test_a_clip_arrives_in_pieces_and_is_queued_once(world: World, route: str) -
     assert whole.headers["upload-offset"] == str(len(VIDEO))
 
 
+def test_a_clip_whose_server_was_killed_after_its_last_byte_is_queued(
+    world: World, route: str
+) -> None:
+    clip = str(announce(world, "member", route).headers["location"]).rpartition("/")[2]
+    world.server.incoming.beside("clips").path(UUID(clip)).write_bytes(VIDEO)
+    path = f"{world.path}/clips/{clip}"
+    answer = world.server.ask("HEAD", path, world.people["member"], headers=TUS)
+    assert answer.headers["upload-offset"] == str(len(VIDEO))
+    assert [one["state"] for one in clips(world, "member", route)] == ["sent"]
+
+
 def test_what_is_no_clip_is_refused(
     world: World, route: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
