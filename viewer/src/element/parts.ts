@@ -2,7 +2,6 @@
 
 import type { Insets } from "../camera/fit";
 import { CameraViews } from "../camera/views";
-import type { Vision } from "../data/colour_vision";
 import type { Hold, Route, Tables } from "../data/types";
 import type { Editor } from "../edit/editor";
 import { Crosshair } from "../input/crosshair";
@@ -44,8 +43,6 @@ export class Parts {
   selected: { route: number | null; hold: number | null } = { route: null, hold: null };
   /** Id of the hold that the keyboard's cursor is on. */
   cursor: number | null = null;
-  /** The reader's colour vision; null: usual. */
-  vision: Vision | null = null;
   /** Id of the route whose row in the list has the keyboard's focus. */
   focused: number | null = null;
   private capture: GestureCapture | null = null;

@@ -152,10 +152,11 @@ export class Selection {
 
   /** The routes in the list whose colour looks like another route's, at their starts. */
   private namesToShow(): NamedPlace[] {
-    const { list, tables, vision, editor } = this.parts;
+    const { list, tables, editor } = this.parts;
+    const { vision } = list;
+    if (vision === null || this.set || editor) return [];
     const shown = list.shown();
     const colours = new Set(shown.map(({ colour }) => colour));
-    if (this.set || editor) return [];
     return shown.flatMap((route) => {
       const place = tables.holds.get(route.start?.[0] ?? route.holds[0] ?? -1)?.position;
       return place && looksLike(route.colour, colours, vision) ? [{ name: routeName(route), place }] : [];
@@ -201,7 +202,7 @@ export class Selection {
       moves: climbing.isPossible ? () => climbing.begin()?.play() : null,
       close: () => this.choose(parts.selected.hold === null ? null : parts.selected.route, null),
       route: (id) => this.route(id),
-      vision: parts.vision,
+      vision: parts.list.vision,
     };
     if (hold) return holdCard(hold, tables, actions);
     return route ? routeCard(route, tables, actions, this.holdsOf(route), climbing.ofRoute?.grade) : [];
@@ -214,7 +215,7 @@ export class Selection {
       point: (hold) => this.pointTo(hold),
       choose: (hold) => this.hold(hold),
       fold: (open) => (this.unfolded = open),
-      vision: this.parts.vision,
+      vision: this.parts.list.vision,
     });
   }
 

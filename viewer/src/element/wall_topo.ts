@@ -75,11 +75,12 @@ export class WallTopo extends HTMLElement {
   }
 
   attributeChangedCallback(name: string, before: string | null, after: string | null): void {
-    if (!this.stage || before === after) return;
+    if (before === after) return;
+    if (name === "vision") this.see(chosenVision(this));
+    if (!this.stage) return;
     if (name === "src") void this.loading.load();
     if (name === "theme") this.applyTheme();
     if (name === "grab") this.parts.chooseCapture();
-    if (name === "vision") this.see(chosenVision(this));
   }
 
   // The JS API -----------------------------------------------------------------------------
@@ -307,6 +308,7 @@ export class WallTopo extends HTMLElement {
     });
     parts.list.onRoute = (id) => selection.route(id, { move: true });
     parts.list.onFocus = (id) => selection.pointToRoute(id);
+    parts.list.vision = chosenVision(this);
     parts.list.onVision = (vision) => this.see(vision);
     parts.list.onFilter = () => selection.repaint();
     this.root.append(parts.shell);
@@ -319,7 +321,6 @@ export class WallTopo extends HTMLElement {
     parts.list.sheet.set(routes.size > 0 && parts.layout.roomy ? "half" : "low");
     parts.placeholder.hide();
     parts.arrange();
-    this.see(chosenVision(this));
     this.selection.choose(null, null);
     parts.views!.wall(false);
     this.pageLink.apply(false);
@@ -339,7 +340,8 @@ export class WallTopo extends HTMLElement {
   /** Tell colours apart for a colour vision. */
   private see(vision: Vision | null): void {
     const { parts } = this;
-    parts.vision = parts.list.vision = vision;
+    parts.list.vision = vision;
+    if (!this.stage) return; // the list is filled with it later
     parts.list.fill(parts.tables);
     this.selection.repaint();
     this.selection.showCard();
