@@ -131,6 +131,7 @@ BUNDLES: Final = {
             "gym/src/walltopo_gym/messages",
             "viewer/src/data/colour_vision.json",
             "viewer/src/data/colour_vision.ts",
+            "viewer/src/panels/focus.ts",
         ),
         "src/api/schema.d.ts",
     ),

@@ -1,6 +1,7 @@
 /** A clip and its attempt, as the pages show them. */
 
 import type { Schemas } from "../api/client";
+import { t } from "../i18n.svelte";
 
 export type Clip = Schemas["ClipOut"];
 export type Attempt = Schemas["ClipAttempt"];
@@ -10,6 +11,11 @@ const PATIENCE_MS = 3000;
 
 export function isPending({ state }: Clip): boolean {
   return state === "sent" || state === "reading";
+}
+
+/** A hold by its number among the route's holds, from the lowest on; of another route without one. */
+export function holdName(number: number | null | undefined): string {
+  return number == null ? t("clips.otherHold") : t("clips.hold", { number });
 }
 
 export function isHand({ limb }: Pick<Move, "limb">): boolean {
