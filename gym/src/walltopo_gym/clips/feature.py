@@ -7,17 +7,15 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.clips.models import Clip
+from walltopo_gym.clips.service import CLIPS, clips_in
 from walltopo_gym.database.engine import Database
 from walltopo_gym.events import OwnTables, TookPart
 from walltopo_gym.feature import Feature
-from walltopo_gym.publishing.models import Route
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore
-from walltopo_gym.walls.models import Wall
 
 if TYPE_CHECKING:
     from walltopo_gym.jobs.queue import Task
@@ -28,7 +26,6 @@ def _tasks(
     settings: GymSettings, database: Database, store: FileStore, stopping: threading.Event
 ) -> Sequence[Task]:
     from walltopo_gym.clips.reading import ClipReadings, record_failure
-    from walltopo_gym.clips.service import CLIPS
     from walltopo_gym.jobs.queue import Task
 
     readings = ClipReadings(settings, database, store, stopping)
@@ -48,12 +45,7 @@ def _own_tables(session: Session, question: OwnTables) -> None:
 
 def _took_part(session: Session, question: TookPart) -> None:
     """Answer whether a person has clips of a gym's routes."""
-    mine = (
-        select(Clip.id)
-        .join(Route, Route.id == Clip.route_id)
-        .join(Wall, Wall.id == Route.wall_id)
-        .where(Clip.person_id == question.person, Wall.gym_id == question.gym)
-    )
+    mine = clips_in(question.gym, question.person)
     question.found.append(session.scalar(mine.limit(1)) is not None)
 
 

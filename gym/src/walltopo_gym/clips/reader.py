@@ -15,7 +15,7 @@ from typing import Any, Literal, TypeAlias
 
 import msgspec
 
-from walltopo.core import InputError
+from walltopo.core import InputError, Silent
 from walltopo.core.children import end_with_parent
 from walltopo.reconstruct.ingest.video import video_seconds
 from walltopo.scans.folder import ScanFolder
@@ -62,7 +62,7 @@ class Refused(msgspec.Struct, frozen=True, tag="refused"):
 Message: TypeAlias = Phase | Found | Refused
 
 
-class _Reporter:
+class _Reporter(Silent):
     """Sends messages to the parent, and the progress of a clip's frames."""
 
     def __init__(self, out: int) -> None:
@@ -77,17 +77,11 @@ class _Reporter:
         self._total = total
         self.send(Phase("frames", 0, total))
 
-    def step(self, what: str, total: int | None = None) -> None: ...
-
     def advance(self, count: int = 1) -> None:
         self._done += count
         if time.monotonic() - self._sent_at >= _INTERVAL_S:
             self.send(Phase("frames", self._done, self._total))
             self._sent_at = time.monotonic()
-
-    def note(self, message: str) -> None: ...
-
-    def detail(self, message: str) -> None: ...
 
 
 def read(request: ReadRequest, reporter: _Reporter) -> Found:

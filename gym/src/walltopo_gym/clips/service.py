@@ -10,11 +10,12 @@ from itertools import pairwise
 from typing import Any, Final
 from uuid import UUID
 
-from sqlalchemy import select
+from sqlalchemy import Select, select
 from sqlalchemy.orm import Session
 
 from walltopo.scans.attempt import AttemptFile, MovingLimb
 from walltopo.scans.document import parse
+from walltopo_climb.movement.sequence import LIMBS
 from walltopo_gym.clips.models import Clip
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
@@ -25,7 +26,6 @@ from walltopo_gym.walls.models import Wall
 MAX_SECONDS: Final = 60
 # A planned stop of the worker interrupts a reading, which is no fault of the clip.
 CLIPS: Final = Job("clips", at_once=1, of_one_gym=1, waits=(60.0,), restarts=20)
-_LIMBS: Final[tuple[MovingLimb, ...]] = ("left hand", "right hand", "left foot", "right foot")
 
 
 class ClipState(StrEnum):
@@ -65,6 +65,16 @@ def route_number(session: Session, route: UUID, scan: UUID) -> int | None:
     return session.scalar(placed)
 
 
+def clips_in(gym: UUID, person: UUID) -> Select[Clip]:
+    """Return the query of a person's clips in a gym."""
+    return (
+        select(Clip)
+        .join(Route, Route.id == Clip.route_id)
+        .join(Wall, Wall.id == Route.wall_id)
+        .where(Clip.person_id == person, Wall.gym_id == gym)
+    )
+
+
 def clip_of(session: Session, gym: UUID, clip: UUID, person: UUID) -> Clip:
     """Return a person's own clip in a gym.
 
@@ -72,13 +82,7 @@ def clip_of(session: Session, gym: UUID, clip: UUID, person: UUID) -> Clip:
     ------
     NotFoundError : there is none.
     """
-    found = (
-        select(Clip)
-        .join(Route, Route.id == Clip.route_id)
-        .join(Wall, Wall.id == Route.wall_id)
-        .where(Clip.id == clip, Clip.person_id == person, Wall.gym_id == gym)
-    )
-    row = session.scalar(found)
+    row = session.scalar(clips_in(gym, person).where(Clip.id == clip))
     if row is None:
         raise NotFoundError("not-there-clip")
     return row
@@ -88,13 +92,7 @@ def own_clips(
     session: Session, gym: UUID, person: UUID, route: UUID | None, most: int
 ) -> Sequence[Clip]:
     """Return a person's latest clips in a gym, of one route if it is given, the newest first."""
-    mine = (
-        select(Clip)
-        .join(Route, Route.id == Clip.route_id)
-        .join(Wall, Wall.id == Route.wall_id)
-        .where(Clip.person_id == person, Wall.gym_id == gym)
-        .order_by(Clip.created_at.desc(), Clip.id)
-    )
+    mine = clips_in(gym, person).order_by(Clip.created_at.desc(), Clip.id)
     if route is not None:
         mine = mine.where(Clip.route_id == route)
     return session.scalars(mine.limit(most)).all()
@@ -109,7 +107,7 @@ def moves_of(attempt: AttemptFile) -> list[ReadMove]:
     """Return the moves of an attempt until the top, each with the hold that its limb reaches."""
     end = math.inf if attempt.top is None else attempt.top
     return [
-        ReadMove(move.limb, move.holds[_LIMBS.index(move.limb)], move.time, move.confidence)
+        ReadMove(move.limb, move.holds[LIMBS.index(move.limb)], move.time, move.confidence)
         for move in attempt.moves
         if move.limb != "start" and move.time <= end
     ]
