@@ -303,6 +303,29 @@ class RowsExpired(Question[int]):
 
 
 @dataclass(frozen=True)
+class MailQueue:
+    """The queued mails of the server.
+
+    Parameters
+    ----------
+    job : name of the job that sends one.
+    waiting : mails that are not sent yet; failed : mails that were given up in the last 30 days.
+    error, error_at : reason of the last failure that a mail has, and when that mail was made.
+    """
+
+    job: str
+    waiting: int
+    failed: int
+    error: str
+    error_at: datetime | None
+
+
+@dataclass(frozen=True)
+class MailQueueOf(Question[MailQueue]):
+    """The state of the queued mails."""
+
+
+@dataclass(frozen=True)
 class GradeRangeOf(Question["Range"]):
     """In which range lies the grade of a climb that is no route of the scan?
 

@@ -15,6 +15,7 @@ from walltopo_gym.features import features_on
 from walltopo_gym.jobs.queue import Task
 from walltopo_gym.jobs.worker import Chore, delete_old_jobs, keep_slot, run_jobs
 from walltopo_gym.jobs.worker_slot import WorkerSlot
+from walltopo_gym.operating.storage_use import measure_storage
 from walltopo_gym.publishing import moves, plans
 from walltopo_gym.publishing.moves import SuggestedMoves
 from walltopo_gym.scans import overlap, own_network, photo_checks
@@ -82,7 +83,10 @@ def _own_networks(steps: ScanSteps) -> OwnNetworks:
 def chores_of(steps: ScanSteps) -> list[Chore]:
     """Return the scheduled chores, without those of disabled features."""
     settings, database = steps.settings, steps.database
-    chores = [Chore("tidy", "17 * * * *", partial(delete_old_jobs, database))]
+    chores = [
+        Chore("tidy", "17 * * * *", partial(delete_old_jobs, database)),
+        Chore("storage-use", "41 * * * *", partial(measure_storage, database, steps.store)),
+    ]
     if settings.own_networks:
         chores.append(Chore("own-networks", "23 * * * *", _own_networks(steps).queue_due))
     for feature in features_on(settings):

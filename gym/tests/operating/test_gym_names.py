@@ -89,10 +89,12 @@ KEPT = {
     },
     "score_events": {"kind"},
     "server_secrets": {"name", "content"},
+    "storage_use": {"kind"},
     "tries": {"key"},
     "walls": {"name", "zone"},
     "webhook_events": {"body", "error"},
     "webhooks": {"url", "secret"},
+    "workers": {"name", "version"},
 }
 
 

@@ -89,6 +89,13 @@ def test_the_doctor_says_what_is_well_and_what_is_not(world: World, tmp_path: Pa
     assert (ill["files"], ill["room"], ill["address"]) == ("bad", "bad", "bad")
 
 
+def test_each_finding_that_needs_attention_has_the_line_that_mends_it(tmp_path: Path) -> None:
+    bad = {"data": tmp_path, "address": "http://gym.example", "keep_free_mb": 10**9}
+    found = [*examine(load_settings(bad, {}))]
+    assert len({one.state for one in found}) == 3
+    assert all(bool(one.mend) == (one.state != "well") for one in found)
+
+
 def test_the_doctor_names_what_the_products_own_errors_say(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -98,7 +105,9 @@ def test_the_doctor_names_what_the_products_own_errors_say(
     monkeypatch.setattr(doctor, "age_of", refused)
     (tmp_path / "gym.sqlite").touch()
     found = {f.what: f for f in examine(load_settings({"data": tmp_path}, {}))}
-    assert found["database"] == Finding("database", "bad", "the migrations cannot be read")
+    why = "the migrations cannot be read"
+    mend = "walltopo gym migrate --data DIR"
+    assert found["database"] == Finding("database", "bad", why, mend)
 
 
 @pytest.mark.parametrize(("lacks", "state"), [("torch", "look"), ("nothing", "well")])

@@ -69,11 +69,25 @@ def check_scope(actor: Actor, rule: Rule) -> None:
         raise ForbiddenError("token-lacks-scope", "token-make-with-scope", scope=rule.scope)
 
 
+@dataclass(frozen=True)
+class _Proof:
+    """A limit of the time since the owner of a browser last proved who they are.
+
+    Parameters
+    ----------
+    lasts : how long a proof is good for; error : key of the error after that.
+    """
+
+    lasts: timedelta
+    error: str
+
+
 # Long enough for a page of settings, short for somebody who found a phone.
-_CONFIRMED_FOR: Final = timedelta(minutes=10)
+_OF_OWNER: Final = _Proof(timedelta(minutes=10), "confirm-first")
+_OF_OPERATOR: Final = _Proof(timedelta(minutes=15), "confirm-operator")
 
 
-def _person_rule(rule: Rule, *, confirmed: bool = False) -> Callable[..., Actor]:
+def _person_rule(rule: Rule, proof: _Proof | None = None) -> Callable[..., Actor]:
     def check(request: Request, services: ServicesOf) -> Actor:
         with rule_session(request, services) as session:
             actor = actor_in(session, request)
@@ -82,8 +96,8 @@ def _person_rule(rule: Rule, *, confirmed: bool = False) -> Callable[..., Actor]
         if rule.who == "operator" and not actor.operator:
             raise ForbiddenError("not-allowed-operator")
         check_scope(actor, rule)
-        if confirmed:
-            _check_confirmed(actor)
+        if proof is not None:
+            _check_confirmed(actor, proof)
         return actor
 
     check.rule = rule  # type: ignore[attr-defined]
@@ -93,19 +107,20 @@ def _person_rule(rule: Rule, *, confirmed: bool = False) -> Callable[..., Actor]
 AnyoneMay = Annotated[Actor, Depends(_person_rule(Rule("anyone", Scope.READ)))]
 SignedInMay = Annotated[Actor, Depends(_person_rule(Rule("signed-in", None)))]
 # For what outlasts a sign-in: ways to sign in, and programs that act for a person.
-ConfirmedMay = Annotated[Actor, Depends(_person_rule(Rule("signed-in", None), confirmed=True))]
-OperatorsMay = Annotated[Actor, Depends(_person_rule(Rule("operator", Scope.MANAGE)))]
+ConfirmedMay = Annotated[Actor, Depends(_person_rule(Rule("signed-in", None), _OF_OWNER))]
+# For the whole server, and never by a program.
+OperatorMay = Annotated[Actor, Depends(_person_rule(Rule("operator", None), _OF_OPERATOR))]
 
 
-def _check_confirmed(actor: Actor) -> None:
+def _check_confirmed(actor: Actor, proof: _Proof) -> None:
     """Refuse a browser whose owner has not proved lately who they are.
 
     Raises
     ------
     ForbiddenError : says how to do it.
     """
-    if actor.confirmed_at is None or actor.confirmed_at < now() - _CONFIRMED_FOR:
-        raise ForbiddenError("confirm-first", "confirm-how")
+    if actor.confirmed_at is None or actor.confirmed_at < now() - proof.lasts:
+        raise ForbiddenError(proof.error, "confirm-how")
 
 
 def _dependency_calls(dependant: Dependant) -> Iterator[Callable[..., Any]]:

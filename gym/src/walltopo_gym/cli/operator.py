@@ -1,4 +1,5 @@
-"""`walltopo gym doctor|mail|backup|restore|gym|jobs|purge|recount`: commands for operators."""
+"""`walltopo gym doctor|workers|storage|mail|backup|restore|gym|jobs|purge|recount`: commands for
+operators."""
 
 from __future__ import annotations
 
@@ -32,16 +33,22 @@ def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     gyms.set_defaults(run=_gym)
     jobs = inner.add_parser("jobs", help="list the scans that are at work, wait or failed")
     jobs.add_argument("what", choices=("list", "retry", "cancel"), nargs="?", default="list")
-    jobs.add_argument("scan", nargs="?", type=UUID, help="(retry, cancel) its id")
+    jobs.add_argument("id", nargs="?", help="(retry, cancel) of a scan; (retry) of another job")
     jobs.set_defaults(run=_jobs)
     again = inner.add_parser("recount", help="count sessions and standings anew from all ascents")
     again.add_argument("gym", nargs="?", metavar="SLUG", help="one gym (default: all)")
     again.set_defaults(run=_recount)
-    mail = inner.add_parser("mail", help="send a mail to try the mail server")
-    mail.add_argument("what", choices=("test",))
-    mail.add_argument("to", metavar="ADDRESS", help="who gets it")
+    mail = inner.add_parser("mail", help="try the mail server, list what waits, or send it now")
+    mail.add_argument("what", choices=("test", "queue", "send"))
+    mail.add_argument("to", metavar="ADDRESS", nargs="?", help="(test) who gets it")
     mail.set_defaults(run=_mail)
-    for command in (mail, doctor, backup, restore, purge, gyms, jobs, again):
+    workers = inner.add_parser(
+        "workers", help="list the workers with version and last sign of life"
+    )
+    workers.set_defaults(run=_workers)
+    storage = inner.add_parser("storage", help="measure disk and files by gym and kind")
+    storage.set_defaults(run=_storage)
+    for command in (mail, doctor, workers, storage, backup, restore, purge, gyms, jobs, again):
         add_gym_data_options(command)
 
 
@@ -56,15 +63,37 @@ def _doctor(args: argparse.Namespace) -> int:
         is_bad |= found.state == "bad"
         line = f"{sign[found.state]} {found.what:<9} {found.message}"
         console.print(line, soft_wrap=True, markup=False, highlight=False)
+        if found.mend:
+            mend = f"            {found.mend}"
+            console.print(mend, soft_wrap=True, markup=False, highlight=False)
     return 1 if is_bad else 0
 
 
 def _mail(args: argparse.Namespace) -> int:
+    if args.what == "test":
+        return _mail_test(args)
+    from walltopo.cli.console import console
+    from walltopo_gym.cli.gym_data import database_of_options
+    from walltopo_gym.operating.mail_queue import mail_queue, send_waiting
+
+    with database_of_options(args) as database:
+        if args.what == "send":
+            console.print(f"{send_waiting(database)} mails are sent now")
+        found = mail_queue(database)
+    console.print(f"{found.waiting} mails wait, {found.failed} failed in the last 30 days")
+    if found.error:
+        console.print(f"! {found.error}", soft_wrap=True, markup=False, highlight=False)
+    return 0
+
+
+def _mail_test(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo_gym.cli.gym_data import settings_of
     from walltopo_gym.mail import Mail, SmtpMailer, sender_of
 
     settings = settings_of(args)
+    if not args.to:
+        raise InputError("a test mail needs an address", "walltopo gym mail test ADDRESS")
     if not settings.smtp_host:
         raise SettingsError("no mail server is set", "Set smtp_host in gym.toml.")
     text = f"This mail was sent by {settings.link_base} to try its mail server."
@@ -171,14 +200,64 @@ def _gym(args: argparse.Namespace) -> int:
 def _jobs(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo_gym.cli.gym_data import database_of_options
-    from walltopo_gym.operating.jobs import cancel_scan, job_lines, retry_scan
+    from walltopo_gym.operating.jobs import cancel_scan, job_lines, retry_job, retry_scan
 
     with database_of_options(args) as database:
         if args.what != "list":
-            if args.scan is None:
-                raise InputError(f"{args.what} which scan?", "`walltopo gym jobs` lists them.")
-            with database.writing() as session:
-                (retry_scan if args.what == "retry" else cancel_scan)(session, args.scan)
+            if args.id is None:
+                raise InputError(f"{args.what} which job?", "`walltopo gym jobs` lists them.")
+            scan = _scan_id(args.id)
+            if scan is None and args.what == "cancel":
+                raise InputError("only a scan is cancelled", "`walltopo gym jobs` lists them.")
+            if scan is None:
+                retry_job(database, args.id)
+            else:
+                with database.writing() as session:
+                    (retry_scan if args.what == "retry" else cancel_scan)(session, scan)
         for line in job_lines(database):
             console.print(line, soft_wrap=True, markup=False, highlight=False)
+    return 0
+
+
+def _scan_id(text: str) -> UUID | None:
+    """Return the id of a scan; None for that of another job, which begins with a word."""
+    try:
+        return UUID(text)
+    except ValueError:
+        return None
+
+
+def _workers(args: argparse.Namespace) -> int:
+    from walltopo.cli.console import console
+    from walltopo_gym.cli.gym_data import database_of_options
+    from walltopo_gym.jobs.heartbeat import is_alive, list_workers
+
+    with database_of_options(args) as database, database.reading() as session:
+        for row in list_workers(session):
+            sign = "✓" if is_alive(row) else "✗"
+            line = f"{sign} {row.name} {row.version} last seen {row.seen_at:%Y-%m-%d %H:%M:%S} UTC"
+            console.print(line, soft_wrap=True, markup=False, highlight=False)
+    return 0
+
+
+def _storage(args: argparse.Namespace) -> int:
+    from walltopo.cli.console import console
+    from walltopo_gym.cli.gym_data import database_of_options, settings_of
+    from walltopo_gym.operating.storage_use import disk_use, measure_storage, storage_use
+    from walltopo_gym.storage.files import open_store
+
+    settings = settings_of(args)
+    with database_of_options(args) as database:
+        measure_storage(database, open_store(settings))
+        with database.reading() as session:
+            use = storage_use(session)
+    disk = disk_use(settings)
+    console.print(f"{disk.free / 1e6:,.0f} of {disk.total / 1e6:,.0f} MB of the disk are free")
+    for row in use.rows:
+        line = (
+            f"{row.slug or '(no gym)':<30} {row.kind:<10} {row.files:>8} {row.bytes / 1e6:,.1f} MB"
+        )
+        console.print(line, soft_wrap=True, markup=False, highlight=False)
+    if use.more:
+        console.print("... and more gyms")
     return 0

@@ -14,6 +14,7 @@ from dbos import DBOS, DBOSConfig
 
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import APPLICATION, Database
+from walltopo_gym.jobs.heartbeat import Heartbeat
 from walltopo_gym.jobs.queue import Task
 from walltopo_gym.jobs.running import open_queue, register_job
 from walltopo_gym.jobs.worker_slot import WorkerSlot
@@ -80,13 +81,17 @@ def run_jobs(
 def keep_slot(
     slot: WorkerSlot, stop: threading.Event, regained: Callable[[set[str]], None]
 ) -> None:
-    """Hold this worker's slot until `stop`, and restart the jobs of dead workers."""
+    """Hold this worker's slot until `stop`, give signs of life, and restart the jobs of dead
+    workers."""
+    heart = Heartbeat(slot.database, slot.name)
     while not stop.wait(_LOOK_S):
         try:
             slot.hold(regained)
             slot.recover()
+            heart.beat()
         except Exception:  # a database that is away for a while shall not end the worker
             _LOG.exception("the worker goes on")
+    heart.end()
 
 
 def delete_old_jobs(database: Database) -> None:

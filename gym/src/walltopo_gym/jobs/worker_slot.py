@@ -39,7 +39,7 @@ class WorkerSlot:
     """
 
     def __init__(self, settings: GymSettings, database: Database) -> None:
-        self._database = database
+        self.database = database
         self._folder = _folder(settings)
         self._file: IO[bytes] | None = None
         self._connection: Connection | None = None
@@ -60,7 +60,7 @@ class WorkerSlot:
         self._file = _lock_file(self._folder / f"{number}.lock")
         if self._file is None:
             return False
-        if self._database.is_sqlite:  # all workers share a machine, whose name may change
+        if self.database.is_sqlite:  # all workers share a machine, whose name may change
             self.name = f"worker-{number}"
             return True
         self.name = f"{socket.gethostname()}-{number}"
@@ -77,7 +77,7 @@ class WorkerSlot:
         regained : receives the ids of the workflows that still belong to this worker; others may
             have restarted the rest meanwhile.
         """
-        if self._database.is_sqlite:
+        if self.database.is_sqlite:
             return
         if self._connection is not None:
             with suppress(SQLAlchemyError):
@@ -88,7 +88,7 @@ class WorkerSlot:
         if connection is None:
             return  # another worker is just looking for this one
         try:
-            own = self._database.jobs.list_workflows(
+            own = self.database.jobs.list_workflows(
                 status="PENDING", executor_id=self.name, load_input=False, load_output=False
             )
             regained({workflow.workflow_id for workflow in own})
@@ -104,9 +104,9 @@ class WorkerSlot:
         ------
         SQLAlchemyError : the database is away.
         """
-        with self._database.reading() as session:
+        with self.database.reading() as session:
             session.execute(text("SELECT 1"))  # DBOS would wait for it, and not end with the worker
-        running = self._database.jobs.list_workflows(
+        running = self.database.jobs.list_workflows(
             status="PENDING", load_input=False, load_output=False
         )
         others = {workflow.executor_id for workflow in running} - {self.name, None}
@@ -119,7 +119,7 @@ class WorkerSlot:
     @contextmanager
     def _gone(self, name: str) -> Iterator[bool]:
         """Yield whether a worker is dead; it cannot come back during the block."""
-        if self._database.is_sqlite:
+        if self.database.is_sqlite:
             lock: IO[bytes] | Connection | None = _lock_file(
                 self._folder / f"{name.rpartition('-')[2]}.lock"
             )
@@ -135,7 +135,7 @@ class WorkerSlot:
 
     def _lock_in_database(self, name: str) -> Connection | None:
         """Take a worker's lock; None while that worker lives. The lock ends with the connection."""
-        connection = self._database.engine.connect().execution_options(isolation_level="AUTOCOMMIT")
+        connection = self.database.engine.connect().execution_options(isolation_level="AUTOCOMMIT")
         try:
             connection.execute(text(_KEEPALIVE))
             take = text("SELECT pg_try_advisory_lock(:kind, hashtext(:name))")

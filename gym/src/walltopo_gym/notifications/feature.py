@@ -14,6 +14,7 @@ from walltopo_gym.events import (
     CompetitionBegins,
     HoldReportDone,
     HoldReported,
+    MailQueueOf,
     OwnTables,
     RoutesToForerun,
 )
@@ -57,6 +58,12 @@ def _own_tables(session: Session, question: OwnTables) -> None:
     )
 
 
+def _mail_queue(session: Session, question: MailQueueOf) -> None:
+    from walltopo_gym.notifications.sending import answer_mail_queue
+
+    answer_mail_queue(session, question)
+
+
 FEATURE = Feature(
     "notifications",
     listeners={
@@ -65,7 +72,7 @@ FEATURE = Feature(
         RoutesToForerun: (happened.routes_to_forerun,),
         CompetitionBegins: (happened.competition_begins,),
     },
-    data_listeners={OwnTables: (_own_tables,)},
+    data_listeners={OwnTables: (_own_tables,), MailQueueOf: (_mail_queue,)},
     tasks=_tasks,
     chores=_chores,
 )

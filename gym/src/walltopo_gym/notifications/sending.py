@@ -7,21 +7,24 @@ mail has the same Message-ID, and a browser shows one notification per tag.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from datetime import timedelta
+from typing import Final
 from urllib.parse import urlsplit
 from uuid import UUID
 
-from sqlalchemy import delete
+from sqlalchemy import delete, func, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
 from walltopo_gym.errors import NotFoundError
+from walltopo_gym.events import MailQueue, MailQueueOf
 from walltopo_gym.gyms.days import zone_of
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.jobs.queue import Failure, NotYetError
 from walltopo_gym.mail import Mail, Mailer, sender_of
-from walltopo_gym.notifications.messages import MAIL
+from walltopo_gym.notifications.messages import MAIL, MAILS
 from walltopo_gym.notifications.models import Message, PushAddress
 from walltopo_gym.notifications.preferences import awake_at, preferences_of
 from walltopo_gym.notifications.push import push
@@ -129,3 +132,20 @@ def record_failure(session: Session, failure: Failure, message: str) -> None:
         row.sent_at = now() if failure.again_at is None else None
         if row.sent_at is not None:
             row.body = {}
+
+
+_SHOWN: Final = timedelta(days=30)
+
+
+def answer_mail_queue(session: Session, question: MailQueueOf) -> None:
+    """Answer how many mails wait and failed, with the last error."""
+    recent = Message.target == MAIL, Message.created_at > now() - _SHOWN
+    with_error = select(Message.error, Message.created_at).where(*recent, Message.error != "")
+    last = session.execute(with_error.order_by(Message.created_at.desc()).limit(1)).first()
+    counts = select(
+        func.count().filter(Message.sent_at.is_(None)),
+        func.count().filter(Message.sent_at.is_not(None), Message.error != ""),
+    ).where(*recent)
+    waiting, failed = session.execute(counts).one()
+    error, at = last or ("", None)
+    question.found.append(MailQueue(MAILS.name, waiting, failed, error, at))

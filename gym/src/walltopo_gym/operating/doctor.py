@@ -39,11 +39,15 @@ _AGES: Final[dict[Age, tuple[Health, str]]] = {
 
 @dataclass(frozen=True)
 class Finding:
-    """One check; `state`: "well", "look" (works, but needs attention) or "bad"."""
+    """One check; `state`: "well", "look" (works, but needs attention) or "bad".
+
+    `mend`: the command, or the line of `gym.toml`, that mends it; empty if nothing has to be.
+    """
 
     what: str
     state: Health
     message: str
+    mend: str = ""
 
 
 def examine(settings: GymSettings) -> Iterator[Finding]:
@@ -61,24 +65,31 @@ def examine(settings: GymSettings) -> Iterator[Finding]:
     yield _workers(settings)
 
 
-def _run_check(what: str, try_it: Callable[[], tuple[Health, str]]) -> Finding:
-    """Return what a check says, or that it failed and why."""
+def _run_check(what: str, mend: str, try_it: Callable[[], tuple[Health, str]]) -> Finding:
+    """Return what a check says, or that it failed and why.
+
+    Parameters
+    ----------
+    mend : what mends it, unless all is well.
+    """
     try:
-        return Finding(what, *try_it())
+        state, message = try_it()
     except (SQLAlchemyError, BaseError, OSError, WalltopoError) as error:
-        return Finding(what, "bad", str(error).splitlines()[0])
+        return Finding(what, "bad", str(error).splitlines()[0], mend)
+    return Finding(what, state, message, "" if state == "well" else mend)
 
 
 def _database(settings: GymSettings) -> Finding:
     if not settings.database and not (settings.data / "gym.sqlite").is_file():
-        return Finding("database", "look", f"{settings.data}: no gym here yet; `serve` makes one")
+        message = f"{settings.data}: no gym here yet; `serve` makes one"
+        return Finding("database", "look", message, "walltopo gym serve --data DIR")
 
     def connect() -> tuple[Health, str]:
         with closing(Database(settings.database_url)) as database:
             state, message = _AGES[age_of(database)]
             return state, message.format("SQLite" if database.is_sqlite else "PostgreSQL")
 
-    return _run_check("database", connect)
+    return _run_check("database", "walltopo gym migrate --data DIR", connect)
 
 
 def _store(settings: GymSettings) -> Finding:
@@ -92,7 +103,8 @@ def _store(settings: GymSettings) -> Finding:
             raise OSError("what was written came back otherwise")
         return "well", settings.objects or "a folder"
 
-    return _run_check("files", write)
+    mend = 'objects = "s3://BUCKET/FOLDER"' if settings.objects else "chmod -R u+rwX DIR/files"
+    return _run_check("files", mend, write)
 
 
 def _disk_space(settings: GymSettings) -> Finding:
@@ -105,25 +117,26 @@ def _disk_space(settings: GymSettings) -> Finding:
             f"{free:,.0f} MB free, uploads are refused below {settings.keep_free_mb:,} MB"
         )
 
-    return _run_check("room", measure)
+    return _run_check("room", "walltopo gym purge --data DIR", measure)
 
 
 def _address(settings: GymSettings) -> Finding:
     if settings.is_secure:
         return Finding("address", "well", settings.link_base)
     message = f"{settings.link_base}: browsers keep no sign-in without https"
-    return Finding("address", "bad", message)
+    return Finding("address", "bad", message, 'address = "https://walls.gym.example"')
 
 
 def _mail(settings: GymSettings) -> Finding:
     if not settings.smtp_host:
-        return Finding("mail", "look", "mails are shown in the log alone; set `smtp_host`")
+        message = "mails are shown in the log alone; set `smtp_host`"
+        return Finding("mail", "look", message, 'smtp_host = "mail.gym.example"')
 
     def sign_in() -> tuple[Health, str]:
         SmtpMailer(settings).check()
         return "well", f"by {settings.smtp_host}; `walltopo gym mail test ADDRESS` sends one"
 
-    return _run_check("mail", sign_in)
+    return _run_check("mail", "walltopo gym mail test ADDRESS --data DIR", sign_in)
 
 
 def _scan_settings(settings: GymSettings) -> Finding:
@@ -131,14 +144,15 @@ def _scan_settings(settings: GymSettings) -> Finding:
         load_settings(settings.scan_settings)
         return "well", str(settings.scan_settings or "the defaults")
 
-    return _run_check("scans", read)
+    return _run_check("scans", 'scan_settings = "walltopo.toml"', read)
 
 
 def _training() -> Finding:
     lacking = [name for name in ("walltopo_lab", "torch") if find_spec(name) is None]
     if lacking:
-        message = f"{' and '.join(lacking)} is not here: pip install 'walltopo-lab[train]'"
-        return Finding("own networks", "look", f"{message} where the worker runs")
+        message = f"{' and '.join(lacking)} is not here"
+        mend = "pip install 'walltopo-lab[train]'  # where the worker runs"
+        return Finding("own networks", "look", message, mend)
     return Finding("own networks", "well", "trained at night")
 
 
@@ -152,4 +166,4 @@ def _workers(settings: GymSettings) -> Finding:
         state: Health = "look" if waiting and not alive else "well"
         return state, f"{alive} at work, {waiting} scans queued"
 
-    return _run_check("workers", count)
+    return _run_check("workers", "walltopo gym worker --data DIR", count)

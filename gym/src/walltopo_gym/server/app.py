@@ -31,7 +31,7 @@ from walltopo_gym.editing.service import EditSessions
 from walltopo_gym.features import features_on, open_database
 from walltopo_gym.gyms.access import feature_rule
 from walltopo_gym.mail import make_mailer
-from walltopo_gym.operating.http import health_router, metrics_router
+from walltopo_gym.operating.http.server import health_router, metrics_router
 from walltopo_gym.operating.metrics import Metrics
 from walltopo_gym.scans.incoming import LONGEST_PHOTO, Incoming
 from walltopo_gym.server import pages

@@ -7,13 +7,15 @@ from typing import Any
 from uuid import UUID
 
 from fastapi import APIRouter
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 from sqlalchemy import Update, delete, select, update
 
+from walltopo_gym.accounts import second_factor
 from walltopo_gym.accounts.access import ConfirmedMay, SignedInMay
 from walltopo_gym.accounts.audit import log_change
-from walltopo_gym.accounts.http.account import OwnPassword
+from walltopo_gym.accounts.http.account import Code, OwnPassword
 from walltopo_gym.accounts.http.sign_in import SignedChallenge
+from walltopo_gym.accounts.limits import count_code
 from walltopo_gym.accounts.models import Passkey, Person, SignIn
 from walltopo_gym.accounts.notices import NotifyOwner
 from walltopo_gym.accounts.passkeys import Site, add_passkey, ask_for_new, person_of
@@ -26,11 +28,25 @@ from walltopo_gym.errors import NotFoundError, RequestError
 router = APIRouter(tags=["accounts"])
 
 
+class OwnProof(OwnPassword):
+    """The password, and the second factor if it is on."""
+
+    code: Code | None = Field(None, description="of the second factor, where it is on")
+
+
 @router.post("/me/confirm", status_code=204)
-def confirm_by_password(body: OwnPassword, services: ServicesOf, actor: SignedInMay) -> None:
-    """Prove by the password who one is. For ten minutes this browser may change ways to sign in."""
+def confirm_by_password(body: OwnProof, services: ServicesOf, actor: SignedInMay) -> None:
+    """Prove by the password, and by the second factor if it is on, who one is.
+
+    For ten minutes this browser may change ways to sign in, for fifteen an operator's may
+    administer the server.
+    """
     check_own_password(services, actor.known, body.password)
+    if body.code is not None:
+        with services.database.writing() as session:
+            count_code(session, actor.known)
     with services.database.writing() as session:
+        second_factor.check(session, actor.known, body.code)
         session.execute(_confirm_sign_in(actor.sign_in))
 
 

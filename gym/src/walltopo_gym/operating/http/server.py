@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hmac
-from typing import Any, Final
+from typing import Any
 
 from fastapi import APIRouter, Request, Response
 from obstore.exceptions import BaseError
@@ -129,9 +129,3 @@ def read_metrics(request: Request, services: ServicesOf) -> Response:
         raise NotFoundError("not-found")
     metrics: Metrics = request.app.state.metrics
     return Response(generate_latest(metrics.registry), media_type="text/plain; version=0.0.4")
-
-
-ROUTERS: Final[tuple[APIRouter, ...]] = (
-    about_router,
-    router,
-)

@@ -1,0 +1,17 @@
+"""Endpoints of health, metrics, server facts, a person's own data, and the operator's page."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from fastapi import APIRouter
+
+from walltopo_gym.operating.http import health, jobs, server, storage
+
+ROUTERS: Final[tuple[APIRouter, ...]] = (
+    server.about_router,
+    server.router,
+    health.router,
+    jobs.router,
+    storage.router,
+)
