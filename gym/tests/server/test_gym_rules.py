@@ -134,6 +134,10 @@ def member(world: World) -> dict[str, Any]:
     return {"person": world.people["member"].id}
 
 
+def a_members_address(world: World) -> dict[str, Any]:
+    return {"email": world.people["member"].email}
+
+
 def a_mails_link(world: World) -> dict[str, Any]:
     return {"token": unsubscribe_token(world.server.database, person_id(world.owner))}
 
@@ -942,6 +946,13 @@ CASES = {
     "cancel_operator_scan": Case("operator", values=a_queued_scan),
     "read_storage": Case("operator"),
     "measure_operator_storage": Case("operator"),
+    "list_users": Case("operator", query=lambda w: "?search=owner"),
+    "lock_account": Case("operator", values=member),
+    "unlock_account": Case("operator", values=member),
+    "sign_out_account": Case("operator", values=member),
+    "reset_account_factor": Case("operator", values=member),
+    "export_account": Case("operator", values=member),
+    "delete_user_account": Case("operator", values=member, body=a_members_address),
     "read_data": Case("signed-in"),
     "read_ascents_table": Case("signed-in"),
     "delete_me": Case("signed-in", body=lambda w: {"password": PASSWORD}),

@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session
 from walltopo_gym.accounts.models import ApiToken, KnownBrowser, Person, SignIn
 from walltopo_gym.accounts.secrets import hash_of, new_secret
 from walltopo_gym.clock import now
-from walltopo_gym.errors import SignInNeededError
+from walltopo_gym.errors import ForbiddenError, SignInNeededError
 
 TOKEN_PREFIX = "wtg_"  # lets scanners of leaked secrets know it
 
@@ -69,6 +69,7 @@ def by_cookie(session: Session, secret: str) -> Actor:
         select(SignIn.id, SignIn.confirmed_at, Person.id, Person.operator)
         .join(Person, Person.id == SignIn.person_id)
         .where(SignIn.token_hash == hash_of(secret), SignIn.expires_at > now())
+        .where(Person.locked_at.is_(None))
     ).one_or_none()
     if row is None:
         return NOBODY
@@ -86,6 +87,7 @@ def by_token(session: Session, secret: str) -> Actor:
         select(ApiToken.scopes, Person.id, Person.operator)
         .join(Person, Person.id == ApiToken.person_id)
         .where(ApiToken.token_hash == hash_of(secret), ApiToken.expires_at > now())
+        .where(Person.locked_at.is_(None))
     ).one_or_none()
     if row is None:
         raise SignInNeededError("token-unknown", "make-new-one")
@@ -100,7 +102,15 @@ def sign_in(
     Parameters
     ----------
     confirmed : whether the person proved who they are.
+
+    Raises
+    ------
+    ForbiddenError : the account is locked.
     """
+    # Held until the transaction ends: a lock either comes before this sign-in or ends it.
+    row = select(Person.locked_at).where(Person.id == person).with_for_update(key_share=True)
+    if session.scalar(row) is not None:
+        raise ForbiddenError("account-locked", "ask-operator")
     secret, kept = new_secret()
     expires = now() + timedelta(days=days)
     session.add(

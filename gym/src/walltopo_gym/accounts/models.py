@@ -16,7 +16,10 @@ _PERSON = "people.id"
 
 
 class Person(Keyed, Base):
-    """A person with an account; `operator` may administer the whole server."""
+    """A person with an account; `operator` may administer the whole server.
+
+    `locked_at`: since then nobody can sign in to the account; null: it is not locked.
+    """
 
     __tablename__ = "people"
 
@@ -24,6 +27,7 @@ class Person(Keyed, Base):
     name: Mapped[str] = mapped_column(String(80))
     password_hash: Mapped[str] = mapped_column(String(200))
     operator: Mapped[bool] = mapped_column(default=False)
+    locked_at: Mapped[datetime | None]
 
 
 class SignIn(Keyed, Base):

@@ -1,8 +1,9 @@
-"""Mails to the owner of an account about changes of how it can be entered."""
+"""Mails to the owner of an account about changes of how it can be entered, and about what an
+operator does with it."""
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 from uuid import UUID
 
 from fastapi import BackgroundTasks, Depends, Request
@@ -13,6 +14,7 @@ from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.services import ServicesOf
 from walltopo_gym.languages import LANGUAGES, Language
 from walltopo_gym.mail import Mail
+from walltopo_gym.settings import GymSettings
 
 Change = Literal[
     "passkey-added",
@@ -23,7 +25,16 @@ Change = Literal[
     "token-removed",
     "password-changed",
     "account-deleted",
+    "account-locked",
+    "account-unlocked",
+    "signed-out",
+    "second-factor-reset",
+    "data-exported",
 ]
+# After these a new password is no remedy.
+_WITHOUT_REMEDY: Final[frozenset[Change]] = frozenset(
+    {"account-deleted", "account-locked", "account-unlocked", "data-exported"}
+)
 
 
 class _Notifier:
@@ -40,20 +51,27 @@ class _Notifier:
         name : of the passkey or token, as its maker wrote it.
         """
         to = session.get_one(Person, person).email
-        self._later.add_task(self._services.mailer.send, self._mail(to, change, name))
-
-    def _mail(self, to: str, change: Change, name: str) -> Mail:
-        templates = mail_templates()[_language(self._request)]
-        lines = [templates[change]["text"].replace("{name}", name)]
-        if change != "account-deleted":
-            lines += [
-                templates["changed"]["text"],
-                f"{self._services.settings.link_base}/new-password",
-            ]
-        return Mail(to, templates[change]["subject"], "\n\n".join(lines) + "\n")
+        mail = notice(self._services.settings, to, change, _language(self._request), name)
+        self._later.add_task(self._services.mailer.send, mail)
 
 
 NotifyOwner = Annotated[_Notifier, Depends(_Notifier)]
+
+
+def notice(
+    settings: GymSettings, to: str, change: Change, language: Language, name: str = ""
+) -> Mail:
+    """Return the mail about a change.
+
+    Parameters
+    ----------
+    to : the owner's address; name : of the passkey or token, as its maker wrote it.
+    """
+    templates = mail_templates()[language]
+    lines = [templates[change]["text"].replace("{name}", name)]
+    if change not in _WITHOUT_REMEDY:
+        lines += [templates["changed"]["text"], f"{settings.link_base}/new-password"]
+    return Mail(to, templates[change]["subject"], "\n\n".join(lines) + "\n")
 
 
 def _language(request: Request) -> Language:

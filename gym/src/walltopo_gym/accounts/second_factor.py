@@ -101,11 +101,16 @@ def check(session: Session, person: UUID, code: str | None) -> None:
     log_change(session, "second-factor.recovery", person=person)
 
 
-def turn_off(session: Session, person: UUID) -> None:
-    """Turn the second factor off and void its recovery codes."""
+def turn_off(session: Session, person: UUID, *, by: UUID | None) -> None:
+    """Turn the second factor off and void its recovery codes.
+
+    Parameters
+    ----------
+    by : the person, or the operator who does it; None: by command.
+    """
     for kind in (SecondFactor, RecoveryCode):
         session.execute(delete(kind).where(kind.person_id == person))
-    log_change(session, "second-factor.off", person=person)
+    log_change(session, "second-factor.off", person=by, subject=str(person))
 
 
 def _locked_row(session: Session, person: UUID) -> SecondFactor | None:

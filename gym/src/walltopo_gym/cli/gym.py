@@ -4,16 +4,9 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import TYPE_CHECKING
 
-from walltopo.core import InputError
-from walltopo_gym.cli import demo, operator
+from walltopo_gym.cli import demo, operator, user
 from walltopo_gym.cli.options import add_gym_data_options, in_words
-
-if TYPE_CHECKING:
-    from sqlalchemy.orm import Session
-
-    from walltopo_gym.accounts.models import Person
 
 _EXAMPLES = """\
 examples:
@@ -48,16 +41,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     migrate = inner.add_parser("migrate", help="bring the database to this version (serve does it)")
     add_gym_data_options(migrate)
     migrate.set_defaults(run=_migrate)
-    user = inner.add_parser(
-        "user",
-        help="make an account, give it another password, end its second factor, or delete it",
-    )
-    user.add_argument("what", choices=("add", "password", "no-second-factor", "delete"))
-    user.add_argument("email")
-    user.add_argument("--name", help="(add) as others see it; default: what stands before the @")
-    user.add_argument("--operator", action="store_true", help="(add) may open gyms")
-    add_gym_data_options(user)
-    user.set_defaults(run=_user)
+    user.register(inner)
     demo.register(inner)
     operator.register(inner)
     settings = inner.add_parser("settings", help="every setting with its default")
@@ -122,46 +106,6 @@ def _migrate(args: argparse.Namespace) -> int:
     with database_of_options(args):
         console.print("the database is of this version")
     return 0
-
-
-def _user(args: argparse.Namespace) -> int:
-    from walltopo.cli.console import console
-    from walltopo_gym.accounts import second_factor
-    from walltopo_gym.accounts.passwords import Passwords, check_password
-    from walltopo_gym.accounts.people import add_person, normalise_email, set_password
-    from walltopo_gym.cli.gym_data import database_of_options, read_password
-    from walltopo_gym.operating.own_data import delete_account
-
-    email = normalise_email(args.email)
-    name, kept = args.name or email.partition("@")[0], ""
-    with database_of_options(args) as database:
-        if args.what != "add":
-            with database.reading() as session:
-                name = _account(session, email).name
-        if args.what in ("add", "password"):  # before a transaction: it waits for the keyboard
-            password = read_password()
-            check_password(password, email, name)
-            kept = Passwords().hash(password)
-        with database.writing() as session:
-            if args.what == "add":
-                add_person(session, email, name, kept, operator=args.operator)
-            elif args.what == "delete":
-                delete_account(session, _account(session, email).id)
-            elif args.what == "no-second-factor":
-                second_factor.turn_off(session, _account(session, email).id)
-            else:
-                set_password(session, _account(session, email), kept)
-    console.print(f"{email}: done", soft_wrap=True)
-    return 0
-
-
-def _account(session: Session, email: str) -> Person:
-    from walltopo_gym.accounts.people import find_person
-
-    person = find_person(session, email)
-    if person is None:
-        raise InputError(f"{email}: no account")
-    return person
 
 
 def _settings(args: argparse.Namespace) -> int:

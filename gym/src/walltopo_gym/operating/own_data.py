@@ -103,8 +103,12 @@ def ascents_csv(session: Session, person: UUID, dialect: CsvDialect) -> str:
     )
 
 
-def delete_account(session: Session, person: UUID) -> None:
+def delete_account(session: Session, person: UUID, *, by: UUID | None = None) -> None:
     """Delete an account with all of its data; the audit log keeps its meaningless id.
+
+    Parameters
+    ----------
+    by : the person, or the operator who does it; None: by command.
 
     Raises
     ------
@@ -120,7 +124,7 @@ def delete_account(session: Session, person: UUID) -> None:
     email = session.get_one(Person, person).email
     session.execute(delete(MailedLink).where(MailedLink.email == email))
     session.execute(delete(Person).where(Person.id == person))
-    log_change(session, "person.delete", person=person)
+    log_change(session, "person.delete", person=by, subject=str(person))
 
 
 def _owned_gyms(session: Session, person: UUID) -> Sequence[Gym]:

@@ -305,7 +305,7 @@ def end_second_factor(
     """Turn the second factor off. The owner gets a mail."""
     check_own_password(services, actor.known, body.password)
     with services.database.writing() as session:
-        second_factor.turn_off(session, actor.known)
+        second_factor.turn_off(session, actor.known, by=actor.known)
         notify(session, actor.known, "second-factor-off")
 
 

@@ -6,7 +6,7 @@ from typing import Final
 
 from fastapi import APIRouter
 
-from walltopo_gym.operating.http import health, jobs, server, storage
+from walltopo_gym.operating.http import health, jobs, server, storage, users
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (
     server.about_router,
@@ -14,4 +14,5 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     health.router,
     jobs.router,
     storage.router,
+    users.router,
 )

@@ -60,7 +60,7 @@ def delete_me(
     check_own_password(services, actor.known, body.password)
     with services.database.writing() as session:
         notify(session, actor.known, "account-deleted")
-        delete_account(session, actor.known)
+        delete_account(session, actor.known, by=actor.known)
     sign_out_here(response)
 
 
