@@ -7,19 +7,27 @@ import os
 import subprocess
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from uuid import UUID
 
 from gym.tests.clips.attempts import an_attempt
+from gym.tests.hurried import do_all
 from gym.tests.running import QUICK, Process
 from gym.tests.worlds import PASSWORD, Server, World, make_world
 from sqlalchemy import select
 
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.routes import Routes
+from walltopo_gym.climbing.counting import RECOUNTS
 from walltopo_gym.clips.models import Clip
+from walltopo_gym.clock import now
+from walltopo_gym.jobs.queue import Task, enqueue
+from walltopo_gym.notifications.messages import DIGEST, MAIL, message_row, store_messages
 from walltopo_gym.publishing.models import Placement
+from walltopo_gym.scans.models import Scan
+from walltopo_gym.scans.service import State
 
 ROOT = Path(__file__).resolve().parents[3]
 WEB = ROOT / "gym" / "web"
@@ -65,6 +73,25 @@ def confirm_clips(world: World, scan: UUID, number: int) -> None:
             rows = [{"limb": limb, "hold": hold, "time_s": 1.0} for limb, hold in made]
             facts = {"scan_id": scan, "route_id": route.route_id, "size": 1, "state": "read"}
             session.add(Clip(person_id=person, attempt=attempt, moves=rows, **facts))
+
+
+def set_jobs_aside(world: World) -> None:
+    """Leave what an operator looks at: a failed scan, a job that was set aside, a failed mail."""
+    failed = world.scan(State.FAILED, usable=3)
+    person = world.people["member"].id
+    assert person is not None
+    row = message_row(world.gym, person, DIGEST, "2026-48", MAIL, {})
+    row |= {"sent_at": now(), "error": "the mail server refused the recipient: 550 unknown"}
+    job = replace(RECOUNTS, waits=())
+    with world.server.database.writing() as session:
+        session.get_one(Scan, failed).error = "too few photos overlap"
+        store_messages(session, [row])
+        enqueue(session, job, str(world.gym.id), gym=world.gym.id)
+
+    def run(gym: str) -> None:
+        raise OSError("the file store is away")
+
+    do_all(world.server, Task(job, run))
 
 
 def new_world(data: Path) -> World:

@@ -17,6 +17,7 @@ from gym.tests.web.places import (
     playwright,
     publish_wall,
     serving,
+    set_jobs_aside,
 )
 from gym.tests.worlds import Server, make_world
 from msgspec.structs import replace
@@ -48,6 +49,7 @@ PUBLISHED = (
     "clips",
     "moves",
     "holds",
+    "operator",
 )
 
 
@@ -82,6 +84,8 @@ def test_flow(
     if flow == "clips":
         confirm_clips(world, scan, number=2)
         places["clip"] = str(once("tiny-clip", tiny_clip) / "clip.mp4")
+    if flow == "operator":
+        set_jobs_aside(world)
     # Browsers keep the cookie of a sign-in over HTTPS and on this name only; a passkey is for the
     # server's own address.
     port = free_port()

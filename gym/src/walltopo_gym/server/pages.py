@@ -67,6 +67,7 @@ _PLACES: Final = {
     "me",
     "new-gym",
     "new-password",
+    "operator",
     "people",
     "r",
     "selftest",

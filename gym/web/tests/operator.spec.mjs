@@ -1,0 +1,141 @@
+// The operator's pages: findings with what mends them, jobs, storage, accounts; after a proof of who one is.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { test } from "./fixtures.mjs";
+import { answered, becomes, grave, signIn, tooWide, visit } from "./place.mjs";
+
+async function check(person, name) {
+  assert.deepEqual(await grave(person.page), []);
+  assert.ok((await tooWide(person.page)) <= 0, `${name} is too wide`);
+  await person.shot(name);
+}
+
+const row = (page, text) => page.getByRole("listitem").filter({ hasText: text });
+
+/** A browser that an operator's other device let in: it has proved nothing yet. */
+async function letIn(operator, other) {
+  await operator.go("/");
+  const offer = await operator.page.evaluate(async () => (await fetch("/api/v1/me/device-sign-ins", { method: "POST" })).json());
+  await other.go("/selftest");
+  const post = (page, path, body) =>
+    page.evaluate(async ([to, content]) => {
+      const given = await fetch(`/api/v1${to}`, { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(content) });
+      return given.status === 204 ? null : given.json();
+    }, [path, body]);
+  const { claim, code } = await post(other.page, "/session/device-sign-in/claim", { secret: offer.link.split("#")[1] });
+  await post(operator.page, `/me/device-sign-ins/${offer.id}/allow`, { code });
+  await post(other.page, "/session/device-sign-in", { secret: claim });
+  await other.page.evaluate(() => localStorage.setItem("walltopo-signed-in", "yes"));
+}
+
+test("an operator finds what is wrong, and moves jobs", async ({ browser, places }) => {
+  const known = await visit(browser, places);
+  await signIn(known, places, places.operator);
+  const operator = await visit(browser, places);
+  operator.expected(answered(403));
+  const { page, go } = operator;
+  await letIn(known, operator);
+  await known.close();
+
+  // From one's account to the page, which asks for the password first.
+  await go("/me");
+  await page.getByRole("link", { name: "Server administration" }).click();
+  await page.getByRole("dialog", { name: "Confirm it’s you" }).waitFor();
+  await check(operator, "operator-confirm");
+  await page.getByLabel("Password").fill("not the password");
+  await page.getByRole("button", { name: "Confirm", exact: true }).click();
+  await page.getByText("wrong password").waitFor();
+  await page.getByLabel("Password").fill(places.password);
+  await page.getByRole("button", { name: "Confirm", exact: true }).click();
+  await page.getByRole("dialog").waitFor({ state: "detached" });
+
+  // Health: a finding with the line that mends it, the worker, the failed mail.
+  await page.getByText('smtp_host = "mail.gym.example"').waitFor();
+  await row(page, "worker-0").getByText("Running").waitFor();
+  await page.getByText("the mail server refused the recipient: 550 unknown").waitFor();
+  await check(operator, "operator-health");
+  await page.getByText("the mail server refused the recipient: 550 unknown").scrollIntoViewIfNeeded();
+  await operator.shot("operator-mails");
+
+  // Jobs: the failed scan is queued again, and so is the job that was set aside.
+  await page.getByRole("link", { name: "Jobs" }).click();
+  await page.getByText("too few photos overlap").waitFor();
+  await page.getByText("the file store is away (1 tries)").waitFor();
+  await check(operator, "operator-jobs");
+  await row(page, "the file store is away").getByRole("button", { name: "Retry" }).click();
+  await page.getByText("the file store is away").waitFor({ state: "detached" });
+  await row(page, "too few photos overlap").getByRole("button", { name: "Retry" }).click();
+  await page.getByText("too few photos overlap").waitFor({ state: "detached" });
+
+  // Storage: measured on demand.
+  await page.getByRole("link", { name: "Storage" }).click();
+  await page.getByRole("button", { name: "Measure now" }).click();
+  await page.getByText(/^Files measured /).waitFor();
+  await page.getByText("Working files of scans").first().waitFor();
+  await check(operator, "operator-storage");
+  await operator.close();
+});
+
+test("an operator finds an account, locks it and deletes it", async ({ browser, places }) => {
+  const operator = await visit(browser, places, { phone: false });
+  const { page, go } = operator;
+  await signIn(operator, places, places.operator);
+  await go("/operator/users");
+  await page.getByLabel("Name or email").fill(places.stranger);
+  await page.getByRole("button", { name: "Search" }).click();
+  const account = row(page, places.stranger);
+  await becomes(() => page.getByRole("listitem").filter({ hasText: "@example.com" }).count(), 1);
+  await account.getByText("Manage").click();
+  await check(operator, "operator-user");
+  await account.getByRole("button", { name: "Lock account" }).click();
+  await page.getByRole("dialog").getByRole("button", { name: "Lock account" }).click();
+  await page.getByText("stranger is locked.").waitFor();
+
+  // The person cannot sign in, and reads why.
+  const stranger = await visit(browser, places);
+  stranger.expected(answered(403));
+  await stranger.go("/sign-in");
+  await stranger.page.getByLabel("Email").fill(places.stranger);
+  await stranger.page.getByLabel("Password").fill(places.password);
+  await stranger.page.getByRole("button", { name: "Sign in", exact: true }).click();
+  await stranger.page.getByText("this account is locked").waitFor();
+  await check(stranger, "operator-locked");
+  await stranger.close();
+  assert.match(readFileSync(places.log, "utf8"), /Your account was locked/);
+
+  // The export is a file; the account goes after its address is typed.
+  const download = page.waitForEvent("download");
+  await account.getByRole("button", { name: "Export data" }).click();
+  const data = JSON.parse(readFileSync(await (await download).path(), "utf8"));
+  assert.equal(data.account.email, places.stranger);
+  const erase = account.getByRole("button", { name: "Delete account" });
+  assert.ok(await erase.isDisabled());
+  await account.getByLabel("Email of the account").fill(places.stranger);
+  await erase.click();
+  await page.getByText(`The account ${places.stranger} is deleted.`).waitFor();
+  await page.getByText("No account matches.").waitFor();
+  await operator.close();
+
+  const phone = await visit(browser, places);
+  await signIn(phone, places, places.operator);
+  await phone.go("/operator/users");
+  await phone.page.getByLabel("Name or email").fill(places.operator);
+  await phone.page.getByRole("button", { name: "Search" }).click();
+  await row(phone.page, places.operator).getByText("Manage").click();
+  await phone.page.getByText("This is your own account").waitFor();
+  await check(phone, "operator-users");
+  await phone.close();
+});
+
+test("others see no operator's page", async ({ browser, places }) => {
+  const owner = await visit(browser, places);
+  const { page, go } = owner;
+  await signIn(owner, places, places.owner);
+  await go("/me");
+  assert.equal(await page.getByRole("link", { name: "Server administration" }).count(), 0);
+  owner.expected(answered(403));
+  await go("/operator");
+  await page.getByText("Only operators of this server can open this page.").waitFor();
+  await owner.close();
+});
