@@ -56,6 +56,7 @@ KEPT = {
         "joining",
         "boards",
         "features_off",
+        "features_barred",
     },
     "hall_settings": {"parts", "key_hash"},
     "hold_reports": {"colour", "kind"},

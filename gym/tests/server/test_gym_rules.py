@@ -946,6 +946,13 @@ CASES = {
     "cancel_operator_scan": Case("operator", values=a_queued_scan),
     "read_storage": Case("operator"),
     "measure_operator_storage": Case("operator"),
+    "list_operator_gyms": Case("operator"),
+    "limit_operator_gym": Case(
+        "operator",
+        values=lambda w: {"gym_id": w.gym.id},
+        body=lambda w: {"quota_mb": 500, "features_barred": ["clips"]},
+    ),
+    "read_gym_storage": Case("owner", Scope.MANAGE),
     "list_users": Case("operator", query=lambda w: "?search=owner"),
     "lock_account": Case("operator", values=member),
     "unlock_account": Case("operator", values=member),

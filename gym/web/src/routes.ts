@@ -55,6 +55,7 @@ export const { p, navigate, preload, route } = createRouter({
   "/operator/jobs": () => import("./operator/Jobs.svelte").then(operator),
   "/operator/storage": () => import("./operator/Storage.svelte").then(operator),
   "/operator/users": () => import("./operator/Users.svelte").then(operator),
+  "/operator/gyms": () => import("./operator/Gyms.svelte").then(operator),
   "/people/:person": () => import("./climbing/PersonPage.svelte"),
   "/new-gym": () => import("./gyms/NewGym.svelte"),
   "/g/:gym": () => import("./gyms/GymPage.svelte"),

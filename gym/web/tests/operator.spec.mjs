@@ -128,6 +128,31 @@ test("an operator finds an account, locks it and deletes it", async ({ browser, 
   await phone.close();
 });
 
+test("an operator limits a gym's storage and features", async ({ browser, places }) => {
+  const operator = await visit(browser, places);
+  const { page, go } = operator;
+  await signIn(operator, places, places.operator);
+  await go("/operator/gyms");
+  const gym = row(page, "Storage quota and features").filter({ has: page.locator(`a[href="/g/${places.gym}"]`) });
+  await gym.getByText("Storage quota and features").click();
+  await gym.getByLabel("Storage quota in MB").fill("1");
+  await gym.getByRole("checkbox", { name: "Insights" }).setChecked(false);
+  await gym.getByRole("button", { name: "Save" }).click();
+  await gym.getByText("Saved.").waitFor();
+  await gym.getByText(/ of 1 MB used/).waitFor();
+  await check(operator, "operator-gyms");
+  await operator.close();
+
+  const owner = await visit(browser, places);
+  await signIn(owner, places, places.owner);
+  await owner.go(`/g/${places.gym}/settings`);
+  await owner.page.getByText("The operator of the server has turned some off.").waitFor();
+  assert.ok(await owner.page.getByRole("checkbox", { name: "Insights" }).isDisabled());
+  await owner.page.getByText(/ of 1 MB used/).scrollIntoViewIfNeeded();
+  await check(owner, "gym-storage");
+  await owner.close();
+});
+
 test("others see no operator's page", async ({ browser, places }) => {
   const owner = await visit(browser, places);
   const { page, go } = owner;

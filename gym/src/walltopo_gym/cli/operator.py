@@ -5,11 +5,15 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 from uuid import UUID
 
-from walltopo.cli.options import add_overwrite
+from walltopo.cli.options import Number, add_overwrite
 from walltopo.core import EnvironmentLacksError, InputError, SettingsError
 from walltopo_gym.cli.options import add_gym_data_options
+
+if TYPE_CHECKING:
+    from sqlalchemy.orm import Session
 
 
 def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -26,10 +30,21 @@ def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     purge = inner.add_parser("purge", help="delete what has expired and what nothing names")
     purge.add_argument("--dry-run", action="store_true", help="only say what would go")
     purge.set_defaults(run=_purge)
-    gyms = inner.add_parser("gym", help="list the gyms, or open one")
-    gyms.add_argument("what", choices=("list", "add"))
-    gyms.add_argument("name", nargs="?", help="(add) of the new gym")
+    gyms = inner.add_parser(
+        "gym", help="list the gyms, open one, or limit its storage and features"
+    )
+    gyms.add_argument("what", choices=("list", "add", "limit"))
+    gyms.add_argument(
+        "name", nargs="?", help="(add) of the new gym; (limit) its part of the address"
+    )
     gyms.add_argument("--owner", metavar="EMAIL", help="(add) whose it is")
+    quota = Number(int, 0, 100_000_000)
+    gyms.add_argument(
+        "--quota", type=quota, metavar="MB", help="(limit) storage; default: no limit"
+    )
+    gyms.add_argument(
+        "--off", nargs="*", default=[], metavar="FEATURE", help="(limit) features to turn off"
+    )
     gyms.set_defaults(run=_gym)
     jobs = inner.add_parser("jobs", help="list the scans that are at work, wait or failed")
     jobs.add_argument("what", choices=("list", "retry", "cancel"), nargs="?", default="list")
@@ -191,10 +206,35 @@ def _gym(args: argparse.Namespace) -> int:
             if owner is None:
                 raise InputError(f"{args.owner}: no account", "`walltopo gym user add` makes one.")
             open_gym(session, owner.id, args.name)
+        if args.what == "limit":
+            _limit_gym(session, args)
         for gym in session.scalars(select(Gym).order_by(Gym.slug)):
             line = f"{gym.slug:<30} {gym.visibility:<9} {gym.name}"
+            if gym.storage_quota_mb is not None:
+                line += f", at most {gym.storage_quota_mb} MB"
+            if gym.features_barred:
+                line += f", without {' '.join(gym.features_barred)}"
             console.print(line, soft_wrap=True, markup=False, highlight=False)
     return 0
+
+
+def _limit_gym(session: Session, args: argparse.Namespace) -> None:
+    from typing import get_args
+
+    from sqlalchemy import select
+
+    from walltopo_gym.gyms.models import Gym
+    from walltopo_gym.operating.gyms import limit_gym
+    from walltopo_gym.settings import Switch
+
+    gym = session.scalar(select(Gym.id).where(Gym.slug == args.name))
+    if gym is None:
+        raise InputError(f"there is no gym {args.name!r}", "`walltopo gym gym list` lists them.")
+    unknown = set(args.off) - set(get_args(Switch))
+    if unknown:
+        known = ", ".join(get_args(Switch))
+        raise InputError(f"unknown feature: {', '.join(sorted(unknown))}", f"Features: {known}.")
+    limit_gym(session, gym, args.quota, args.off, None)
 
 
 def _jobs(args: argparse.Namespace) -> int:

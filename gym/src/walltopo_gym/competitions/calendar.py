@@ -22,7 +22,7 @@ _BEGINS: Final = timedelta(hours=24)
 def add_dates(session: Session, question: ComingDates) -> None:
     """Answer with the competitions that are not over."""
     gym = session.get_one(Gym, question.gym)
-    if "competitions" in gym.features_off:
+    if not gym.has("competitions"):
         return
     question.found.extend(
         GymDate(
@@ -58,7 +58,7 @@ def publish_beginnings(database: Database) -> None:
             )
             people = frozenset(person for person in session.scalars(entered) if person is not None)
             at = competition.starts_at
-            if at is not None and "competitions" not in gym.features_off:
+            if at is not None and gym.has("competitions"):
                 event = CompetitionBegins(gym.id, competition.id, competition.name, at, people)
                 publish_event(session, event)
 

@@ -81,7 +81,7 @@ def visible_gym(session: Session, slug: str, actor: Actor, request: Request) -> 
     NotFoundError : it does not exist for this person, or has turned the endpoint's feature off.
     """
     found, role = _known_gym(session, slug, actor, request)
-    if getattr(request.state, "feature", None) in found.features_off:
+    if not found.has(getattr(request.state, "feature", None)):
         raise NotFoundError("not-there-feature")
     return found, role
 

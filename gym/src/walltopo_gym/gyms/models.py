@@ -30,7 +30,8 @@ class Gym(Keyed, Base):
     `visibility`: "public" is listed, "unlisted" is open to people with its address, "private" to
     its members. `joining`: "open" or "invitation". `boards`: "off", "one" for everybody, or
     "categories" too. `features_off`: optional features of the server that the gym has turned off;
-    their data stays.
+    their data stays. `features_barred`: those that an operator has turned off for it.
+    `storage_quota_mb`: uploads are refused above it; null: no limit.
     """
 
     __tablename__ = "gyms"
@@ -43,10 +44,16 @@ class Gym(Keyed, Base):
     joining: Mapped[str] = mapped_column(String(10), default="invitation")
     boards: Mapped[str] = mapped_column(String(10), default="one", server_default="one")
     features_off: Mapped[list[Switch]] = mapped_column(JSON, default=list, server_default="[]")
+    features_barred: Mapped[list[Switch]] = mapped_column(JSON, default=list, server_default="[]")
+    storage_quota_mb: Mapped[int | None]
 
     def features(self, of: Iterable[Switch]) -> list[Switch]:
         """Return those of a server's features that the gym has."""
-        return [feature for feature in of if feature not in self.features_off]
+        return [feature for feature in of if self.has(feature)]
+
+    def has(self, feature: Switch | None) -> bool:
+        """Return whether neither the gym nor an operator has turned a feature off."""
+        return feature not in self.features_off and feature not in self.features_barred
 
     def today(self) -> date:
         """Return the calendar day in the gym's time zone; a day of climbing ends later

@@ -53,7 +53,7 @@ def has_key(session: Session, gym: UUID, secret: str) -> bool:
     row = session.get(HallSettings, gym)
     if row is None or row.key_hash != hash_of(secret):
         return False
-    return "hall" not in session.get_one(Gym, gym).features_off
+    return session.get_one(Gym, gym).has("hall")
 
 
 def admit_screen(session: Session, question: Admission) -> None:

@@ -48,7 +48,7 @@ def route_by_code(session: Session, code: str) -> tuple[Gym, Route]:
         .where(Route.id.between(UUID(int=first), UUID(int=last)))
         .limit(2)
     ).all()
-    if len(rows) != 1 or "hall" in rows[0][0].features_off:
+    if len(rows) != 1 or not rows[0][0].has("hall"):
         raise NotFoundError("short-link-unknown")
     gym, route = rows[0]
     return gym, route

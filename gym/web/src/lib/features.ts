@@ -21,14 +21,17 @@ export function has(feature: Feature): boolean {
   return named === undefined || named.split(" ").includes(feature);
 }
 
-type Gym = Pick<Schemas["GymOut"], "features_off">;
+type Gym = Pick<Schemas["GymOut"], "features_off" | "features_barred">;
+
+/** The features that the gym or an operator has turned off; a stored answer of an older version has no barred ones. */
+const allOff = (gym: Gym): Feature[] => [...gym.features_off, ...(gym.features_barred ?? [])];
 
 /** Whether a gym has a feature; false until the gym is loaded. */
 export function hasIn(gym: Gym | undefined, feature: Feature): boolean {
-  return has(feature) && gym !== undefined && !gym.features_off.includes(feature);
+  return has(feature) && gym !== undefined && !allOff(gym).includes(feature);
 }
 
 /** Whether an address belongs to a feature that its gym has turned off. */
 export function isOff(gym: Gym | undefined, pathname: string): boolean {
-  return (gym?.features_off ?? []).some((feature) => PAGES[feature].test(pathname));
+  return (gym ? allOff(gym) : []).some((feature) => PAGES[feature].test(pathname));
 }

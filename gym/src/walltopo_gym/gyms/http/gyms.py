@@ -60,7 +60,8 @@ class GymChange(Body):
 
 
 class GymOut(BaseModel):
-    """A gym; `role` is the viewer's, `features_off` the features that the gym has turned off."""
+    """A gym; `role` is the viewer's, `features_off` the features that the gym has turned off,
+    `features_barred` those that an operator has turned off for it."""
 
     id: UUID
     slug: str
@@ -71,6 +72,7 @@ class GymOut(BaseModel):
     joining: Joining
     boards: Boards
     features_off: list[Switch]
+    features_barred: list[Switch]
     created_at: datetime
     role: Role = Role.GUEST
 

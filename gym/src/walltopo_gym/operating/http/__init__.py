@@ -6,12 +6,13 @@ from typing import Final
 
 from fastapi import APIRouter
 
-from walltopo_gym.operating.http import health, jobs, server, storage, users
+from walltopo_gym.operating.http import gyms, health, jobs, server, storage, users
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (
     server.about_router,
     server.router,
     health.router,
+    gyms.router,
     jobs.router,
     storage.router,
     users.router,

@@ -30,6 +30,7 @@ from walltopo_gym.scans.http.scans import UploaderMay
 from walltopo_gym.scans.incoming import Incoming
 from walltopo_gym.scans.models import Photo, PhotoOverlap, Scan
 from walltopo_gym.scans.queues import photos_changed
+from walltopo_gym.scans.quota import check_quota
 from walltopo_gym.scans.receiving import (
     announced_sizes,
     finish_photo,
@@ -132,6 +133,7 @@ def announce_photo(
         session, row.id, name, upload_length, metadata.get("sha256"), settings.max_photos
     )
     if is_new:
+        check_quota(session, access.gym)
         others = announced_sizes(session)
         del others[photo.id]
         services.get(Incoming).begin(photo.id, upload_length, others)
