@@ -20,6 +20,7 @@ from walltopo_gym.feature import Feature
 from walltopo_gym.settings import GymSettings, Switch
 
 NAMES: Final = (
+    "announcements",
     "climbing_log",
     "clips",
     "competitions",

@@ -30,6 +30,7 @@ FORGOTTEN = {
 }
 # Columns of text that name people by id, if at all, or that the gym wrote about itself.
 KEPT = {
+    "announcements": {"texts"},
     "audit": {"action", "subject", "details"},
     "competition_categories": {"name", "gender"},
     "competition_problems": {

@@ -29,6 +29,7 @@ from sqlalchemy import func, select
 from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.mails import new_link
 from walltopo_gym.accounts.models import AuditEntry, SignIn
+from walltopo_gym.announcements.service import make_announcement
 from walltopo_gym.climbing.models import Follow
 from walltopo_gym.clips.models import Clip
 from walltopo_gym.clock import now
@@ -132,6 +133,12 @@ def wall(world: World) -> dict[str, Any]:
 
 def member(world: World) -> dict[str, Any]:
     return {"person": world.people["member"].id}
+
+
+def an_announcement(world: World) -> dict[str, Any]:
+    with world.server.database.writing() as session:
+        row = make_announcement(session, {"en": "Closed on Monday"}, None, None, None)
+        return {"announcement": row.id}
 
 
 def a_members_address(world: World) -> dict[str, Any]:
@@ -946,6 +953,10 @@ CASES = {
     "cancel_operator_scan": Case("operator", values=a_queued_scan),
     "read_storage": Case("operator"),
     "measure_operator_storage": Case("operator"),
+    "list_announcements": Case("anyone", Scope.READ),
+    "list_operator_announcements": Case("operator"),
+    "announce": Case("operator", body=lambda w: {"texts": {"en": "Closed on Monday"}}),
+    "withdraw_announcement": Case("operator", values=an_announcement),
     "list_operator_gyms": Case("operator"),
     "limit_operator_gym": Case(
         "operator",

@@ -56,6 +56,7 @@ export const { p, navigate, preload, route } = createRouter({
   "/operator/storage": () => import("./operator/Storage.svelte").then(operator),
   "/operator/users": () => import("./operator/Users.svelte").then(operator),
   "/operator/gyms": () => import("./operator/Gyms.svelte").then(operator),
+  "/operator/announcements": () => import("./operator/Announcements.svelte").then(operator),
   "/people/:person": () => import("./climbing/PersonPage.svelte"),
   "/new-gym": () => import("./gyms/NewGym.svelte"),
   "/g/:gym": () => import("./gyms/GymPage.svelte"),

@@ -153,6 +153,32 @@ test("an operator limits a gym's storage and features", async ({ browser, places
   await owner.close();
 });
 
+test("an announcement is shown to everybody until it is dismissed", async ({ browser, places }) => {
+  const operator = await visit(browser, places);
+  const { page, go } = operator;
+  await signIn(operator, places, places.operator);
+  await go("/operator/announcements");
+  await page.locator("main").getByLabel("English").fill("The server is updated on Monday at 6.");
+  await page.locator("main").getByLabel("Deutsch").fill("Am Montag um 6 wird der Server aktualisiert.");
+  await check(operator, "operator-announce");
+  await page.getByRole("button", { name: "Announce", exact: true }).click();
+  await page.getByText("Announced.").waitFor();
+  await operator.close();
+
+  const guest = await visit(browser, places, { locale: "de" });
+  await guest.go(`/g/${places.gym}`);
+  const shown = guest.page.getByRole("complementary", { name: "Ankündigung" });
+  await shown.getByText("Am Montag um 6").waitFor();
+  await check(guest, "announcement");
+  await shown.getByRole("button", { name: "Ausblenden" }).click();
+  await shown.waitFor({ state: "detached" });
+  await guest.page.reload();
+  await guest.page.getByRole("heading", { level: 1 }).waitFor();
+  await guest.page.waitForLoadState("networkidle");
+  assert.equal(await shown.count(), 0);
+  await guest.close();
+});
+
 test("others see no operator's page", async ({ browser, places }) => {
   const owner = await visit(browser, places);
   const { page, go } = owner;

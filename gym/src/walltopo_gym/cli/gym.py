@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from walltopo_gym.cli import demo, operator, user
+from walltopo_gym.cli import announce, demo, operator, user
 from walltopo_gym.cli.options import add_gym_data_options, in_words
 
 _EXAMPLES = """\
@@ -42,6 +42,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     add_gym_data_options(migrate)
     migrate.set_defaults(run=_migrate)
     user.register(inner)
+    announce.register(inner)
     demo.register(inner)
     operator.register(inner)
     settings = inner.add_parser("settings", help="every setting with its default")
