@@ -10,7 +10,7 @@ from fastapi import APIRouter
 from pydantic import BaseModel, Field
 
 from walltopo_gym.accounts.access import OperatorMay
-from walltopo_gym.api.fields import Body
+from walltopo_gym.api.fields import Body, LongText
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.operating.jobs import cancel_scan, list_jobs, retry_job, retry_scan
 from walltopo_gym.scans.service import State
@@ -58,7 +58,7 @@ class JobsOut(BaseModel):
 class JobIn(Body):
     """The id of a job that was set aside."""
 
-    id: Annotated[str, Field(min_length=1, max_length=200)]
+    id: Annotated[str, Field(min_length=1, max_length=200, pattern=LongText)]
 
 
 @router.get("/jobs")

@@ -12,7 +12,7 @@ from pydantic import BaseModel, EmailStr
 from walltopo_gym.accounts.access import OperatorMay
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.accounts.notices import NotifyOwner
-from walltopo_gym.api.fields import Body
+from walltopo_gym.api.fields import Body, Text
 from walltopo_gym.api.paging import Cursor, Page, Size, page_of
 from walltopo_gym.api.services import Db
 from walltopo_gym.operating.users import (
@@ -57,7 +57,7 @@ class UserDeletion(Body):
     email: EmailStr
 
 
-Search = Annotated[str, Query(max_length=120, description="part of the name or of the address")]
+Search = Annotated[Text, Query(description="part of the name or of the address")]
 
 
 @router.get("/users")
