@@ -1,4 +1,4 @@
-"""What an operator decides about a gym: its storage quota and its features."""
+"""The limits that an operator sets for a gym: its storage quota and its features."""
 
 from __future__ import annotations
 
