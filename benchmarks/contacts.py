@@ -15,78 +15,20 @@ import argparse
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from benchmarks.two_colours import recipe_of
-from walltopo.core.files import read_json
-from walltopo.scans.holds import Hold
-from walltopo.scans.routes import Route
 from walltopo_climb.beta.attempt import attempt_of
 from walltopo_climb.beta.contacts import Contact
-from walltopo_climb.beta.in_view import LIMBS, Frames, WallHolds, observe, runs_of
-from walltopo_climb.movement.body import BODIES, Body
-from walltopo_climb.movement.on_wall import climb_of, on_route
-from walltopo_climb.movement.sequence import find_sequence
+from walltopo_climb.beta.in_view import LIMBS, Frames, observe, runs_of
+from walltopo_climb.movement.body import BODIES
 from walltopo_lab.evaluate.contacts import ContactCounts, count_contacts, order_distance
-from walltopo_lab.evaluate.truth import Truth, read_truth
-from walltopo_lab.synth.performance import Performance, PoseErrors, TrueContact, film, perform
+from walltopo_lab.synth.climbs import TrueWall, climb_route, read_true_wall
+from walltopo_lab.synth.performance import PoseErrors, TrueContact, film
 from walltopo_lab.synth.recipe import generate
-
-SAMPLES = 48  # points of a hold's surface
-
-
-def wall_of(folder: Path) -> tuple[list[Hold], list[Route], WallHolds]:
-    """Return the holds and routes of a generated gym as a scan without errors has them."""
-    truth = read_truth(folder)
-    rows = list(read_json(folder / "truth" / "scene.json")["instances"])
-    surfaces = {int(row["id"]): _surface(truth, int(row["id"])) for row in rows}
-    holds = [_hold(row, surfaces[int(row["id"])]) for row in rows]
-    routes = []
-    for number in sorted({row["route"] for row in rows if row["route"] >= 0}):
-        own = [row for row in rows if row["route"] == number]
-        of_role = {
-            role: tuple(int(row["id"]) for row in own if row["role"] == role)
-            for role in ("start", "top", "foot")
-        }
-        ids = tuple(int(row["id"]) for row in own)
-        routes.append(
-            Route(
-                id=number + 1,
-                colour=own[0]["colour"],
-                holds=ids,
-                start=of_role["start"],
-                top=of_role["top"],
-                footholds=of_role["foot"],
-            )
-        )
-    volumes = np.array([hold.role == "volume" for hold in holds])
-    sampled = np.array([surfaces[hold.id] for hold in holds])
-    return holds, routes, WallHolds(np.array([hold.id for hold in holds]), sampled, volumes)
-
-
-def _surface(truth: Truth, instance: int) -> np.ndarray:
-    faces = truth.mesh.faces[truth.face_instance == instance]
-    centres = truth.mesh.vertices[faces].mean(axis=1)
-    return centres[np.linspace(0, len(centres) - 1, SAMPLES).astype(int)]
-
-
-def _hold(row: dict[str, Any], surface: np.ndarray) -> Hold:
-    normal = np.array(row["normal"])
-    return Hold(
-        id=int(row["id"]),
-        kind=row["class"],
-        type=row["kind"] if row["kind"] != "foot" else "foothold",
-        colour=row["colour"],
-        position=tuple(row["position"]),
-        normal=tuple(row["normal"]),
-        size=float(np.ptp(surface, axis=0).max()),
-        steepness_deg=float(np.degrees(np.arcsin(np.clip(-normal[2], -1, 1)))),
-        role="volume" if row["class"] == "volume" else "hold",
-    )
 
 
 @dataclass(frozen=True)
@@ -94,58 +36,19 @@ class Clip:
     """A clip of a route, and the truth: contacts by hold id, and whether it ends on the top."""
 
     frames: Frames
-    wall: WallHolds
-    routes: list[Route]
+    wall: TrueWall
     route: int
-    true: list[TrueContact]
+    true: Sequence[TrueContact]
     is_topped: bool
-
-
-@dataclass(frozen=True, eq=False)
-class Climbed:
-    """A climb of a route: the truth by hold id, and whether it ends on the top.
-
-    Parameters
-    ----------
-    outward : (3,) the mean direction out of the wall.
-    """
-
-    performance: Performance
-    outward: np.ndarray
-    contacts: list[TrueContact]
-    is_topped: bool
-
-
-def climbed(
-    route: Route, holds: Sequence[Hold], body: Body, rng: np.random.Generator, *, falls: bool
-) -> Climbed | None:
-    """Return a climb of a route as the movement model climbs it, None with less than three moves.
-
-    Parameters
-    ----------
-    falls : whether the climb ends in a fall after three moves or more.
-    """
-    used = on_route(route, holds, 1.0)
-    climb = climb_of(route, used, 1.0)
-    sequence = None if climb is None else find_sequence(climb, body)
-    if climb is None or sequence is None or len(sequence.moves) < 3:
-        return None
-    if falls:
-        length = int(rng.integers(3, len(sequence.moves) + 1))
-        sequence = replace(sequence, moves=sequence.moves[:length], reached=False)
-    performance = perform(climb, sequence, rng)
-    true = [replace(one, hold=used[one.hold].id) for one in performance.contacts]
-    outward = climb.grips.wall.mean(axis=0)
-    return Climbed(performance, outward, true, _is_topped(true, route))
 
 
 def clips(folder: Path, seed: int, errors: PoseErrors) -> Iterator[Clip]:
     """Yield clips of each route of a gym."""
     rng = np.random.default_rng(seed)
-    holds, routes, wall = wall_of(folder)
-    for route in routes:
+    wall = read_true_wall(folder)
+    for route in wall.routes:
         for number, body in enumerate(BODIES.values()):
-            done = climbed(route, holds, body, rng, falls=bool(number % 2))
+            done = climb_route(wall, route, body, rng, falls=bool(number % 2))
             if done is None:
                 continue
             hips = done.performance.hips.mean(axis=0)
@@ -154,13 +57,7 @@ def clips(folder: Path, seed: int, errors: PoseErrors) -> Iterator[Clip]:
             eye[:2] += rng.uniform(-1.5, 1.5) * np.array([-out[1], out[0]])
             eye[2] = rng.uniform(1.2, 1.8)
             frames = film(done.performance, eye, rng, errors, handheld=bool(rng.integers(2)))
-            yield Clip(frames, wall, routes, route.id, done.contacts, done.is_topped)
-
-
-def _is_topped(true: Sequence[TrueContact], route: Route) -> bool:
-    """Return whether both hands hold the top together for half a second."""
-    left, right = ([one for one in true if one.limb == k and one.hold in route.top] for k in (0, 1))
-    return any(min(a.end, b.end) - max(a.begin, b.begin) >= 0.5 for a in left for b in right)
+            yield Clip(frames, wall, route.id, done.contacts, done.is_topped)
 
 
 def minimal_rule(clip: Clip, within: float, count: int) -> list[Contact]:
@@ -168,7 +65,7 @@ def minimal_rule(clip: Clip, within: float, count: int) -> list[Contact]:
 
     The true begin and end of the climb are given, so that the ground costs the rule nothing.
     """
-    frames, wall = clip.frames, clip.wall
+    frames, wall = clip.frames, clip.wall.surfaces
     since, until = min(one.begin for one in clip.true), max(one.end for one in clip.true)
     seen = observe(frames, wall)
     found = []
@@ -204,7 +101,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             generate(folder, recipe_of(seed))
         for clip in clips(folder, seed, PoseErrors(jitter=args.jitter)):
             begun = time.process_time()
-            attempt = attempt_of(clip.frames, clip.wall, clip.routes)
+            attempt = attempt_of(clip.frames, clip.wall.surfaces, clip.wall.routes)
             spent += time.process_time() - begun
             seconds += float(clip.frames.times[-1])
             named += attempt.route == clip.route

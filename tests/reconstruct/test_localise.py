@@ -8,6 +8,13 @@ import numpy as np
 import pytest
 
 from walltopo.core import Camera, InputError, View
+from walltopo.geometry.rays import Bvh
+from walltopo.reconstruct.landmarks import (
+    find_landmarks,
+    landmarks_basis,
+    read_landmarks,
+    save_landmarks,
+)
 from walltopo.reconstruct.localise import MIN_INLIERS, Localiser, solve_pose
 from walltopo.scans.folder import ScanFolder
 
@@ -22,7 +29,9 @@ def localiser(tiny_scan: Path, views: tuple[View, ...]) -> Localiser:
     """The scan without its first photo, which the tests look for."""
     folder = ScanFolder(tiny_scan)
     photos = ScanFolder.photos.load(folder)
-    return Localiser(views[1:], ScanFolder.mesh.load(folder), photos.read_rgb)
+    mesh = ScanFolder.mesh.load(folder)
+    bvh = Bvh(mesh.vertices, mesh.faces)
+    return Localiser(find_landmarks(views[1:], bvh, photos.read_rgb), bvh)
 
 
 def test_a_photo_that_the_scan_lacks_is_found(
@@ -79,4 +88,24 @@ def test_points_that_agree_by_chance_are_no_camera() -> None:
 def test_a_scan_without_photos_is_refused(tiny_scan: Path) -> None:
     mesh = ScanFolder.mesh.load(ScanFolder(tiny_scan))
     with pytest.raises(InputError, match="no registered photos"):
-        Localiser((), mesh, lambda name: np.zeros((4, 4, 3), np.uint8))
+        Localiser((), Bvh(mesh.vertices, mesh.faces))
+
+
+def test_kept_landmarks_find_the_same_camera(
+    tiny_scan: Path, views: tuple[View, ...], localiser: Localiser, tmp_path: Path
+) -> None:
+    folder, path = ScanFolder(tiny_scan), tmp_path / "landmarks.npz"
+    basis = landmarks_basis(folder)
+    assert read_landmarks(path, basis) is None
+    save_landmarks(path, localiser.photos, basis)
+    kept = read_landmarks(path, basis)
+    assert kept is not None
+    photo = localiser.find_features(ScanFolder.photos.load(folder).read_rgb(views[0].name))
+    first, second = (one.localise(photo) for one in (localiser, Localiser(kept, localiser.bvh)))
+    assert first is not None
+    assert second is not None
+    assert (first.cam_from_world == second.cam_from_world).all()
+    assert read_landmarks(path, basis + "another mesh") is None
+    path.write_bytes(b"no archive")
+    with pytest.raises(InputError, match=r"landmarks\.npz"):
+        read_landmarks(path, basis)

@@ -10,6 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, View
+from walltopo.geometry.rays import Bvh
+from walltopo.reconstruct.landmarks import find_landmarks
 from walltopo.reconstruct.localise import Localiser
 from walltopo.scans.folder import ScanFolder
 from walltopo_climb.beta.camera_path import CameraTracker
@@ -34,7 +36,9 @@ def localiser(tiny_scan: Path) -> Localiser:
     folder = ScanFolder(tiny_scan)
     photos = ScanFolder.photos.load(folder)
     views = ScanFolder.sparse.load(folder).views[1:]
-    return Localiser(views, ScanFolder.mesh.load(folder), photos.read_rgb)
+    mesh = ScanFolder.mesh.load(folder)
+    bvh = Bvh(mesh.vertices, mesh.faces)
+    return Localiser(find_landmarks(views, bvh, photos.read_rgb), bvh)
 
 
 def turned(view: View, photo: Image, angle: float) -> tuple[Image, View]:

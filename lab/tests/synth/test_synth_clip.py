@@ -6,22 +6,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchmarks.contacts import wall_of
 
 from walltopo.cli import main
-from walltopo.core import Camera
+from walltopo.core import Camera, InputError
+from walltopo.core.files import read_json
 from walltopo.scans.attempt import AttemptFile
 from walltopo_climb.movement.body import BODIES
-from walltopo_climb.movement.on_wall import climb_of, on_route
-from walltopo_climb.movement.sequence import find_sequence
-from walltopo_lab.synth.clip import Climber, Phone, film_climb, phone_path
-from walltopo_lab.synth.develop import Exposure
-from walltopo_lab.synth.gym import make_gym
+from walltopo_lab.synth.clip import Passer
+from walltopo_lab.synth.film import film_gym, read_clips
 from walltopo_lab.synth.mannequin import draw_body, draw_clothes, parts_of, skeleton_of
 from walltopo_lab.synth.path import look_at
-from walltopo_lab.synth.performance import perform
-from walltopo_lab.synth.render import Renderer
-from walltopo_lab.synth.small import tiny_recipe, write_tiny_gym
+from walltopo_lab.synth.small import write_tiny_gym
 
 OUT = np.array([0.0, -1.0, 0.0])
 SIDE = np.array([1.0, 0.0, 0.0])
@@ -60,35 +55,39 @@ def test_a_body_is_drawn_where_it_stands() -> None:
 
 
 @pytest.mark.slow
-def test_a_filmed_climb_is_read_by_the_command(tiny_scan: Path, tmp_path: Path) -> None:
-    gym_folder = write_tiny_gym(tmp_path / "gym")
-    holds, routes, _ = wall_of(gym_folder)
-    rng = np.random.default_rng(3)
-    found = []
-    for route in routes:
-        climb = climb_of(route, on_route(route, holds, 1.0), 1.0)
-        sequence = None if climb is None else find_sequence(climb, BODIES["adult"])
-        if climb is not None and sequence is not None:
-            found.append((climb, sequence))
-    climb, sequence = max(found, key=lambda pair: len(pair[1].moves))
-    performance = perform(climb, sequence, rng)
-    recipe = tiny_recipe()
-    renderer = Renderer(make_gym(recipe.gym, recipe.seed))
-    out = climb.grips.wall.mean(axis=0)
-    middle = performance.hips.mean(axis=0)
-    eye = middle + 3.5 * out * [1, 1, 0] / np.linalg.norm(out[:2])
-    poses = phone_path(eye, middle, len(performance.times), rng, handheld=False)
-    camera = Camera("SIMPLE_PINHOLE", 540, 720, (650.0, 270.0, 360.0))
-    phone = Phone(camera, poses, Exposure(1.0, (1.0, 1.0, 1.0), (0.0, 0.0), 0.005))
-    climber = Climber(performance, BODIES["adult"], draw_clothes(rng), out)
-    clip = tmp_path / "clip.mp4"
-    film_climb(clip, renderer, climber, phone, rng)
-    attempt = tmp_path / "attempt.json"
-    assert main(["beta", str(clip), "--scan", str(tiny_scan), "-o", str(attempt)]) == 0
+def test_a_filmed_climb_is_read_by_the_commands(tiny_scan: Path, tmp_path: Path) -> None:
+    gym, clips, attempt = write_tiny_gym(tmp_path / "gym"), tmp_path / "clips", tmp_path / "a.json"
+    [(video, truth)] = film_gym(gym, clips, 1, size=(540, 960))
+    assert main(["beta", str(video), "--scan", str(tiny_scan), "-o", str(attempt)]) == 0
     read = AttemptFile.load(attempt)
-    assert read.clip == "clip.mp4"
-    assert read.length == pytest.approx(float(performance.times[-1]), abs=0.3)
-    hands = [one for one in read.contacts if one.limb.endswith("hand")]
-    assert len(hands) >= 2
+    assert read.clip == "0.mp4"
+    assert read.length == pytest.approx(truth.length, abs=0.3)
+    assert len([one for one in read.contacts if one.limb.endswith("hand")]) >= 2
     assert all(0 <= one.begin <= one.end <= read.length + 0.2 for one in read.contacts)
     assert [move.time for move in read.moves] == sorted(move.time for move in read.moves)
+    figures = tmp_path / "figures.json"
+    arguments = ["--scan", str(tiny_scan), "--truth", str(gym), "-o", str(figures)]
+    assert main(["evaluate", "beta", str(clips), *arguments]) == 0
+    found = read_json(figures)
+    assert (found["clips"], found["read"]) == (1, 1)
+    assert found["camera_median_px"] < 5
+    assert found["hands"]["true"] == sum(one.limb < 2 for one in truth.contacts)
+    assert found["hands"]["recall"] > 0.5
+
+
+def test_somebody_who_walks_by_is_drawn_before_the_climber_and_moves_on() -> None:
+    passer = Passer(BODIES["adult"], draw_clothes(np.random.default_rng(0)), np.zeros(3), SIDE, 2.0)
+    limbs, hips = passer.limbs_at(2.0)
+    later, hips_later = passer.limbs_at(3.0)
+    assert hips_later[0] - hips[0] == pytest.approx(1.2)
+    assert (limbs[2:, 2] >= 0).all()
+    assert (later[2:, 2] >= 0).all()
+    assert np.linalg.norm(limbs[2:] - hips, axis=1) == pytest.approx(BODIES["adult"].leg, rel=0.1)
+
+
+def test_clips_without_their_truth_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no clips here"):
+        read_clips(tmp_path)
+    (tmp_path / "0.mp4").touch()
+    with pytest.raises(InputError, match=r"0\.json"):
+        read_clips(tmp_path)

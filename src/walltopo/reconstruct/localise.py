@@ -8,38 +8,27 @@ to Fine", 2019) with the count of mutual neighbours as the coarse step.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import Camera, InputError, Mesh, View
-from walltopo.core.parallel import available_cores
+from walltopo.core import Camera, InputError
 from walltopo.geometry.rays import Bvh
-from walltopo.reconstruct.scale.known_distance import undistort
+from walltopo.reconstruct.landmarks import Landmarks, find_features
 from walltopo.reconstruct.sparse.learned_features import Features, XFeat, count_mutual_neighbours
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
 Bitmap = NDArray[np.bool_]
 
-_FEATURES: Final = 1024  # of each photo and picture; 2048 take five times as long to match
 _PHOTOS: Final = 4  # most similar photos that a picture is matched with
 _MAX_ERROR_PX: Final = 8.0  # of an inlier, in a picture whose longer side is _SIDE
 _SIDE: Final = 1280
 _FOCAL: Final = 1.1  # of an unknown camera, in longer sides, before it is estimated
 MIN_INLIERS: Final = 30
-
-
-@dataclass(frozen=True, eq=False)
-class _Landmarks:
-    """The features of a photo that lie on the mesh, and their (n, 3) points in the world frame."""
-
-    features: Features
-    points: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,44 +53,23 @@ class Localiser:
 
     Parameters
     ----------
-    views : the scan's registered photos.
-    mesh : of the scan, in the same frame.
-    read : returns a photo's (H, W, 3) uint8 pixels by the view's name.
-    hidden : returns the (H, W) bool pixels of people in a photo by its name, None without any.
+    photos : the landmarks of the scan's photos. bvh : of its mesh.
 
-    Attributes
-    ----------
-    bvh : of the mesh.
+    Raises
+    ------
+    InputError : there are no photos.
     """
 
-    def __init__(
-        self,
-        views: Sequence[View],
-        mesh: Mesh,
-        read: Callable[[str], Image],
-        hidden: Callable[[str], Bitmap | None] = lambda _: None,
-    ) -> None:
-        if not views:
+    def __init__(self, photos: Sequence[Landmarks], bvh: Bvh) -> None:
+        if not photos:
             raise InputError("the scan has no registered photos")
         self._network = XFeat()
-        self.bvh = Bvh(mesh.vertices, mesh.faces)
-
-        def landmarks(view: View) -> _Landmarks:
-            found = self.find_features(read(view.name), hidden(view.name))
-            return _on_mesh(view, found, self.bvh)
-
-        with ThreadPoolExecutor(available_cores()) as pool:
-            self._photos = list(pool.map(landmarks, views))
+        self.photos = photos
+        self.bvh = bvh
 
     def find_features(self, picture: Image, hidden: Bitmap | None = None) -> Features:
         """Return the features of a picture outside `hidden`, (H, W) bool pixels."""
-        features = self._network.find(picture, _FEATURES)
-        if hidden is None:
-            return features
-        column, row = np.floor(features.xy).astype(np.int64).T
-        height, width = hidden.shape
-        kept = ~hidden[row.clip(0, height - 1), column.clip(0, width - 1)]
-        return Features(features.xy[kept], features.descriptors[kept], features.size)
+        return find_features(self._network, picture, hidden)
 
     def localise(self, features: Features, camera: Camera | None = None) -> Location | None:
         """Return the camera of a picture, or None if fewer than `MIN_INLIERS` points agree.
@@ -115,11 +83,11 @@ class Localiser:
 
     def _matches(self, features: Features) -> tuple[Floats, Floats]:
         """Return pixels (n, 2) and mesh points (n, 3) that may belong together."""
-        similar = [count_mutual_neighbours(features, photo.features) for photo in self._photos]
+        similar = [count_mutual_neighbours(features, photo.features) for photo in self.photos]
         best = np.argsort(-np.array(similar), kind="stable")[:_PHOTOS]
         pixels, points = [np.zeros((0, 2))], [np.zeros((0, 3))]
         for number in best.tolist():
-            photo = self._photos[number]
+            photo = self.photos[number]
             pairs = self._network.match(features, photo.features)
             pixels.append(features.xy[pairs[:, 0]].astype(np.float64))
             points.append(photo.points[pairs[:, 1]])
@@ -160,17 +128,3 @@ def solve_pose(
     solved = Camera(start.model, width, height, tuple(float(v) for v in lens.params))
     pose = np.asarray(found["cam_from_world"].matrix(), np.float64)
     return Location(solved, pose, pixels[kept], points[kept])
-
-
-def _on_mesh(view: View, features: Features, bvh: Bvh) -> _Landmarks:
-    """Return the features of a photo that lie on the mesh, with their points."""
-    pixels = features.xy.astype(np.float64)
-    if len(pixels) == 0:
-        return _Landmarks(features, np.zeros((0, 3)))
-    local = np.column_stack([undistort(view.camera, pixels), np.ones(len(pixels))])
-    ways = local @ view.cam_from_world[:, :3]
-    origins = np.broadcast_to(view.centre, ways.shape)
-    face, along = bvh.first_hit(origins, ways)
-    hit = face >= 0
-    kept = Features(features.xy[hit], features.descriptors[hit], features.size)
-    return _Landmarks(kept, view.centre + along[hit, None] * ways[hit])

@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
+from walltopo.geometry.rays import Bvh
+from walltopo.reconstruct.landmarks import (
+    Landmarks,
+    find_landmarks,
+    landmarks_basis,
+    read_landmarks,
+    save_landmarks,
+)
 from walltopo.reconstruct.localise import Localiser
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.holds import Hold
@@ -40,8 +49,13 @@ class ScannedWall:
     localiser: Localiser
 
     @classmethod
-    def load(cls, folder: ScanFolder) -> ScannedWall:
+    def load(cls, folder: ScanFolder, landmarks: Path | None = None) -> ScannedWall:
         """Return the wall of a scan folder.
+
+        Parameters
+        ----------
+        landmarks : a file with the landmarks of the scan's photos, which then need not be there. It
+            is written if it is missing or of another scan.
 
         Raises
         ------
@@ -49,11 +63,9 @@ class ScannedWall:
         """
         holds, routes, unit = read_wall(folder.root)
         mesh = ScanFolder.mesh.load(folder)
-        photos = ScanFolder.photos.load(folder)
-        labels = _labels_of(folder)
-        views = ScanFolder.sparse.load(folder).views
-        localiser = Localiser(views, mesh, photos.read_rgb, photos.people_mask)
-        return cls(holds, routes, unit, mesh, labels, localiser)
+        bvh = Bvh(mesh.vertices, mesh.faces)
+        photos = _landmarks_of(folder, bvh, landmarks)
+        return cls(holds, routes, unit, mesh, _labels_of(folder), Localiser(photos, bvh))
 
     def holds_seen_from(self, eye: Floats) -> WallHolds:
         """Return the holds that a camera sees, in metres, as points of their visible surface.
@@ -89,6 +101,18 @@ class ScannedWall:
         if len(seen) < max(1, _MIN_VISIBLE * len(centres)):
             return None
         return seen[np.linspace(0, len(seen) - 1, _SAMPLES).astype(int)]
+
+
+def _landmarks_of(folder: ScanFolder, bvh: Bvh, kept: Path | None) -> tuple[Landmarks, ...]:
+    basis = landmarks_basis(folder)
+    found = None if kept is None else read_landmarks(kept, basis)
+    if found is None:
+        photos = ScanFolder.photos.load(folder)
+        views = ScanFolder.sparse.load(folder).views
+        found = find_landmarks(views, bvh, photos.read_rgb, photos.people_mask)
+        if kept is not None:
+            save_landmarks(kept, found, basis)
+    return found
 
 
 def _labels_of(folder: ScanFolder) -> NDArray[np.int32]:

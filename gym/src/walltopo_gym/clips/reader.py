@@ -23,6 +23,7 @@ from walltopo_climb.beta.attempt_file import attempt_file
 from walltopo_climb.beta.clip import RATE, read_clip
 from walltopo_climb.beta.refusal import ClipError, ClipFault
 from walltopo_climb.beta.scanned_wall import ScannedWall
+from walltopo_gym.scans.artifacts import landmarks_of
 
 Fault = ClipFault | Literal["no-route", "too-slow", "too-large", "failed"]
 
@@ -93,7 +94,8 @@ def read(request: ReadRequest, reporter: _Reporter) -> Found:
     """
     reporter.send(Phase("wall"))
     seconds = _seconds(request)
-    wall = ScannedWall.load(ScanFolder(request.scan))
+    folder = ScanFolder(request.scan)
+    wall = ScannedWall.load(folder, landmarks_of(folder))
     route = next(one for one in wall.routes if one.id == request.route)
     reporter.begin_frames(math.ceil(seconds * RATE) if math.isfinite(seconds) else None)
     reading = read_clip(Path(request.video), wall, route.id, reporter, request.max_seconds)

@@ -23,7 +23,7 @@ from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
 from walltopo_gym.jobs.queue import Failure, enqueue
 from walltopo_gym.publishing.models import Route
-from walltopo_gym.scans.artifacts import download_wall
+from walltopo_gym.scans.artifacts import download_wall, upload_landmarks
 from walltopo_gym.scans.incoming import Incoming
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore, open_store
@@ -67,7 +67,9 @@ class ClipReadings:
             limits = Limits(
                 self.settings.clip_minutes * 60, self.settings.clip_memory_mb, self.stopping
             )
-            return read_in_child(request, limits, lambda phase: self._report(row.id, phase))
+            found = read_in_child(request, limits, lambda phase: self._report(row.id, phase))
+            upload_landmarks(self.store, row.scan_id, folder)
+            return found
 
     def _report(self, clip: UUID, phase: Phase) -> bool:
         """Store the present step; return False if the clip was deleted."""

@@ -16,6 +16,7 @@ from uuid import UUID
 from walltopo.core.files import files_below
 from walltopo.pipeline.runner import stored_plan
 from walltopo.publish.page_tiers import TIERS
+from walltopo.reconstruct.landmarks import landmarks_basis, landmarks_fit
 from walltopo.scans.edits import EditLog
 from walltopo.scans.folder import ScanFolder, read_edits
 from walltopo.scans.folder import read_joined as joined_of
@@ -142,21 +143,37 @@ def download_sparse(store: FileStore, scan: UUID, root: Path) -> Path:
     return folder
 
 
+def landmarks_of(folder: ScanFolder) -> Path:
+    """Return the path of the landmarks of a scan's photos."""
+    return folder.work / "landmarks.npz"
+
+
 def download_wall(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
-    """Download the photos with their places, the mesh, the holds and the routes of a scan.
+    """Download a scan's wall as clips are compared with it: mesh, holds and routes, and either the
+    landmarks of its photos or, until those are stored, the photos.
 
     Raises
     ------
     NotFoundError : the scan has not come so far.
     """
-    for part in (folder.photos, folder.sparse):
-        prefix = f"{_key(scan, folder, part)}/"
-        if fetch_missing(store.objects, part, prefix) == 0:
-            raise NotFoundError("file-gone")
+    download_sparse(store, scan, folder.root)
     needed = (folder.mesh, folder.instances, folder.holds, folder.routes)
     download_files(store, scan, folder, *needed)
-    if store.has(_key(scan, folder, folder.relabelled)):
-        download_files(store, scan, folder, folder.relabelled)
+    kept = landmarks_of(folder)
+    for path in (folder.relabelled, kept):
+        if store.has(_key(scan, folder, path)):
+            download_files(store, scan, folder, path)
+    if landmarks_fit(kept, landmarks_basis(folder)):
+        return
+    prefix = f"{_key(scan, folder, folder.photos)}/"
+    if fetch_missing(store.objects, folder.photos, prefix) == 0:
+        raise NotFoundError("file-gone")
+
+
+def upload_landmarks(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
+    """Store the landmarks that were found in a scan's photos, if the photos are here."""
+    if folder.photos.is_dir():
+        upload_files(store, scan, folder, landmarks_of(folder))
 
 
 def download_files(store: FileStore, scan: UUID, folder: ScanFolder, *files: Path) -> None:

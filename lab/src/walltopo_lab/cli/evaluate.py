@@ -1,4 +1,4 @@
-"""`walltopo evaluate`: metrics of scans, lifts and detectors against ground truth."""
+"""`walltopo evaluate`: metrics of scans, lifts, detectors and clips against ground truth."""
 
 from __future__ import annotations
 
@@ -23,6 +23,11 @@ _DETECTOR_EPILOG = """\
 examples:
   walltopo evaluate detector detections.json --truth hold-masks/annotations.json
   walltopo evaluate detector detections.json --truth hold-boxes/valid -o figures
+"""
+_BETA_EPILOG = """\
+example:
+  walltopo film gym3 -o clips --count 12
+  walltopo evaluate beta clips --scan wall --truth gym3 -o beta.json
 """
 
 # section, key, label in the table, unit
@@ -123,6 +128,25 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     add_overwrite(detector)
     detector.set_defaults(run=_evaluate_detector)
     add_needs(detector, lambda args: PLOTS if args.output else {})
+    beta = kinds.add_parser(
+        "beta",
+        help="clips of `walltopo film`, read against a scan of their gym",
+        description="Read each clip as a climber's, its route unknown, and compare with its truth: "
+        "camera, contacts of hands and feet, route, top. A contact is right if the same limb takes "
+        "the same hold within half a second.",
+        epilog=_BETA_EPILOG,
+        formatter_class=raw,
+    )
+    beta.add_argument("clips", type=Path, metavar="CLIPS", help="a folder of `walltopo film`")
+    beta.add_argument(
+        "--scan", type=Path, required=True, metavar="SCAN", help="a scan of the gym's photos"
+    )
+    beta.add_argument(
+        "--truth", type=Path, required=True, metavar="GYM", help="the folder of `walltopo synth`"
+    )
+    beta.add_argument("-o", "--output", type=Path, metavar="JSON", help="write the figures")
+    add_overwrite(beta)
+    beta.set_defaults(run=_evaluate_beta)
 
 
 def _evaluate_scan(args: argparse.Namespace) -> int:
@@ -252,4 +276,39 @@ def _evaluate_detector(args: argparse.Namespace) -> int:
             curves = [path.name for path in write_curves(result, made)]
         for name in curves:
             console.print(f"wrote {args.output / name}")
+    return 0
+
+
+def _evaluate_beta(args: argparse.Namespace) -> int:
+    from contextlib import ExitStack
+
+    from walltopo.cli.console import console
+    from walltopo.cli.listener import TerminalListener
+    from walltopo.core.files import write_json
+    from walltopo.core.outputs import written_file
+    from walltopo.scans.folder import ScanFolder
+    from walltopo_lab.evaluate.beta import BetaFigures, KnownWall, evaluate_clip, figures_row
+    from walltopo_lab.synth.film import read_clips
+
+    clips = read_clips(args.clips)
+    with ExitStack() as stack:
+        made = None
+        if args.output is not None:
+            inputs = [args.clips, args.truth]
+            target = output_target(args, args.output, "evaluate beta", inputs=inputs)
+            made = stack.enter_context(written_file(target))
+        listener = stack.enter_context(TerminalListener(console))
+        listener.step("reading the scan")
+        wall = KnownWall.match(ScanFolder(args.scan), args.truth)
+        listener.step("reading clips", len(clips))
+        results = []
+        for video, truth in clips:
+            results.append(evaluate_clip(video, truth, wall))
+            listener.note(figures_row(results[-1]))
+            listener.advance()
+        figures = BetaFigures(tuple(results)).as_dict()
+        if made is not None:
+            write_json(made, figures)
+    for name, value in figures.items():
+        console.print(f"{name}: {value}", soft_wrap=True)
     return 0

@@ -1,0 +1,206 @@
+"""Clips of climbers on a generated gym, each with its truth.
+
+`N.mp4` is the clip, `N.json` (a `FilmedClip`) its truth. A jointed body with clothes climbs routes
+as the movement model climbs them. Two phones of three stand, the third is held by a hand; every
+second climb ends in a fall; through every fourth clip somebody walks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Camera, InputError, Progress, Silent
+from walltopo.scans.attempt import Seconds
+from walltopo.scans.document import Document, Label, Side
+from walltopo_climb.movement.body import BODIES
+from walltopo_lab.synth.climbs import TrueClimb, TrueWall, climb_route, read_true_wall
+from walltopo_lab.synth.clip import Climber, Passer, Phone, film_climb, phone_path
+from walltopo_lab.synth.develop import draw_exposure
+from walltopo_lab.synth.gym import make_gym
+from walltopo_lab.synth.mannequin import draw_clothes
+from walltopo_lab.synth.performance import TrueContact
+from walltopo_lab.synth.recipe import read_recipe
+from walltopo_lab.synth.render import Renderer
+
+Floats = NDArray[np.float64]
+
+SIZE = (720, 1280)
+_TRIES = 8  # climbs drawn for each clip that is wanted
+Row = tuple[float, float, float, float]
+
+
+class ContactTruth(msgspec.Struct, frozen=True):
+    """A limb on a hold of the gym; `begin_s` and `end_s` in the file."""
+
+    limb: Annotated[int, msgspec.Meta(ge=0, le=3)]
+    hold: Label
+    begin: Seconds = msgspec.field(name="begin_s")
+    end: Seconds = msgspec.field(name="end_s")
+
+
+class FilmedClip(Document, frozen=True, kw_only=True):
+    """The truth of a clip.
+
+    Parameters
+    ----------
+    route : id in the gym, number + 1. body : a name of `BODIES`.
+    length : `length_s` in the file.
+    focal : pixels; the camera has no distortion, its centre is that of the picture.
+    cam_from_world : (F, 3, 4) of the frames, metres.
+    """
+
+    route: Label
+    body: str
+    is_topped: bool
+    is_handheld: bool
+    has_passer: bool
+    length: Seconds = msgspec.field(name="length_s")
+    width: Side
+    height: Side
+    focal: float
+    cam_from_world: tuple[tuple[Row, Row, Row], ...]
+    contacts: tuple[ContactTruth, ...]
+
+    @property
+    def camera(self) -> Camera:
+        """Return the camera of all frames."""
+        return _camera(self.width, self.height, self.focal)
+
+
+def film_gym(
+    gym: Path,
+    out: Path,
+    count: int,
+    size: tuple[int, int] = SIZE,
+    progress: Progress | None = None,
+) -> Iterator[tuple[Path, FilmedClip]]:
+    """Yield `count` clips of a gym's routes and their truths, filmed into a folder.
+
+    A clip that is in the folder already is not filmed again.
+
+    Parameters
+    ----------
+    gym : a folder of `walltopo synth`, without reset and scanned holds.
+    size : width and height, pixels.
+
+    Raises
+    ------
+    InputError : the folder is not such a gym, or its routes have too few moves.
+    """
+    progress = progress or Silent()
+    studio = _Studio(gym, size)
+    progress.step("filming", count)
+    made = 0
+    for number in range(_TRIES * count):
+        if made == count:
+            return
+        video, truth = out / f"{number}.mp4", out / f"{number}.json"
+        if not (video.is_file() and truth.is_file()):
+            filmed = studio.film(number, video)
+            if filmed is None:
+                continue
+            filmed.save(truth)
+        made += 1
+        progress.advance()
+        yield video, FilmedClip.load(truth)
+    if made < count:
+        raise InputError(f"{gym}: its routes give {made} clips of {count} wanted")
+
+
+def read_clips(folder: Path) -> list[tuple[Path, FilmedClip]]:
+    """Return the clips of a folder of `walltopo film` and their truths.
+
+    Raises
+    ------
+    InputError : the folder has no clips, or a truth is missing or damaged.
+    """
+    videos = sorted(folder.glob("*.mp4"), key=lambda path: (len(path.stem), path.stem))
+    if not videos:
+        raise InputError(f"{folder}: no clips here", "`walltopo film` makes some.")
+    return [(video, FilmedClip.load(video.with_suffix(".json"))) for video in videos]
+
+
+class _Studio:
+    """A gym with its true wall; the renderer is made for the first clip."""
+
+    def __init__(self, gym: Path, size: tuple[int, int]) -> None:
+        self.size = size
+        self.wall: TrueWall = read_true_wall(gym)
+        self.recipe = read_recipe(gym)
+        self._renderer: Renderer | None = None
+
+    @property
+    def renderer(self) -> Renderer:
+        if self._renderer is None:
+            self._renderer = Renderer(make_gym(self.recipe.gym, self.recipe.seed))
+        return self._renderer
+
+    def film(self, number: int, video: Path) -> FilmedClip | None:
+        """Write a clip and return its truth, None if this body climbs too little of the route."""
+        rng = np.random.default_rng([self.recipe.seed, number])
+        route = self.wall.routes[number % len(self.wall.routes)]
+        names = list(BODIES)
+        name = names[(number // len(self.wall.routes) + number) % len(names)]
+        climb = climb_route(self.wall, route, BODIES[name], rng, falls=bool(number % 2))
+        if climb is None:
+            return None
+        handheld, passes = number % 3 == 2, number % 4 == 1
+        phone = self._phone(climb, rng, handheld=handheld)
+        climber = Climber(BODIES[name], draw_clothes(rng), climb.outward, climb.performance)
+        passer = _passer(climb, phone, rng) if passes else None
+        samples = 1 if handheld else 2
+        film_climb(video, self.renderer, climber, phone, rng, samples, passer)
+        return FilmedClip(
+            route=route.id,
+            body=name,
+            is_topped=climb.is_topped,
+            is_handheld=handheld,
+            has_passer=passes,
+            length=float(climb.performance.times[-1]),
+            width=phone.camera.width,
+            height=phone.camera.height,
+            focal=phone.camera.fx,
+            cam_from_world=phone.cam_from_world.tolist(),
+            contacts=tuple(map(_contact, climb.contacts)),
+        )
+
+    def _phone(self, climb: TrueClimb, rng: np.random.Generator, *, handheld: bool) -> Phone:
+        """Return a phone some metres before the wall, at the height of a hand."""
+        performance = climb.performance
+        level = climb.outward * [1, 1, 0] / np.linalg.norm(climb.outward[:2])
+        middle = performance.hips.mean(axis=0)
+        eye = middle + rng.uniform(3.2, 5.0) * level
+        eye += rng.uniform(-1.2, 1.2) * np.array([-level[1], level[0], 0])
+        eye[2] = rng.uniform(1.2, 1.7)
+        return Phone(
+            _camera(*self.size, float(rng.uniform(0.7, 0.9) * max(self.size))),
+            phone_path(eye, middle, len(performance.times), rng, handheld=handheld),
+            draw_exposure(self.recipe.photos, self.renderer.gym.settings.light, rng),
+        )
+
+
+def _contact(one: TrueContact) -> ContactTruth:
+    return ContactTruth(one.limb, one.hold, one.begin, one.end)
+
+
+def _camera(width: int, height: int, focal: float) -> Camera:
+    return Camera("SIMPLE_PINHOLE", width, height, (focal, width / 2, height / 2))
+
+
+def _passer(climb: TrueClimb, phone: Phone, rng: np.random.Generator) -> Passer:
+    """Return somebody who walks between phone and wall, once through the picture."""
+    times = climb.performance.times
+    eye = -phone.cam_from_world[0, :, :3].T @ phone.cam_from_world[0, :, 3]
+    middle = climb.performance.hips.mean(axis=0)
+    across = np.cross((middle - eye) * [1, 1, 0], [0.0, 0.0, 1.0])
+    across *= rng.choice([-1.0, 1.0]) / np.linalg.norm(across)
+    place = (eye + rng.uniform(0.5, 0.7) * (middle - eye)) * [1, 1, 0]
+    when = rng.uniform(0.3, 0.7) * times[-1]
+    body = BODIES[str(rng.choice(list(BODIES)))]
+    return Passer(body, draw_clothes(rng), place, across, float(when))
