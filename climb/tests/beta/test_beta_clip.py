@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from fractions import Fraction
 from pathlib import Path
 
-import av
 import numpy as np
 import pytest
+from climb.tests.beta.videos import write_video
 from numpy.typing import NDArray
 
 from walltopo.cli import main
@@ -32,22 +30,6 @@ def photo(tiny_scan: Path) -> Image:
     folder = ScanFolder(tiny_scan)
     name = ScanFolder.sparse.load(folder).views[0].name
     return ScanFolder.photos.load(folder).read_rgb(name)
-
-
-def write_video(path: Path, frames: Iterable[tuple[float, Image]]) -> Path:
-    """Write frames with their times in seconds."""
-    with av.open(str(path), "w") as container:
-        stream = container.add_stream("libx264", rate=30, options={"bf": "0"})
-        stream.pix_fmt = "yuv420p"
-        stream.codec_context.time_base = Fraction(1, 1000)
-        for number, (time, pixels) in enumerate(frames):
-            if number == 0:
-                stream.width, stream.height = pixels.shape[1], pixels.shape[0]
-            frame = av.VideoFrame.from_ndarray(pixels, "rgb24")
-            frame.pts, frame.time_base = round(time * 1000), Fraction(1, 1000)
-            container.mux(stream.encode(frame))
-        container.mux(stream.encode(None))
-    return path
 
 
 def grey(level: int) -> Image:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-from base64 import b64encode
 from collections.abc import Callable
 from datetime import timedelta
 from pathlib import Path
@@ -12,17 +10,27 @@ from uuid import UUID
 
 import pytest
 from gym.tests.clips.attempts import an_attempt
+from gym.tests.clips.sending import (
+    TUS,
+    VIDEO,
+    announce,
+    clips,
+    confirm,
+    read,
+    readings,
+    send,
+    sent,
+)
 from gym.tests.worlds import World, hold
 from sqlalchemy import update
 
 from walltopo_gym.accounts import limits
 from walltopo_gym.accounts.limits import Limit
-from walltopo_gym.api.tus import CONTENT_TYPE
 from walltopo_gym.clips import reading
 from walltopo_gym.clips.child import Limits, WithdrawnError
 from walltopo_gym.clips.models import Clip
 from walltopo_gym.clips.reader import Found, Phase, ReadRequest, Refused
-from walltopo_gym.clips.reading import ClipReadings, record_failure, tidy
+from walltopo_gym.clips.reading import record_failure, tidy
 from walltopo_gym.clock import now
 from walltopo_gym.gyms.models import Ban
 from walltopo_gym.jobs.queue import Failure
@@ -31,8 +39,6 @@ from walltopo_gym.operating.own_data import all_of, delete_account
 pytestmark = pytest.mark.both_databases("cascades and counting in SQL")
 
 HOLDS = [hold(n, 0.3 * (n % 2), 0.4 * n) for n in (3, 1, 2, 4)]
-VIDEO = b"no video, but bytes" * 9
-TUS = {"tus-resumable": "1.0.0"}
 CLIMB = [("left hand", 1), ("right hand", 2), ("right foot", 1), ("left hand", 3)]
 
 
@@ -45,63 +51,12 @@ def route(world: World) -> str:
     return str(rows[0]["id"])
 
 
-def announce(world: World, who: str, route: str, name: str = "a.mp4", size: int = 0) -> Any:
-    words = {"filename": name, "sha256": hashlib.sha256(VIDEO).hexdigest()}
-    metadata = ",".join(f"{key} {b64encode(word.encode()).decode()}" for key, word in words.items())
-    headers = TUS | {"upload-length": str(size or len(VIDEO)), "upload-metadata": metadata}
-    path = f"{world.path}/routes/{route}/clips"
-    return world.server.ask("POST", path, world.people[who], headers=headers)
-
-
-def send(world: World, who: str, clip: str, offset: int, content: bytes) -> Any:
-    headers = TUS | {"upload-offset": str(offset), "content-type": CONTENT_TYPE}
-    path = f"{world.path}/clips/{clip}"
-    return world.server.ask("PATCH", path, world.people[who], headers=headers, content=content)
-
-
-def sent(world: World, who: str, route: str, content: bytes = VIDEO) -> str:
-    answer = announce(world, who, route)
-    assert answer.status_code == 201, answer.text
-    clip = str(answer.headers["location"]).rpartition("/")[2]
-    assert send(world, who, clip, 0, content).status_code == 204
-    return clip
-
-
-def read(world: World, who: str, route: str, attempt: Any) -> str:
-    """Return a clip as it is after its reading."""
-    clip = sent(world, who, route)
-    with world.server.database.writing() as session:
-        session.execute(
-            update(Clip)
-            .where(Clip.id == UUID(clip))
-            .values(state="read", attempt=attempt, holds=[1, 2, 3])
-        )
-    return clip
-
-
-def clips(world: World, who: str, route: str) -> Any:
-    path = f"{world.path}/clips?route={route}"
-    answer = world.server.ask("GET", path, world.people[who])
-    assert answer.status_code == 200, answer.text
-    return answer.json()["clips"]
-
-
-def confirm(world: World, who: str, clip: str, *moves: tuple[int, int]) -> Any:
-    body = {"moves": [{"number": number, "hold": hold} for number, hold in moves]}
-    return world.server.ask("PUT", f"{world.path}/clips/{clip}/confirmed", world.people[who], body)
-
-
 def beta(world: World, route: str, who: str = "member") -> Any:
     return world.server.ask("GET", f"{world.path}/routes/{route}/beta", world.people[who]).json()
 
 
 def videos(world: World) -> list[str]:
     return world.server.services.store.keys("clips/")
-
-
-def readings(world: World) -> ClipReadings:
-    server = world.server
-    return ClipReadings(server.settings, server.database, server.services.store)
 
 
 def test_a_clip_arrives_in_pieces_and_is_queued_once(world: World, route: str) -> None:

@@ -19,8 +19,8 @@ from walltopo_gym.scans.stages import ScanSteps
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.work import chores_of, tasks_of
 
-FEATURES = ("clips", "competitions", "hall", "insights")
-# An endpoint and a page's first words of each.
+FEATURES = ("clips", "competitions", "films", "hall", "insights")
+# An endpoint of each; films are a part of clips.
 ENDPOINTS = {
     "clips": "/gyms/{gym}/clips",
     "competitions": "/gyms/{gym}/competitions",

@@ -413,6 +413,24 @@ def an_own_clip(world: World) -> dict[str, Any]:
     return {"clip": row.id}
 
 
+def a_film(world: World) -> dict[str, Any]:
+    """A published film of the owner."""
+    values = an_own_clip(world)
+    with world.server.database.writing() as session:
+        row = session.get_one(Clip, values["clip"])
+        row.moves, row.confirmed_at = [{"limb": "left hand", "hold": 1, "time_s": 0.0}], now()
+        row.film_size, row.published_at = 5, now()
+    world.server.services.store.put(row.film, b"bytes")
+    return values
+
+
+def a_film_report(world: World) -> dict[str, Any]:
+    path = f"{world.path}/clips/{a_film(world)['clip']}/film/report"
+    assert world.server.ask("PUT", path, world.people["judge"], {}).is_success
+    reports = world.server.ask("GET", f"{world.path}/film-reports", world.owner).json()["items"]
+    return {"report": reports[0]["id"]}
+
+
 def a_problem_report(world: World) -> dict[str, Any]:
     values = a_members_problem(world)
     path = f"{world.path}/problems/{values['problem']}/report"
@@ -845,6 +863,13 @@ CASES = {
     ),
     "drop_clip": Case("member", values=an_own_clip),
     "read_route_beta": Case("guest", Scope.READ, a_route_to_film),
+    "list_films": Case("guest", Scope.READ, a_route_to_film),
+    "read_film": Case("guest", Scope.READ, a_film),
+    "put_film": Case("member", values=a_film, body=lambda w: {"of_age": True}),
+    "drop_film": Case("member", values=a_film),
+    "report_film": Case("member", values=a_film, body=lambda w: {}),
+    "list_film_reports": Case("setter", Scope.MANAGE),
+    "dismiss_film_report": Case("setter", Scope.MANAGE, a_film_report),
     "list_lists": Case("member", Scope.READ),
     "read_list": Case("guest", Scope.READ, a_linked_list),
     "read_list_progress": Case("member", Scope.READ, an_own_list),

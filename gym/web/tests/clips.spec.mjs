@@ -22,6 +22,14 @@ async function check(person, name) {
   await person.shot(name);
 }
 
+/** Wait until a film shows its first picture. */
+async function played(page, name) {
+  const film = page.getByLabel(name).and(page.locator("video"));
+  await film.scrollIntoViewIfNeeded();
+  await film.evaluate((video) => video.play());
+  await page.waitForFunction(() => [...document.querySelectorAll("video")].some(({ videoWidth, currentTime }) => videoWidth > 0 && currentTime > 0));
+}
+
 const ascents = (page, { gym }) => page.evaluate(async (path) => (await (await fetch(path)).json()).ascents.length, `/api/v1/me/data?gym=${gym}`);
 
 test("a clip becomes the beta that one confirms", async ({ browser, places }) => {
@@ -49,6 +57,7 @@ test("a clip becomes the beta that one confirms", async ({ browser, places }) =>
   let lost = 0;
   await context.route("**/clips/*", (route) => (route.request().method() === "PATCH" && lost++ === 0 ? route.abort() : route.continue()));
   member.expected(OFFLINE);
+  await page.getByLabel("Make a film that I can publish").setChecked(true);
   await choose.setInputFiles(places.clip);
   await page.getByText(/^(Sent\. Waiting|Reading:)/).waitFor();
   assert.ok(lost > 1);
@@ -73,6 +82,16 @@ test("a clip becomes the beta that one confirms", async ({ browser, places }) =>
   assert.equal(await moves.count(), before - 1);
   await moves.first().getByText("Hold 1").waitFor();
 
+  // The film is one's own until it is published.
+  await played(page, "Your film");
+  const publish = page.getByRole("button", { name: "Publish", exact: true });
+  assert.ok(await publish.isDisabled());
+  await page.getByLabel("I am 16 or older").setChecked(true);
+  await publish.scrollIntoViewIfNeeded();
+  await check(member, "clip-film");
+  await publish.click();
+  await page.getByText("Published at the route, with your name.").waitFor();
+
   // Nothing is logged until the form is saved.
   assert.equal(await ascents(page, places), 0);
   await page.getByText("Log this as an ascent").click();
@@ -93,14 +112,26 @@ test("a clip becomes the beta that one confirms", async ({ browser, places }) =>
   await member.close();
 });
 
-test("guests see the beta alone, and nobody sees clips that the owner switched off", async ({ browser, places }) => {
+test("guests see the beta and the films alone, and nobody sees clips that the owner switched off", async ({ browser, places }) => {
   const guest = await visit(browser, places);
   await guest.go(`/g/${places.gym}`);
   const address = await filmedRoute(guest.page, places);
   await guest.go(address);
   await guest.page.getByText("How others climb it").waitFor();
   assert.equal(await guest.page.getByText("Add your clip").count(), 0);
+  await guest.page.getByText("How others climb it").click();
+  await played(guest.page, /^Film by /);
+  await check(guest, "clip-films");
   await guest.close();
+
+  // Somebody else reports it; the setter removes it.
+  const judge = await visit(browser, places);
+  await signIn(judge, places, places.judge);
+  await judge.go(address);
+  await judge.page.getByText("How others climb it").click();
+  await judge.page.getByRole("button", { name: "Report", exact: true }).first().click();
+  await judge.page.getByText("Reported. The gym decides.").waitFor();
+  await judge.close();
 
   const owner = await visit(browser, places, { phone: false });
   const { page, go } = owner;
@@ -109,6 +140,11 @@ test("guests see the beta alone, and nobody sees clips that the owner switched o
   await page.getByText("Add your clip").click();
   await page.getByText("at most 60 seconds").waitFor();
   await check(owner, "clip");
+  await go(`/g/${places.gym}/settings/comments`);
+  await page.getByRole("button", { name: "Remove the film" }).scrollIntoViewIfNeeded();
+  await check(owner, "clip-reports");
+  await page.getByRole("button", { name: "Remove the film" }).click();
+  await page.getByText("No reported films.").waitFor();
   await go(`/g/${places.gym}/settings`);
   await page.getByRole("checkbox", { name: "Clips of attempts" }).setChecked(false);
   await page.getByRole("button", { name: "Save", exact: true }).click();

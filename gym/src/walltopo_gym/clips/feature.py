@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from sqlalchemy.orm import Session
 
-from walltopo_gym.clips.models import Clip
+from walltopo_gym.clips.models import Clip, FilmReport
 from walltopo_gym.clips.service import CLIPS, clips_in
 from walltopo_gym.database.engine import Database
 from walltopo_gym.events import OwnTables, TookPart
@@ -40,7 +40,7 @@ def _chores(settings: GymSettings, database: Database) -> Sequence[Chore]:
 
 
 def _own_tables(session: Session, question: OwnTables) -> None:
-    question.found.append(("clips", Clip))
+    question.found.extend([("clips", Clip), ("film_reports", FilmReport)])
 
 
 def _took_part(session: Session, question: TookPart) -> None:

@@ -1,4 +1,4 @@
-"""Table of clips and of the attempts that they show."""
+"""Tables of clips and the attempts that they show, and of reports on films."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from datetime import datetime
 from typing import Any
 from uuid import UUID
 
-from sqlalchemy import JSON, BigInteger, ForeignKey, Index, String
+from sqlalchemy import JSON, BigInteger, ForeignKey, Index, String, UniqueConstraint, false
 from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.database.base import Base, Keyed
@@ -20,6 +20,8 @@ class Clip(Keyed, Base):
     `total`: the step of the reading, and its frames. `fault`: why it could not be read, one of
     `reader.Fault`. `attempt`: an `AttemptFile` as plain values. `holds`: of the route, the lowest
     first. `moves`: the sequence that the person confirmed, as {"limb", "hold", "time_s"}.
+    `wants_film`: a film is made (`films.py`); `film_size`: its bytes, None without one.
+    `published_at`: since then the route shows the film.
     """
 
     __tablename__ = "clips"
@@ -39,8 +41,27 @@ class Clip(Keyed, Base):
     holds: Mapped[list[int]] = mapped_column(JSON, default=list)
     moves: Mapped[list[dict[str, Any]] | None] = mapped_column(JSON(none_as_null=True))
     confirmed_at: Mapped[datetime | None]
+    wants_film: Mapped[bool] = mapped_column(default=False, server_default=false())
+    film_size: Mapped[int | None] = mapped_column(BigInteger)
+    published_at: Mapped[datetime | None]
+
+    @property
+    def film(self) -> str:
+        """Return the key of the film in the store of files."""
+        return f"films/{self.id}"
 
     @property
     def video(self) -> str:
         """Return the key of the video in the store of files."""
         return f"clips/{self.id}"
+
+
+class FilmReport(Keyed, Base):
+    """A person reports a film; deleted when the gym decides."""
+
+    __tablename__ = "film_reports"
+    __table_args__ = (UniqueConstraint("clip_id", "person_id"),)
+
+    clip_id: Mapped[UUID] = mapped_column(ForeignKey("clips.id", ondelete="CASCADE"))
+    person_id: Mapped[UUID] = mapped_column(ForeignKey("people.id", ondelete="CASCADE"), index=True)
+    reason: Mapped[str] = mapped_column(String(200), default="")

@@ -21,6 +21,7 @@ from walltopo.reconstruct.ingest.video import video_seconds
 from walltopo.scans.folder import ScanFolder
 from walltopo_climb.beta.attempt_file import attempt_file
 from walltopo_climb.beta.clip import RATE, read_clip
+from walltopo_climb.beta.film import write_film
 from walltopo_climb.beta.refusal import ClipError, ClipFault
 from walltopo_climb.beta.scanned_wall import ScannedWall
 from walltopo_gym.scans.artifacts import landmarks_of
@@ -31,18 +32,23 @@ _INTERVAL_S = 1.0  # between two messages that only count
 
 
 class ReadRequest(msgspec.Struct, frozen=True):
-    """A video, the folder of a scan, the number of a route in it, and the longest clip."""
+    """A video, the folder of a scan, the number of a route in it, and the longest clip.
+
+    `film`: the file for the film that others may see; empty: none is wanted.
+    """
 
     video: str
     scan: str
     route: int
     max_seconds: float
+    film: str = ""
 
 
 class Phase(msgspec.Struct, frozen=True, tag="phase"):
-    """The present step: loading the wall, or reading frames; `total` is None if it is unknown."""
+    """The present step: loading the wall, reading frames, or making the film; `total` is None if it
+    is unknown."""
 
-    name: Literal["wall", "frames"]
+    name: Literal["wall", "frames", "film"]
     done: int = 0
     total: int | None = None
 
@@ -100,6 +106,9 @@ def read(request: ReadRequest, reporter: _Reporter) -> Found:
     reporter.begin_frames(math.ceil(seconds * RATE) if math.isfinite(seconds) else None)
     reading = read_clip(Path(request.video), wall, route.id, reporter, request.max_seconds)
     attempt = attempt_file(reading, wall, "")
+    if request.film:
+        reporter.send(Phase("film"))
+        write_film(Path(request.video), Path(request.film), reading.frames, request.max_seconds)
     heights = {hold.id: hold.position[2] for hold in wall.holds}
     holds = sorted(route.holds, key=lambda hold: heights[hold])
     return Found(msgspec.to_builtins(attempt, str_keys=True), holds)

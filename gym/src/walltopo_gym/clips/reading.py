@@ -16,6 +16,7 @@ from sqlalchemy.orm import Session
 
 from walltopo.scans.folder import ScanFolder
 from walltopo_gym.clips.child import Limits, WithdrawnError, read_in_child
+from walltopo_gym.clips.films import forget_old_films
 from walltopo_gym.clips.models import Clip
 from walltopo_gym.clips.reader import Fault, Found, Phase, ReadRequest, Refused
 from walltopo_gym.clips.service import CLIPS, MAX_SECONDS, PENDING, ClipState, route_number
@@ -51,25 +52,35 @@ class ClipReadings:
             number = None if row is None else route_number(session, row.route_id, row.scan_id)
         if row is not None:
             try:
-                found = Refused("no-route") if number is None else self._read(row, number)
+                found, film = (
+                    (Refused("no-route"), None) if number is None else self._read(row, number)
+                )
                 with self.database.writing() as session:
-                    _store_result(session, one, found)
+                    _store_result(session, one, found, film)
             except WithdrawnError:
                 _LOG.info("clip %s was deleted while it was read", clip)
         self.store.drop([f"clips/{one}"])
 
-    def _read(self, row: Clip, number: int) -> Found | Refused:
+    def _read(self, row: Clip, number: int) -> tuple[Found | Refused, int | None]:
+        """Return the answer, and the size of the film that was stored."""
         with tempfile.TemporaryDirectory() as name:
             video, folder = Path(name) / "video", ScanFolder(Path(name) / "scan")
+            film = Path(name) / "film.mp4"
             self.store.fetch(row.video, video)
             download_wall(self.store, row.scan_id, folder)
-            request = ReadRequest(str(video), str(folder.root), number, MAX_SECONDS + _OVER_S)
+            request = ReadRequest(
+                str(video), str(folder.root), number, MAX_SECONDS + _OVER_S,
+                str(film) if row.wants_film else "",
+            )  # fmt: skip
             limits = Limits(
                 self.settings.clip_minutes * 60, self.settings.clip_memory_mb, self.stopping
             )
             found = read_in_child(request, limits, lambda phase: self._report(row.id, phase))
             upload_landmarks(self.store, row.scan_id, folder)
-            return found
+            if not isinstance(found, Found) or not film.is_file():
+                return found, None
+            self.store.put(row.film, film)
+            return found, film.stat().st_size
 
     def _report(self, clip: UUID, phase: Phase) -> bool:
         """Store the present step; return False if the clip was deleted."""
@@ -94,19 +105,25 @@ def gym_of(session: Session, route: UUID) -> UUID:
 
 
 def tidy(settings: GymSettings, database: Database) -> None:
-    """Delete clips whose last byte never came, and videos and pieces that no clip waits for."""
+    """Delete clips whose last byte never came, videos and pieces that no clip waits for, and films
+    that nobody published in time or that were removed."""
     incoming = Incoming(settings.data / "incoming", settings.keep_free_mb).beside("clips")
     store = open_store(settings)
-    pieces, videos = incoming.photos(), store.keys("clips/")  # before the rows: new ones stay
+    # Before the rows: new ones stay.
+    pieces, videos, films = incoming.photos(), store.keys("clips/"), store.keys("films/")
     before = now() - _GIVEN_UP
     with database.writing() as session:
         receiving = Clip.state == ClipState.RECEIVING
         session.execute(delete(Clip).where(receiving, Clip.created_at < before))
         wanted = set(session.scalars(select(Clip.id).where(Clip.state.in_(PENDING) | receiving)))
+        forget_old_films(session)
+        session.flush()
+        shown = set(session.scalars(select(Clip.id).where(Clip.film_size.is_not(None))))
     for piece in pieces - wanted:
         incoming.drop(piece)
-    kept = {f"clips/{one}" for one in wanted}
-    store.drop([key for key in videos if key not in kept])
+    # A clip that is still being read has its film in the store before it has a size.
+    kept = {f"clips/{one}" for one in wanted} | {f"films/{one}" for one in wanted | shown}
+    store.drop([key for key in videos + films if key not in kept])
 
 
 def _claim(session: Session, clip: UUID) -> Clip | None:
@@ -122,11 +139,12 @@ def _change(session: Session, clip: UUID, **values: Any) -> bool:
     return session.scalar(pending.values(**values).returning(Clip.id)) is not None
 
 
-def _store_result(session: Session, clip: UUID, found: Found | Refused) -> None:
+def _store_result(
+    session: Session, clip: UUID, found: Found | Refused, film: int | None = None
+) -> None:
     if isinstance(found, Refused):
         fault: Fault = found.fault
         _change(session, clip, state=ClipState.UNREADABLE, fault=fault)
     else:
-        _change(
-            session, clip, state=ClipState.READ, attempt=found.attempt, holds=found.holds, phase=""
-        )
+        values = {"attempt": found.attempt, "holds": found.holds, "phase": "", "film_size": film}
+        _change(session, clip, state=ClipState.READ, **values)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from uuid import UUID
 
 from sqlalchemy import select, update
@@ -33,8 +34,17 @@ def check_video(name: str) -> None:
         raise RequestError("clip-no-video", "clip-videos-are", videos=videos)
 
 
+@dataclass(frozen=True)
+class Announced:
+    """A video's size in bytes, its hash if it is known, and whether a film of it is wanted."""
+
+    size: int
+    sha256: str | None
+    wants_film: bool = False
+
+
 def clip_to_receive(
-    session: Session, route: Route, person: UUID, size: int, sha256: str | None
+    session: Session, route: Route, person: UUID, announced: Announced
 ) -> tuple[Clip, bool]:
     """Return the clip to receive, and whether it is new; one with the same content is the existing
     one, whose sender resumes.
@@ -45,11 +55,11 @@ def clip_to_receive(
     TooManyError : the limit of a day.
     """
     take_turn(session, f"clips {person}")
-    if sha256 is not None:
+    if announced.sha256 is not None:
         same = select(Clip).where(Clip.person_id == person, Clip.route_id == route.id)
-        same = same.where(Clip.sha256 == sha256, Clip.size == size).order_by(Clip.created_at)
+        same = same.where(Clip.sha256 == announced.sha256, Clip.size == announced.size)
         same = same.where(Clip.state != ClipState.UNREADABLE)  # which may be sent again
-        found = session.scalars(same).first()
+        found = session.scalars(same.order_by(Clip.created_at)).first()
         if found is not None:
             return found, False
     scan = session.get_one(Wall, route.wall_id).published_scan_id
@@ -60,8 +70,9 @@ def clip_to_receive(
         person_id=person,
         route_id=route.id,
         scan_id=scan,
-        size=size,
-        sha256=sha256,
+        size=announced.size,
+        sha256=announced.sha256,
+        wants_film=announced.wants_film,
         state=ClipState.RECEIVING,
     )
     session.add(clip)

@@ -48,7 +48,8 @@ _FOR_EVER: Final = "public, max-age=31536000, immutable"
 # there.
 _POLICY: Final = (
     "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; "
-    "img-src 'self' blob: data:; media-src blob:; connect-src 'self' blob:; worker-src 'self'; "
+    "img-src 'self' blob: data:; media-src 'self' blob:; connect-src 'self' blob:; "
+    "worker-src 'self'; "
     "manifest-src 'self'; frame-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors "
 )
 

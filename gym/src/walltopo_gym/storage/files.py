@@ -77,6 +77,21 @@ class FileStore:
             raise NotFoundError("file-gone") from error
         return (bytes(piece) for piece in found.stream(min_chunk_size=_CHUNK))
 
+    def part(self, key: str, begin: int, end: int) -> Iterator[bytes]:
+        """Yield the bytes of a file from `begin` to before `end` in pieces.
+
+        Raises
+        ------
+        NotFoundError : there is no such file; raised before the first piece.
+        """
+        if not self.has(key):
+            raise NotFoundError("file-gone")
+        starts = range(begin, end, _CHUNK)
+        return (
+            bytes(obstore.get_range(self.objects, key, start=at, end=min(at + _CHUNK, end)))
+            for at in starts
+        )
+
     def fetch(self, key: str, path: Path) -> None:
         """Write a file to `path`, whole or not at all.
 

@@ -1,6 +1,6 @@
 /** A clip and its attempt, as the pages show them. */
 
-import type { Schemas } from "../api/client";
+import { PREFIX, type Schemas } from "../api/client";
 import { t } from "../i18n.svelte";
 
 export type Clip = Schemas["ClipOut"];
@@ -16,6 +16,11 @@ export function isPending({ state }: Clip): boolean {
 /** A hold by its number among the route's holds, from the lowest on; of another route without one. */
 export function holdName(number: number | null | undefined): string {
   return number == null ? t("clips.otherHold") : t("clips.hold", { number });
+}
+
+/** The address of a clip's film. */
+export function filmAddress(gym: string, clip: string): string {
+  return `${PREFIX}/gyms/${gym}/clips/${clip}/film`;
 }
 
 export function isHand({ limb }: Pick<Move, "limb">): boolean {

@@ -6,8 +6,9 @@ export type Feature = Schemas["GymOut"]["features_off"][number];
 
 /** A feature, and the pages of a gym that belong to it. */
 const PAGES: Record<Feature, RegExp> = {
-  clips: /(?!)/, // it has no pages of its own
+  clips: /(?!)/, // clips and films have no pages of their own
   competitions: /^\/g\/[^/]+\/competitions(\/|$)/,
+  films: /(?!)/,
   hall: /^\/g\/[^/]+\/settings\/hall(\/|$)/,
   insights: /^\/g\/[^/]+\/insights(\/|$)/,
 };

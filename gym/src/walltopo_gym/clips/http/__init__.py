@@ -6,6 +6,6 @@ from typing import Final
 
 from fastapi import APIRouter
 
-from walltopo_gym.clips.http import clips, uploads
+from walltopo_gym.clips.http import clips, films, uploads
 
-ROUTERS: Final[tuple[APIRouter, ...]] = (clips.router, uploads.router)
+ROUTERS: Final[tuple[APIRouter, ...]] = (clips.router, films.router, uploads.router)

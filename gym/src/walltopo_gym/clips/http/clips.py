@@ -14,6 +14,7 @@ from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.api.fields import Body
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.clips.beta import HandOrder, RouteBeta, beta_of
+from walltopo_gym.clips.films import may_publish
 from walltopo_gym.clips.http.uploads import ClimberMay
 from walltopo_gym.clips.models import Clip
 from walltopo_gym.clips.service import (
@@ -72,9 +73,10 @@ class ClipOut(BaseModel):
     """One's own clip.
 
     `state`: "receiving", "sent", "reading", "read" or "unreadable", then `fault` has the reason.
-    `phase`: "wall" while the scan is loaded, "frames" while frames are read: `done` of `total`.
+    `phase`: "wall" while the scan is loaded, "frames" while frames are read: `done` of `total`,
+    "film" while the film is made.
     `scan_id`: the version of the wall that has the ids of the holds. `confirmed`: the sequence that
-    one has confirmed.
+    one has confirmed. `has_film`: there is a film, `published_at`: since then the route shows it.
     """
 
     id: UUID
@@ -88,13 +90,16 @@ class ClipOut(BaseModel):
     created_at: datetime
     attempt: ClipAttempt | None
     confirmed: list[ClipMove] | None
+    has_film: bool
+    published_at: datetime | None
 
 
 class OwnClips(BaseModel):
-    """One's latest clips, and the limits of the next one."""
+    """One's latest clips, and the limits of the next one; `films`: one may publish films here."""
 
     max_mb: int
     max_seconds: int
+    films: bool
     clips: list[ClipOut]
 
 
@@ -110,6 +115,7 @@ def list_clips(
     return OwnClips(
         max_mb=services.settings.max_clip_mb,
         max_seconds=MAX_SECONDS,
+        films=may_publish(session, access.gym, access.actor.known, services.settings.features),
         clips=[_clip_out(row) for row in rows],
     )
 
@@ -220,6 +226,8 @@ def _clip_out(row: Clip) -> ClipOut:
             moves=[ClipReadMove(**vars(move)) for move in moves_of(attempt)],
         ),
         confirmed=None if row.moves is None else [ClipMove(**move) for move in row.moves],
+        has_film=row.film_size is not None,
+        published_at=row.published_at,
     )
 
 

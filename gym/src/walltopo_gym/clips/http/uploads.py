@@ -7,13 +7,15 @@ from typing import Annotated
 from uuid import UUID
 
 from anyio import to_thread
-from fastapi import APIRouter, BackgroundTasks, Header, Request, Response
+from fastapi import APIRouter, BackgroundTasks, Header, Query, Request, Response
 
 from walltopo_gym.api.fields import Digits
 from walltopo_gym.api.services import Db, Services, ServicesOf
 from walltopo_gym.api.tus import Tus, check_content_type, read_metadata, write_body
+from walltopo_gym.clips.films import check_films
 from walltopo_gym.clips.models import Clip
 from walltopo_gym.clips.receiving import (
+    Announced,
     announced_sizes,
     check_video,
     clip_to_receive,
@@ -43,6 +45,7 @@ def announce_clip(
     access: ClimberMay,
     upload_length: Annotated[Digits, Header(ge=1, lt=2**63)],
     upload_metadata: Annotated[str, Header(max_length=2000)],
+    film: Annotated[bool, Query(description="make a film that may be published")] = False,
     _: None = Tus,
 ) -> None:
     """Announce a clip of an attempt; `Location` is its address, `Upload-Offset` the number of
@@ -55,7 +58,10 @@ def announce_clip(
     me = access.actor.known
     check_not_banned(session, access.gym.id, me)
     row = route_of(session, access.gym.id, route)
-    clip, is_new = clip_to_receive(session, row, me, upload_length, metadata.get("sha256"))
+    if film:
+        check_films(session, access.gym, me, services.settings.features)
+    announced = Announced(upload_length, metadata.get("sha256"), film)
+    clip, is_new = clip_to_receive(session, row, me, announced)
     if is_new:
         others = announced_sizes(session)
         del others[clip.id]
