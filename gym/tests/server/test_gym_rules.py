@@ -1086,6 +1086,7 @@ def operations(server: Server) -> dict[str, tuple[str, str, dict[str, Any]]]:
 EXCEPT = (
     {(name, "owner"): 409 for name in ("leave_gym", "delete_me")}
     | {("confirm_second_factor", kind): 409 for kind in PEOPLE}  # none was begun
+    | {("drop_film", kind): 403 for kind in ("member", "judge")}  # another's
     | {
         (name, kind): 404
         for name in (
@@ -1101,6 +1102,7 @@ EXCEPT = (
             "send_clip",
             "confirm_own_clip",
             "drop_clip",
+            "put_film",
             "read_list_progress",
             "drop_passkey",
             "pin_ascent",
