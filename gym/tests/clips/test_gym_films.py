@@ -107,7 +107,7 @@ def test_nothing_is_kept_of_a_clip_without_a_wish_for_a_film(
 
 
 @pytest.mark.parametrize(
-    ("asked", "status", "part"),
+    ("wanted", "status", "part"),
     [
         ("bytes=0-", 206, FILM),
         ("bytes=5-1200004", 206, FILM[5:1200005]),
@@ -119,9 +119,9 @@ def test_nothing_is_kept_of_a_clip_without_a_wish_for_a_film(
     ],
 )
 def test_a_player_gets_the_part_that_it_asks_for(
-    world: World, clip: str, asked: str, status: int, part: bytes
+    world: World, clip: str, wanted: str, status: int, part: bytes
 ) -> None:
-    answer = film(world, clip, "member", range=asked)
+    answer = film(world, clip, "member", range=wanted)
     assert (answer.status_code, answer.content) == (status, part)
     if status == 206:
         begin = FILM.index(part) if len(part) > 7 else len(FILM) - 7

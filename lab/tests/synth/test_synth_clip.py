@@ -13,7 +13,8 @@ from walltopo.core.files import read_json
 from walltopo.scans.attempt import AttemptFile
 from walltopo_climb.movement.body import BODIES
 from walltopo_lab.synth.clip import Passer
-from walltopo_lab.synth.film import film_gym, read_clips
+from walltopo_lab.synth.film import film_gym
+from walltopo_lab.synth.filmed import read_clips
 from walltopo_lab.synth.mannequin import draw_body, draw_clothes, parts_of, skeleton_of
 from walltopo_lab.synth.path import look_at
 from walltopo_lab.synth.small import write_tiny_gym

@@ -12,7 +12,7 @@ _ONE_RANGE = re.compile(r"bytes=(\d*)-(\d*)")
 
 
 def ranged_file(
-    store: FileStore, key: str, size: int, media_type: str, asked: str | None
+    store: FileStore, key: str, size: int, media_type: str, wanted: str | None
 ) -> StreamingResponse:
     """Return a private file, or the part that a `Range` header asks for.
 
@@ -20,14 +20,14 @@ def ranged_file(
 
     Parameters
     ----------
-    size : of the file, bytes. asked : the header's value.
+    size : of the file, bytes. wanted : the header's value.
 
     Raises
     ------
     NotFoundError : there is no such file.
     """
     headers = {"accept-ranges": "bytes", "cache-control": "private, no-cache"}
-    part = None if asked is None else _part(asked, size)
+    part = None if wanted is None else _part(wanted, size)
     if part is None:
         headers["content-length"] = str(size)
         return StreamingResponse(store.chunks(key), media_type=media_type, headers=headers)
@@ -41,12 +41,12 @@ def ranged_file(
     return StreamingResponse(pieces, 206, media_type=media_type, headers=headers)
 
 
-def _part(asked: str, size: int) -> tuple[int, int] | None:
+def _part(wanted: str, size: int) -> tuple[int, int] | None:
     """Return the first byte and the byte after the last one; an empty part lies outside the file.
 
     None: the header is to be ignored.
     """
-    found = _ONE_RANGE.fullmatch(asked.strip())
+    found = _ONE_RANGE.fullmatch(wanted.strip())
     if found is None or not any(found.groups()):
         return None
     first, last = found.groups()

@@ -288,7 +288,7 @@ def _evaluate_beta(args: argparse.Namespace) -> int:
     from walltopo.core.outputs import written_file
     from walltopo.scans.folder import ScanFolder
     from walltopo_lab.evaluate.beta import BetaFigures, KnownWall, evaluate_clip, figures_row
-    from walltopo_lab.synth.film import read_clips
+    from walltopo_lab.synth.filmed import read_clips
 
     clips = read_clips(args.clips)
     with ExitStack() as stack:

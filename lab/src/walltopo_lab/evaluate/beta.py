@@ -21,7 +21,7 @@ from walltopo_lab.evaluate.contacts import ContactCounts, count_contacts, order_
 from walltopo_lab.evaluate.scan import scan_views
 from walltopo_lab.evaluate.truth import read_truth
 from walltopo_lab.synth.climbs import TrueWall, read_true_wall
-from walltopo_lab.synth.film import FilmedClip
+from walltopo_lab.synth.filmed import FilmedClip
 
 Floats = NDArray[np.float64]
 

@@ -1,6 +1,6 @@
 """Clips of climbers on a generated gym, each with its truth.
 
-`N.mp4` is the clip, `N.json` (a `FilmedClip`) its truth. A jointed body with clothes climbs routes
+A jointed body with clothes climbs routes
 as the movement model climbs them. Two phones of three stand, the third is held by a hand; every
 second climb ends in a fall; through every fourth clip somebody walks.
 """
@@ -9,19 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import Camera, InputError, Progress, Silent
-from walltopo.scans.attempt import Seconds
-from walltopo.scans.document import Document, Label, Side
+from walltopo.core import InputError, Progress, Silent
 from walltopo_climb.movement.body import BODIES
 from walltopo_lab.synth.climbs import TrueClimb, TrueWall, climb_route, read_true_wall
 from walltopo_lab.synth.clip import Climber, Passer, Phone, film_climb, phone_path
 from walltopo_lab.synth.develop import draw_exposure
+from walltopo_lab.synth.filmed import ContactTruth, FilmedClip, pinhole
 from walltopo_lab.synth.gym import make_gym
 from walltopo_lab.synth.mannequin import draw_clothes
 from walltopo_lab.synth.performance import TrueContact
@@ -32,45 +29,6 @@ Floats = NDArray[np.float64]
 
 SIZE = (720, 1280)
 _TRIES = 8  # climbs drawn for each clip that is wanted
-Row = tuple[float, float, float, float]
-
-
-class ContactTruth(msgspec.Struct, frozen=True):
-    """A limb on a hold of the gym; `begin_s` and `end_s` in the file."""
-
-    limb: Annotated[int, msgspec.Meta(ge=0, le=3)]
-    hold: Label
-    begin: Seconds = msgspec.field(name="begin_s")
-    end: Seconds = msgspec.field(name="end_s")
-
-
-class FilmedClip(Document, frozen=True, kw_only=True):
-    """The truth of a clip.
-
-    Parameters
-    ----------
-    route : id in the gym, number + 1. body : a name of `BODIES`.
-    length : `length_s` in the file.
-    focal : pixels; the camera has no distortion, its centre is that of the picture.
-    cam_from_world : (F, 3, 4) of the frames, metres.
-    """
-
-    route: Label
-    body: str
-    is_topped: bool
-    is_handheld: bool
-    has_passer: bool
-    length: Seconds = msgspec.field(name="length_s")
-    width: Side
-    height: Side
-    focal: float
-    cam_from_world: tuple[tuple[Row, Row, Row], ...]
-    contacts: tuple[ContactTruth, ...]
-
-    @property
-    def camera(self) -> Camera:
-        """Return the camera of all frames."""
-        return _camera(self.width, self.height, self.focal)
 
 
 def film_gym(
@@ -111,19 +69,6 @@ def film_gym(
         yield video, FilmedClip.load(truth)
     if made < count:
         raise InputError(f"{gym}: its routes give {made} clips of {count} wanted")
-
-
-def read_clips(folder: Path) -> list[tuple[Path, FilmedClip]]:
-    """Return the clips of a folder of `walltopo film` and their truths.
-
-    Raises
-    ------
-    InputError : the folder has no clips, or a truth is missing or damaged.
-    """
-    videos = sorted(folder.glob("*.mp4"), key=lambda path: (len(path.stem), path.stem))
-    if not videos:
-        raise InputError(f"{folder}: no clips here", "`walltopo film` makes some.")
-    return [(video, FilmedClip.load(video.with_suffix(".json"))) for video in videos]
 
 
 class _Studio:
@@ -179,7 +124,7 @@ class _Studio:
         eye += rng.uniform(-1.2, 1.2) * np.array([-level[1], level[0], 0])
         eye[2] = rng.uniform(1.2, 1.7)
         return Phone(
-            _camera(*self.size, float(rng.uniform(0.7, 0.9) * max(self.size))),
+            pinhole(*self.size, float(rng.uniform(0.7, 0.9) * max(self.size))),
             phone_path(eye, middle, len(performance.times), rng, handheld=handheld),
             draw_exposure(self.recipe.photos, self.renderer.gym.settings.light, rng),
         )
@@ -187,10 +132,6 @@ class _Studio:
 
 def _contact(one: TrueContact) -> ContactTruth:
     return ContactTruth(one.limb, one.hold, one.begin, one.end)
-
-
-def _camera(width: int, height: int, focal: float) -> Camera:
-    return Camera("SIMPLE_PINHOLE", width, height, (focal, width / 2, height / 2))
 
 
 def _passer(climb: TrueClimb, phone: Phone, rng: np.random.Generator) -> Passer:

@@ -119,7 +119,7 @@ def put_film(
 
 @router.delete("/gyms/{gym}/clips/{clip}/film", status_code=204)
 def drop_film(clip: UUID, session: Db, access: ClimberMay) -> None:
-    """Remove a film: one's own, or as a setter a published one. What was read in it stays."""
+    """Remove a film: one's own, or as a setter a published one. The moves that were read stay."""
     row = film_of(session, access.gym.id, clip, access.actor.known)
     if row.person_id != access.actor.known:
         if not access.role.covers(Role.SETTER):
