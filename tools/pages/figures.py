@@ -49,7 +49,8 @@ CONSTANTS: dict[str, tuple[str, ...]] = {
     "colours.md": ("5 mm", "10 %", "15 %", "40 %"),
     "dense.md": ("8 mm", "50 mm", "20 %"),
     "evaluate.md": ("8 mm", "10 mm", "20 mm"),
-    "gym.md": ("30 s", "150 MB"),
+    "gym.md": ("150 MB",),
+    "results.md": ("30 s",),
     "lift.md": ("12 mm",),
     "measure.md": (
         *("420 mm", "297 mm", "210 mm", "4 mm", "150 mm", "115 mm", "80 mm"),

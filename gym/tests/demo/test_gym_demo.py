@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from datetime import UTC, datetime, timedelta
+from pathlib import Path
 from typing import Any
 from uuid import UUID, uuid4
 
@@ -18,12 +19,14 @@ from walltopo_gym.accounts.models import Person
 from walltopo_gym.climbing.counting import recount_gym
 from walltopo_gym.climbing.kinds import FIRST_TRIES, Kind, kinds_of
 from walltopo_gym.climbing.models import Ascent, ClimbingSession, Opinion, Standing
+from walltopo_gym.clips.models import Clip
 from walltopo_gym.clock import now
 from walltopo_gym.competitions.demo import COMPETITORS, hold_cups
 from walltopo_gym.competitions.history import board_of
 from walltopo_gym.competitions.models import Competition
 from walltopo_gym.crowd.filled import DemoFilled
 from walltopo_gym.crowd.people import CLIMBERS, DAYS, add_climbers, email_of
+from walltopo_gym.demo.clip import DemoClip, send_clip
 from walltopo_gym.demo.hall import NAME, name_routes
 from walltopo_gym.demo.ropes import make_ropes
 from walltopo_gym.gyms.models import Gym, Membership
@@ -263,3 +266,26 @@ def test_climbers_made_problems_once(world: World) -> None:
             steps = np.diff([heights[used["hold"]] for used in problem.holds])
             assert ((steps > 0.2) & (steps < 0.9)).all()
         assert session.scalar(select(func.count()).select_from(ProblemAscent))
+
+
+def test_the_demo_sends_its_clip_once_to_the_route_of_its_colour(
+    world: World, tmp_path: Path
+) -> None:
+    scan = world.reviewed({1: [1, 2], 2: [3, 4]}, HOLDS)
+    entries = ({"number": 1, "name": "red"}, {"number": 2, "name": "blue"})
+    assert world.publish(scan, *entries).is_success
+    with world.server.database.writing() as session:
+        for route in session.scalars(select(Route).where(Route.wall_id == world.wall.id)):
+            route.colour = route.name
+    video = tmp_path / "clip.mp4"
+    video.write_bytes(b"no video, but bytes")
+    server, climber = world.server, world.people["member"].id
+    assert climber is not None
+    for colour in ("blue", "blue", "green"):
+        clip = DemoClip(video, world.wall.name, colour)
+        to = (world.gym.id, climber)
+        send_clip(server.settings, server.database, server.services.store, to, clip)
+    with server.database.reading() as session:
+        [row] = session.scalars(select(Clip).where(Clip.person_id == climber))
+        assert (row.state, row.wants_film) == ("sent", True)
+        assert session.get_one(Route, row.route_id).colour == "blue"

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Final
 
 PHOTOS: Final = ("examples/demo-photos", "examples/demo-photos-harbour")
+_CLIP: Final = (Path("examples/demo-clip.mp4"), "Corner", "red")  # of the first wall's red route
 
 
 def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -20,8 +21,7 @@ def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
         type=Path,
         metavar="DIR",
         nargs="+",
-        default=[Path(name) for name in PHOTOS],
-        help=f"of a wall each (default: {' '.join(PHOTOS)})",
+        help=f"of a wall each (default: {' '.join(PHOTOS)}, and a clip of a climber)",
     )
     demo.add_argument("--port", help="port to listen on; 0: any free one (default 8080)")
     demo.add_argument("--no-serve", action="store_true", help="make it, and end")
@@ -33,6 +33,7 @@ def _demo(args: argparse.Namespace) -> int:
 
     from walltopo.cli.console import console
     from walltopo_gym.cli.gym_data import database_of
+    from walltopo_gym.demo.clip import DemoClip
     from walltopo_gym.demo.hall import SLUG, Hall
     from walltopo_gym.server.request_log import log_config
     from walltopo_gym.server.run import serve
@@ -42,7 +43,11 @@ def _demo(args: argparse.Namespace) -> int:
     settings = load_settings({"data": args.data, "port": args.port})
     logging.config.dictConfig(log_config(settings.log))
     with database_of(settings) as database:
-        accounts = Hall(settings, database, open_store(settings), console.print).make(args.photos)
+        hall = Hall(settings, database, open_store(settings), console.print)
+        if args.photos is None:
+            accounts = hall.make([Path(name) for name in PHOTOS], DemoClip(*_CLIP))
+        else:
+            accounts = hall.make(args.photos)
 
     def tell(address: str) -> None:
         port = address.rpartition(":")[2]

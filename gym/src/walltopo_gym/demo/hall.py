@@ -30,6 +30,7 @@ from walltopo_gym.clock import now
 from walltopo_gym.crowd.filled import DemoFilled
 from walltopo_gym.crowd.people import add_climbers, fill_own
 from walltopo_gym.database.engine import Database
+from walltopo_gym.demo.clip import DemoClip, send_clip
 from walltopo_gym.demo.ropes import make_ropes
 from walltopo_gym.events import publish_event
 from walltopo_gym.gyms.members import add_member
@@ -94,12 +95,12 @@ class Hall:
     store: FileStore
     tell: Callable[[str], None]
 
-    def make(self, folders: Sequence[Path]) -> dict[str, str]:
+    def make(self, folders: Sequence[Path], clip: DemoClip | None = None) -> dict[str, str]:
         """Create what is missing and return address to password of the two accounts.
 
         Parameters
         ----------
-        folders : photos of a wall each.
+        folders : photos of a wall each. clip : of the demo climber, read once a worker runs.
 
         Raises
         ------
@@ -131,6 +132,8 @@ class Hall:
             make_ropes(session, gym, climber, now())
             publish_event(session, DemoFilled(gym, setter, routes, current, versions, now()))
         recount_gym(self.database, gym.id)
+        if clip is not None:
+            send_clip(self.settings, self.database, self.store, (gym.id, climber), clip)
         return accounts
 
     def _versions(self, walls: Sequence[UUID]) -> dict[UUID, VersionHolds]:
