@@ -49,6 +49,17 @@ def test_once_the_climber_is_known_one_square_is_read_a_frame() -> None:
     assert [reader.readings.count(k) for k in range(known + 1, 100)] == [1] * (99 - known)
 
 
+def test_a_body_that_leaves_its_square_is_found_in_a_wider_one() -> None:
+    def folding(number: int) -> Floats:
+        """Return a climber whose hips move by six tenths of the square between two frames."""
+        return upright(200.0, GROUND - 2.0 * number - (0.6 * SIZE if number >= 40 else 0.0))
+
+    reader = FakeReader(lambda k: [folding(k)])
+    found = list(find_poses(numbered_frames(60), reader))
+    assert places(found) == [hips(folding(k)) for k in range(60)]
+    assert max(reader.searches) < 40  # nobody was sought in the whole frame
+
+
 def test_a_spotter_is_not_the_climber() -> None:
     reader = FakeReader(lambda k: [squatting(k), climber(k, start=40)])
     found = list(find_poses(numbered_frames(150), reader))

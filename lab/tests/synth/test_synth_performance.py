@@ -55,6 +55,15 @@ def test_a_limb_lies_on_its_hold_for_as_long_as_its_contact_lasts() -> None:
     assert hands[2:] == moved
 
 
+def test_a_foot_without_a_hold_hangs_below_the_hips_and_falls_with_the_body() -> None:
+    _, _, performance = climbed(0)
+    legs = np.linalg.norm(performance.limbs[:, 2:] - performance.hips[:, None], axis=2)
+    assert legs.max() < 1.1 * ADULT.leg
+    assert (performance.limbs[:, 2:, 2] > -1e-9).all()
+    landed = performance.hips[-1, 2]
+    assert landed < performance.hips[:, 2].max() - 1.0
+
+
 @pytest.mark.parametrize("handheld", [False, True])
 def test_contacts_are_found_in_a_clip_with_the_errors_of_a_network(handheld: bool) -> None:
     climb, _, _ = climbed(0)

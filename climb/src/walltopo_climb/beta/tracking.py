@@ -47,6 +47,7 @@ _SEARCH_LOST_S = 0.3  # between searches if nobody is followed
 _CHECK_S = 1.0  # between checks that the climber is a person
 MAX_UNSEEN_S = 2.5  # without a passed check, after which the climber counts as lost
 _MIN_MOVED = 0.05  # smaller rises, in sides of the square, are noise
+_WIDER = 1.4  # side of the square in which a lost person is sought first, in sides of the last one
 _SAME = 0.15  # distance of centres, in sides of the square, below which two tracks are one person
 # Distance at which a lost person is found again, in sides of the square: at once, and per second.
 _REACH, _REACH_PER_S = 0.3, 1.0
@@ -140,10 +141,10 @@ class _Crowd:
         """Read the poses of a frame."""
         row: dict[_Track, Pose] = {}
         for track in self.tracks:
-            if not self.rows or track not in self.rows[-1]:
+            if time - track.seen >= MAX_UNSEEN_S:
                 continue  # lost
-            pose = self.reader.read_pose(frame, track.region)
-            if pose.score >= MIN_SCORE and not _is_among(pose, row.values()):
+            pose = _read_pose_of(track, self.reader, frame)
+            if pose is not None and not _is_among(pose, row.values()):
                 track.update(pose, time)
                 row[track] = pose
         pause = _SEARCH_S if row else _SEARCH_LOST_S
@@ -206,8 +207,8 @@ def _follow(
     for time, frame in frames:
         pose: Pose | None = None
         if time - passed < MAX_UNSEEN_S:
-            pose = reader.read_pose(frame, track.region)
-        if pose is not None and pose.score >= MIN_SCORE:
+            pose = _read_pose_of(track, reader, frame)
+        if pose is not None:
             if time - checked >= _CHECK_S:
                 checked = time
                 passed = time if reader.shows_body(frame, pose) else passed
@@ -215,11 +216,25 @@ def _follow(
             searched = time
             pose = _found_again(track, reader, time, frame)
             passed = checked = passed if pose is None else time
-        if pose is None or pose.score < MIN_SCORE:
+        if pose is None:
             yield None
             continue
         track.update(pose, time)
         yield pose
+
+
+def _read_pose_of(track: _Track, reader: PoseReader, frame: Image) -> Pose | None:
+    """Return the pose of a person in the next frame.
+
+    A body that folds makes its square small and turned, so that the next pose lies beyond it; a
+    wider one, upright, finds it again.
+    """
+    pose = reader.read_pose(frame, track.region)
+    if pose.score >= MIN_SCORE:
+        return pose
+    last = track.region
+    pose = reader.read_pose(frame, Region(last.x, last.y, _WIDER * last.size, 0.0))
+    return pose if pose.is_clear else None
 
 
 def _found_again(track: _Track, reader: PoseReader, time: float, frame: Image) -> Pose | None:

@@ -24,6 +24,8 @@ Floats = npt.NDArray[np.float64]
 
 _AIR: Final = -1
 _GRAVITY: Final = 9.81
+_FEET: Final = (2, 3)
+_HANGING: Final = 0.97  # length of a hanging leg, in lengths of the straight one
 
 
 @dataclass(frozen=True)
@@ -160,10 +162,9 @@ def _reach(
     rng: np.random.Generator,
 ) -> None:
     """Move one limb to a hold in an arc, and the hips along."""
-    out, side, person = frame
+    out = frame[0]
     line.release(limb)
-    dangling = hip + (1 if limb % 2 else -1) * 0.15 * side + 0.15 * out
-    target = spots[hold] if hold != _AIR else dangling - [0.0, 0.0, 0.85 * person.leg]
+    target = spots[hold] if hold != _AIR else _hanging(hip, limb, frame)
     duration = rng.uniform(0.5, 0.9) if limb < LIMBS // 2 else rng.uniform(0.35, 0.7)
     begin, hip_begin = body.limbs[limb].copy(), body.hip.copy()
     arc = rng.uniform(0.08, 0.2)
@@ -172,8 +173,18 @@ def _reach(
         share = 0.5 - 0.5 * np.cos(np.pi * number / frames)
         body.limbs[limb] = begin + share * (target - begin) + arc * np.sin(np.pi * share) * out
         body.hip = hip_begin + share * (hip - hip_begin)
+        for foot in _FEET:
+            if foot != limb and foot not in line.open:
+                body.limbs[foot] = _hanging(body.hip, foot, frame)
         line.add(body.limbs, body.hip)
     line.grip(limb, hold)
+
+
+def _hanging(hip: Floats, limb: int, frame: tuple[Floats, Floats, Body]) -> Floats:
+    """Return where a limb without a hold is: below the hips, on the ground at the lowest."""
+    out, side, person = frame
+    place = hip + (1 if limb % 2 else -1) * 0.12 * side + 0.05 * out
+    return np.array([place[0], place[1], max(place[2] - _HANGING * person.leg, 0.0)])
 
 
 def _fall(line: _Timeline, body: _Body) -> None:
