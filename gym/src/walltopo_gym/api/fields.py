@@ -129,3 +129,9 @@ class Body(BaseModel):
     @classmethod
     def _composed(cls, given: Any) -> Any:
         return normalise_text(given)
+
+
+class Complaint(Body):
+    """The reason of a report; may be empty."""
+
+    reason: Text = Field("", max_length=200)

@@ -8,6 +8,7 @@ from uuid import UUID
 
 from walltopo.core import InputError
 from walltopo_gym.cli.options import add_gym_data_options
+from walltopo_gym.languages import LANGUAGES
 
 
 def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -15,7 +16,7 @@ def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     announce = inner.add_parser("announce", help="show a text to everybody on top of the app")
     announce.add_argument("what", choices=("list", "add", "delete"))
     announce.add_argument("id", nargs="?", type=UUID, help="(delete) of the announcement")
-    for language in ("en", "de", "cs", "fr"):
+    for language in LANGUAGES:
         announce.add_argument(f"--{language}", metavar="TEXT", help=f"(add) the text in {language}")
     announce.add_argument("--from", dest="starts", metavar="TIME", help="(add) default: now")
     announce.add_argument("--until", metavar="TIME", help="(add) such as 2026-12-24T18:00 (UTC)")
@@ -30,7 +31,6 @@ def _announce(args: argparse.Namespace) -> int:
     from walltopo_gym.announcements.models import Announcement
     from walltopo_gym.announcements.service import drop_announcement, make_announcement
     from walltopo_gym.cli.gym_data import database_of_options
-    from walltopo_gym.languages import LANGUAGES
 
     with database_of_options(args) as database, database.writing() as session:
         if args.what == "add":

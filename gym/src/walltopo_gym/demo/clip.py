@@ -46,19 +46,15 @@ def send_clip(
         return
     gym, climber = to
     incoming = Incoming(settings.data / "incoming", settings.keep_free_mb).beside("clips")
-    size = clip.video.stat().st_size
     with database.writing() as session:
         route = _route(session, gym, clip)
         if route is None:
             return
-        announced = Announced(size, hash_of_file(clip.video), wants_film=True)
+        announced = Announced(clip.video.stat().st_size, hash_of_file(clip.video), wants_film=True)
         row, _ = clip_to_receive(session, route, climber, announced)
     if row.state != ClipState.RECEIVING:
         return
-    incoming.drop(row.id)
-    incoming.begin(row.id, size)
-    with incoming.appending(row.id, 0) as stream:
-        stream.write(clip.video.read_bytes())
+    incoming.store_whole(row.id, clip.video)
     finish_clip(database, store, incoming, gym, row.id)
 
 

@@ -220,10 +220,7 @@ class Hall:
                     self.settings.max_photos,
                 )
             if photo.state == "receiving":
-                incoming.drop(photo.id)
-                incoming.begin(photo.id, photo.size)
-                with incoming.appending(photo.id, 0) as stream:
-                    stream.write(file.read_bytes())
+                incoming.store_whole(photo.id, file)
                 finish_photo(self.database, self.store, incoming, photo.id)
 
     def _see_through(self, scan: UUID) -> None:

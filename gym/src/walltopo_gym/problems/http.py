@@ -19,7 +19,7 @@ from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.limits import count_estimate, count_report
 from walltopo_gym.accounts.models import Person
-from walltopo_gym.api.fields import Body, Moment, Name, Text
+from walltopo_gym.api.fields import Body, Complaint, Moment, Name, Text
 from walltopo_gym.api.grades import GradeBounds
 from walltopo_gym.api.paging import Cursor, Page, Size, page_by
 from walltopo_gym.api.services import Db, ServicesOf
@@ -340,12 +340,6 @@ def promote_problem(problem: UUID, services: ServicesOf, access: PublisherMay) -
         return _climber_problem(session, services.store, access, row)
 
 
-class ProblemComplaint(Body):
-    """The reason of a report; may be empty."""
-
-    reason: Text = Field("", max_length=200)
-
-
 class ProblemReportOut(BaseModel):
     """A report on a problem; `text`: its name and note at that time. The reporter is unnamed."""
 
@@ -360,7 +354,7 @@ class ProblemReportOut(BaseModel):
 
 
 @router.put("/gyms/{gym}/problems/{problem}/report", status_code=204)
-def report_problem(problem: UUID, body: ProblemComplaint, session: Db, access: ClimberMay) -> None:
+def report_problem(problem: UUID, body: Complaint, session: Db, access: ClimberMay) -> None:
     """Report a problem to the gym. Repeated reports count once."""
     row = _problem(session, access, problem)
     me = access.actor.known

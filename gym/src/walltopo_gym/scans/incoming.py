@@ -53,6 +53,13 @@ class Incoming:
         """Return the path of a photo's file."""
         return self._folder / photo.hex
 
+    def store_whole(self, photo: UUID, source: Path) -> None:
+        """Store a file of this machine as if it had been sent; what was sent of it is replaced."""
+        self.drop(photo)
+        self.begin(photo, source.stat().st_size)
+        with self.appending(photo, 0) as stream:
+            stream.write(source.read_bytes())
+
     def begin(self, photo: UUID, size: int, others: Mapping[UUID, int] = _NO_OTHERS) -> None:
         """Reserve space for a file of so many bytes.
 

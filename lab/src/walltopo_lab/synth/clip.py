@@ -164,7 +164,7 @@ def _with_climber(
     moves = np.linalg.norm(end - begin, axis=1).max() > _BLUR_PX
     exposures = _EXPOSURES if moves else 1
     total = np.zeros_like(wall)
-    for part in np.linspace(0, 1, exposures) if moves else (0.0,):
+    for part in np.linspace(0, 1, exposures):
         picture = wall.copy()
         at, hips_at = limbs + part * further, hips + part * further_hips
         _draw(picture, climber, at, hips_at, phone.camera, pose)

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from uuid import UUID
 
 from fastapi import APIRouter
-from pydantic import BaseModel, Field
+from pydantic import BaseModel
 from sqlalchemy import Select, and_, delete, exists, or_, select
 from sqlalchemy.orm import Session
 
@@ -16,7 +16,7 @@ from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.limits import count_report
 from walltopo_gym.accounts.models import Person
-from walltopo_gym.api.fields import Body, Text
+from walltopo_gym.api.fields import Complaint
 from walltopo_gym.api.paging import Cursor, Page, Size, page_by
 from walltopo_gym.api.services import Db
 from walltopo_gym.climbing.models import HiddenComment, Opinion, Report
@@ -156,12 +156,6 @@ class Comment(BaseModel):
     comment: str
     changed_at: datetime
     hidden: bool
-
-
-class Complaint(Body):
-    """The reason of a report; may be empty."""
-
-    reason: Text = Field("", max_length=200)
 
 
 class ReportOut(BaseModel):

@@ -7,14 +7,14 @@ from typing import Annotated, Any
 from uuid import UUID
 
 from fastapi import APIRouter, Header
-from pydantic import BaseModel, Field
+from pydantic import BaseModel
 from sqlalchemy import Select, select
 from starlette.responses import StreamingResponse
 
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.limits import count_report
 from walltopo_gym.accounts.models import Person
-from walltopo_gym.api.fields import Body, Text
+from walltopo_gym.api.fields import Body, Complaint
 from walltopo_gym.api.paging import Cursor, Page, Size, page_by
 from walltopo_gym.api.ranges import ranged_file
 from walltopo_gym.api.services import Db, ServicesOf
@@ -128,12 +128,6 @@ def drop_film(clip: UUID, session: Db, access: ClimberMay) -> None:
     remove_film(session, row)
 
 
-class FilmComplaint(Body):
-    """The reason of a report; may be empty."""
-
-    reason: Text = Field("", max_length=200)
-
-
 class FilmReportOut(BaseModel):
     """A report on a film. The reporter's name is not disclosed."""
 
@@ -148,7 +142,7 @@ class FilmReportOut(BaseModel):
 
 
 @router.put("/gyms/{gym}/clips/{clip}/film/report", status_code=204)
-def report_film(clip: UUID, body: FilmComplaint, session: Db, access: ClimberMay) -> None:
+def report_film(clip: UUID, body: Complaint, session: Db, access: ClimberMay) -> None:
     """Report a film to the gym. Repeated reports count once."""
     me = access.actor.known
     row = film_of(session, access.gym.id, clip, me)
