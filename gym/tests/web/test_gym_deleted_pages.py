@@ -29,10 +29,12 @@ def test_the_pages_of_a_feature_can_be_deleted(
 ) -> None:
     if not (_WEB / "node_modules").is_dir():
         lacks("what the app's checks need is missing (cd gym/web && npm ci)")
-    web = tmp_path / "web"
+    # The app's pages use some of the viewer's modules, by their place in the checkout.
+    web = tmp_path / "gym" / "web"
     shutil.copytree(_WEB, web, ignore=shutil.ignore_patterns("node_modules", "tests", "build"))
     (web / "node_modules").symlink_to(_WEB / "node_modules")
-    (tmp_path / "src").symlink_to(_GYM / "src")
+    (tmp_path / "gym" / "src").symlink_to(_GYM / "src")
+    (tmp_path / "viewer").symlink_to(_GYM.parent / "viewer")
     shutil.rmtree(web / "src" / feature)
     for name in ("routes.ts", "i18n.svelte.ts", "gyms/GymSettings.svelte"):
         source = web / "src" / name
