@@ -215,6 +215,7 @@ def test_activations_that_the_converter_lacks_are_refused(tmp_path: Path) -> Non
         ("pose_detection", 224, -1.0, {0: "boxes", 1: "scores"}),
         ("pose_landmark_lite", 256, 0.0, {0: "points", 1: "presence", 3: "heatmaps"}),
         ("pose_landmark_full", 256, 0.0, {0: "points", 1: "presence", 3: "heatmaps"}),
+        ("pose_landmark_heavy", 256, 0.0, {0: "points", 1: "presence", 3: "heatmaps"}),
     ],
 )
 def test_blazepose_computes_what_litert_computes(

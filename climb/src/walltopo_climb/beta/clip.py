@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
@@ -23,10 +25,13 @@ from walltopo_climb.beta.scanned_wall import ScannedWall
 from walltopo_climb.beta.smoothing import smoothed
 from walltopo_climb.beta.tracking import find_poses
 
+TimedFrame = tuple[float, NDArray[np.uint8]]
+
 RATE: Final = 10.0  # frames per second that are read
 MAX_SECONDS: Final = 180.0
 _MAX_SIDE: Final = 1280  # pixels
 _MIN_FRAMES: Final = 10
+_AHEAD: Final = 4  # frames that wait for the camera while the body is read
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,9 +76,8 @@ def read_clip(
         report.step("reading the clip")
         tracker, times = CameraTracker(wall.localiser), list[float]()
 
-        def watched() -> Iterator[tuple[float, NDArray[np.uint8]]]:
-            for time, frame in _frames_of(clip, max_seconds):
-                tracker.observe(time, frame)
+        def watched() -> Iterator[TimedFrame]:
+            for time, frame in _observed(_frames_of(clip, max_seconds), tracker):
                 times.append(time)
                 report.advance()
                 yield time, frame
@@ -92,7 +96,20 @@ def read_clip(
     return ClipReading(attempt_of(frames, holds, wall.routes, route), frames, holds, path)
 
 
-def _frames_of(clip: Path, max_seconds: float) -> Iterator[tuple[float, NDArray[np.uint8]]]:
+def _observed(frames: Iterable[TimedFrame], tracker: CameraTracker) -> Iterator[TimedFrame]:
+    """Yield frames while the tracker, in a thread of its own, takes them too."""
+    waiting: deque[Future[None]] = deque()
+    with ThreadPoolExecutor(1) as thread:
+        for time, frame in frames:
+            waiting.append(thread.submit(tracker.observe, time, frame))
+            if len(waiting) > _AHEAD:
+                waiting.popleft().result()
+            yield time, frame
+        for one in waiting:
+            one.result()
+
+
+def _frames_of(clip: Path, max_seconds: float) -> Iterator[TimedFrame]:
     try:
         yield from timed_frames(clip, RATE, max_seconds, _MAX_SIDE)
     except LongVideoError as error:

@@ -46,8 +46,8 @@ _REGION_SCALE = 2.5  # side of a body's square, in distances from the hips to th
 _HIPS, _SCALE_POINT = 33, 34  # among the landmark network's 39 points
 _WINDOW = 7  # cells of a heatmap around a point that refine it
 _MARGIN = 1.3  # side of a person's surroundings, in longer sides of the person's box
-# Presence and heat from which a pose is clear: in 178 photos of walls, 71 poses of people have a
-# median heat of .67, 31 of holds a 95th percentile of .56.
+# Presence and heat from which a pose is clear: in 178 photos of walls, 78 poses of people have a
+# median heat of .76, 39 of holds a 95th percentile of .50.
 _CLEAR_SCORE, _CLEAR_HEAT = 0.9, 0.55
 _MIN_HEAT = 0.5  # maximum in the window from which the point is refined
 

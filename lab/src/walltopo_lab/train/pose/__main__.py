@@ -31,7 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("package", type=Path, help="the unpacked npm package")
     parser.add_argument("out", type=Path, help="folder of the ONNX files")
-    parser.add_argument("--size", choices=("lite", "full", "heavy"), default="full")
+    parser.add_argument("--size", choices=("lite", "full", "heavy"), default="heavy")
     args = parser.parse_args(arguments)
     source = _source(args.package / "package.json")
     with tempfile.TemporaryDirectory() as folder:
