@@ -23,6 +23,7 @@ from walltopo_lab.synth.params import PRESETS, GymSettings, PhotoSettings, gym_p
 _EXAMPLE = """example:
   walltopo synth gym3 --preset modern --seed 3 --photos 24 --size 1600x1200
   walltopo synth gym3-reset --reset-of gym3 --reset-seed 8 --reset-part left --photos 16
+  walltopo synth gym3-later --wear-of gym3 --wear-seed 9
 """
 _TYPES: dict[type, Any] = {int: int, float: float, str: str}
 # Settings with their own option; all others need --set key=value.
@@ -80,6 +81,14 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         help="where routes are replaced",
     )
     parser.add_argument(
+        "--wear-of",
+        type=Path,
+        default=None,
+        metavar="DIR",
+        help="the gym of DIR weeks later: some holds turned, shifted or gone",
+    )
+    parser.add_argument("--wear-seed", type=seed, default=None, help="decides which holds")
+    parser.add_argument(
         "--holds",
         type=Path,
         default=None,
@@ -125,14 +134,10 @@ def _list_settings() -> None:
 
 def _recipe(args: argparse.Namespace) -> Any:
     """Return the recipe that the options specify."""
-    from walltopo_lab.synth.recipe import Recipe, read_recipe
+    from walltopo_lab.synth.recipe import Recipe
 
-    if args.reset_of is not None:
-        base = read_recipe(args.reset_of)
-        if args.preset is not None or args.seed is not None:
-            raise SettingsError("--reset-of takes preset and seed from DIR; leave them out")
-        if args.reset_seed is None:
-            raise SettingsError("--reset-of needs --reset-seed N")
+    base = _base_gym(args)
+    if base is not None:
         gym, photo, seed, preset = base.gym, base.photos, base.seed, base.preset
     else:
         preset, seed = args.preset or "modern", args.seed or 0
@@ -150,8 +155,8 @@ def _recipe(args: argparse.Namespace) -> Any:
     for change in args.changes:
         _apply(change, changes, photo_changes)
     photo_seed = args.photo_seed
-    if photo_seed is None and args.reset_of is not None:
-        photo_seed = args.reset_seed
+    if photo_seed is None and base is not None:
+        photo_seed = args.reset_seed if args.wear_of is None else args.wear_seed
     return Recipe(
         dataclasses.replace(gym, **changes),
         dataclasses.replace(photo, **photo_changes),
@@ -161,7 +166,30 @@ def _recipe(args: argparse.Namespace) -> Any:
         args.reset_part,
         photo_seed,
         None if args.holds is None else str(args.holds),
+        args.wear_seed,
     )
+
+
+def _base_gym(args: argparse.Namespace) -> Any:
+    """Return the recipe of the gym before a reset or before wear; None for a new gym."""
+    from walltopo_lab.synth.recipe import read_recipe
+
+    if args.reset_of is not None and args.wear_of is not None:
+        raise SettingsError("give --reset-of or --wear-of, not both")
+    for option, seed_option, base, seed in (
+        ("--reset-of", "--reset-seed", args.reset_of, args.reset_seed),
+        ("--wear-of", "--wear-seed", args.wear_of, args.wear_seed),
+    ):
+        if base is None:
+            if seed is not None:
+                raise SettingsError(f"{seed_option} needs {option} DIR")
+            continue
+        if args.preset is not None or args.seed is not None:
+            raise SettingsError(f"{option} takes preset and seed from DIR; leave them out")
+        if seed is None:
+            raise SettingsError(f"{option} needs {seed_option} N")
+        return read_recipe(base)
+    return None
 
 
 def _size(text: str) -> tuple[int, int]:

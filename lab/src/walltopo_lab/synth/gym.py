@@ -31,6 +31,7 @@ from walltopo_lab.synth.tracer import Tracer
 from walltopo_lab.synth.two_colours import paint_second_colours
 from walltopo_lab.synth.volumes import place_volumes, volume_footprint
 from walltopo_lab.synth.wall import build_hall, build_wall
+from walltopo_lab.synth.wear import Wear, wear_holds
 
 _LAMP_REACH = 12.0  # m; a lamp farther away adds a hundredth of the nearest lamp's light
 RESET_PARTS = ("all", "left", "middle", "right")
@@ -79,6 +80,7 @@ class Gym:
     plates : the scale plates' facets.
     instances : volumes, then holds; ids are unique but may have gaps after a reset.
     tags : the start tags as drawn.
+    wear : the holds that turned, shifted or are gone; None for a gym as it was set.
     """
 
     settings: GymSettings
@@ -94,6 +96,7 @@ class Gym:
     atlas: Atlas
     baked: Baked
     tracer: Tracer
+    wear: Wear | None = None
 
 
 def _procedural(settings: GymSettings) -> MakeHold:
@@ -264,6 +267,7 @@ def make_gym(
     reset: Reset | None = None,
     make_hold: MakeHold | None = None,
     progress: Progress | None = None,
+    wear_seed: int | None = None,
 ) -> Gym:
     """Build a gym; the same arguments give the same gym.
 
@@ -274,12 +278,19 @@ def make_gym(
     reset : replace the routes of a part of the wall; wall, volumes and light stay.
     make_hold : source of holds; procedural by default.
     progress : receives the steps.
+    wear_seed : the gym some weeks later, when holds have turned, shifted or gone; all marks on the
+        wall stay.
     """
     progress = progress or Silent()
     progress.step("building the gym")
     built = set_up(settings, seed, reset, make_hold)
     work = PaintWork(settings, seed, built.holds, {v.id: v for v in built.volumes})
     atlas = build_atlas(built.facets, work, seed)
+    wear = None
+    if wear_seed is not None:
+        rng = np.random.default_rng([wear_seed, 14])
+        holds, wear = wear_holds(built.holds, built.facets, rng)
+        built = replace(built, holds=holds)
     surface = merge_surface(built.facets, built.holds, settings.cell)
     progress.step("lighting the gym")
     tracer = Tracer(surface.vertices, surface.faces)
@@ -301,4 +312,5 @@ def make_gym(
         atlas,
         baked,
         tracer,
+        wear,
     )

@@ -33,6 +33,7 @@ class Recipe:
     reset_seed, reset_part : seed and part of a reset of routes (None: no reset).
     photo_seed : seed of the path and exposures, None = `seed`.
     holds : folder of scanned holds to use instead of procedural ones.
+    wear_seed : seed of the holds that turned, shifted or are gone (None: none are).
     """
 
     gym: GymSettings = field(default_factory=GymSettings)
@@ -43,9 +44,10 @@ class Recipe:
     reset_part: str = "all"
     photo_seed: int | None = None
     holds: str | None = None
+    wear_seed: int | None = None
 
     def __post_init__(self) -> None:
-        for name in ("seed", "reset_seed", "photo_seed"):
+        for name in ("seed", "reset_seed", "photo_seed", "wear_seed"):
             value = getattr(self, name)
             if value is not None and value < 0:
                 raise SettingsError(f"synth.{name}: expected at least 0, got {value}")
@@ -128,7 +130,7 @@ def generate(out: Path, recipe: Recipe, progress: Progress | None = None) -> dic
 
         make_hold = scanned_holds(Path(recipe.holds))
     reset = None if recipe.reset_seed is None else Reset(recipe.reset_seed, recipe.reset_part)
-    gym = make_gym(recipe.gym, recipe.seed, reset, make_hold, progress)
+    gym = make_gym(recipe.gym, recipe.seed, reset, make_hold, progress, recipe.wear_seed)
     photo_seed = recipe.seed if recipe.photo_seed is None else recipe.photo_seed
     rendered = render_gym(gym, out, recipe.photos, photo_seed, recipe.preset, progress)
     return _summary(read_json(done), rendered)

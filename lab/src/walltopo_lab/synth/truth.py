@@ -146,6 +146,7 @@ def scene_record(gym: Gym, preset: str, photos: Sequence[str]) -> dict[str, Any]
         "seed": gym.seed,
         "route_seed": gym.reset.seed if gym.reset else gym.seed,
         "reset": gym.reset.part if gym.reset else "",
+        **({"wear": gym.wear.as_dict()} if gym.wear else {}),
         "preset": preset,
         "instances": [
             {
