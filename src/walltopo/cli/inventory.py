@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from walltopo.cli.options import add_overwrite, output_target
+
+if TYPE_CHECKING:
+    from walltopo.describe.matching.inventory import ScanHolds
+    from walltopo.describe.matching.motions import Motion
 
 _EXAMPLE = """examples:
   walltopo inventory gym3
   walltopo inventory gym3 --since gym3-march --changed
+  walltopo inventory gym3 --since gym3-march --loose
   walltopo inventory gym3 --format csv --out holds.csv
 """
 
@@ -29,6 +35,11 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     parser.add_argument("scan", type=Path, help="scan folder")
     parser.add_argument("--since", type=Path, metavar="OLD", help="an older scan of the wall")
     parser.add_argument("--changed", action="store_true", help="with --since: omit unchanged holds")
+    parser.add_argument(
+        "--loose",
+        action="store_true",
+        help="with --since: also look for holds that turned or moved, by shape and texture",
+    )
     parser.add_argument("--format", choices=("table", "csv", "json"), default="table")
     parser.add_argument("--out", type=Path, help="write to this file instead of the terminal")
     add_overwrite(parser)
@@ -40,8 +51,9 @@ def run(args: argparse.Namespace) -> int:
     from walltopo.core import SettingsError
     from walltopo.describe.matching.inventory import changes, count_holds, load_scan, wall_area
 
-    if args.changed and args.since is None:
-        raise SettingsError("--changed needs --since OLD")
+    for flag in ("changed", "loose"):
+        if getattr(args, flag) and args.since is None:
+            raise SettingsError(f"--{flag} needs --since OLD")
     scan, holds, metric, unit = load_scan(args.scan)
     if args.since is None:
         rows = [row.to_json() for row in count_holds(holds, unit)]
@@ -49,13 +61,27 @@ def run(args: argparse.Namespace) -> int:
         area_unit = "m²" if metric else "square scan units (the scan has no scale)"
         summary = f"{len(holds)} instances on {area:.1f} {area_unit} of mesh"
         return _emit(args, rows, {"holds": len(holds), "area_m2": round(area, 3)}, summary)
-    old = load_scan(args.since).holds
-    found = changes(old, holds, unit)
-    counts = dict.fromkeys(("came", "went", "recoloured", "stayed"), 0)
+    before = load_scan(args.since)
+    motions = _motions(before, load_scan(args.scan)) if args.loose else None
+    found = changes(before.holds, holds, unit, motions)
+    kinds = ("came", "went", *(("turned", "moved") if args.loose else ()), "recoloured", "stayed")
+    counts = dict.fromkeys(kinds, 0)
     for change in found:
         counts[change.what] += 1
     rows = [c.to_json() for c in found if not (args.changed and c.what == "stayed")]
     return _emit(args, rows, counts, ", ".join(f"{n} {what}" for what, n in counts.items()))
+
+
+def _motions(old: ScanHolds, new: ScanHolds) -> Mapping[tuple[int, int], Motion]:
+    """Return the motions of the holds of two scans."""
+    from walltopo.cli.console import console
+    from walltopo.cli.listener import TerminalListener
+    from walltopo.describe.matching.motions import find_motions
+    from walltopo.describe.matching.patches import read_textured_wall
+
+    walls = [read_textured_wall(one.folder, one.unit) for one in (old, new)]
+    with TerminalListener(console) as listener:
+        return find_motions(walls[0], walls[1], old.holds, new.holds, listener)
 
 
 def _emit(

@@ -176,3 +176,5 @@ def test_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["palette", "learn", str(old)]) == 3  # there already
     assert main(["inventory", str(tmp_path / "none")]) == 3
     assert main(["inventory", str(old), "--changed"]) == 2
+    assert main(["inventory", str(old), "--loose"]) == 2
+    assert main(["inventory", str(new), "--since", str(old), "--loose"]) == 3  # no mesh

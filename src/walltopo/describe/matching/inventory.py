@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,6 +14,7 @@ import numpy as np
 
 from walltopo.core import InputError
 from walltopo.describe.matching.holds import match_holds
+from walltopo.describe.matching.motions import Motion
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.holds import Hold, Holds
 from walltopo.scans.scale import Scale
@@ -77,15 +78,17 @@ class Change:
 
     Parameters
     ----------
-    what : "came", "went", "recoloured" or "stayed".
+    what : "came", "went", "turned", "moved", "recoloured" or "stayed".
     old, new : the hold in either scan; None if the scan does not have it.
     size : its size class.
+    motion : as measured; None if it was not, or not to be seen.
     """
 
     what: str
     old: Hold | None
     new: Hold | None
     size: str
+    motion: Motion | None = None
 
     def to_json(self) -> dict[str, Any]:
         hold = self.new or self.old
@@ -99,35 +102,63 @@ class Change:
             "type": hold.type,
             "role": hold.role,
             "size": self.size,
+            "turn_deg": None if self.motion is None else round(self.motion.turn, 1),
+            "moved_m": None if self.motion is None else round(self.motion.distance, 4),
             "position": [round(v, 4) for v in hold.position],
         }
 
 
-def changes(old: Sequence[Hold], new: Sequence[Hold], unit: float = 1.0) -> list[Change]:
+Pairs = Mapping[tuple[int, int], Motion]
+
+
+def changes(
+    old: Sequence[Hold], new: Sequence[Hold], unit: float = 1.0, motions: Pairs | None = None
+) -> list[Change]:
     """Return the changes between two scans of one wall: by old id, then new holds by new id.
 
     A hold replaced at its place by one of another size counts as one that went and one that came.
-    A hold of equal size and another colour counts as "recoloured".
+    A hold of equal size and another colour counts as "recoloured". A hold is "turned" or "moved"
+    only by the motions.
+
+    Parameters
+    ----------
+    unit : scan units per metre. motions : as `find_motions` returns them for the same holds.
     """
+    measured = motions or {}
     pairs = match_holds(old, new, unit)
+    # Holds too far from their old place for a match, which their looks identify.
+    pairs |= {
+        a: b
+        for (a, b), motion in measured.items()
+        if a not in pairs and (motion.is_turned or motion.is_moved)
+    }
     by_id = {hold.id: hold for hold in new}
 
-    def change(what: str, was: Hold | None, now: Hold | None) -> Change:
+    def change(was: Hold | None, now: Hold | None) -> Change:
         hold = now or was
         assert hold is not None
-        return Change(what, was, now, size_class(hold.size / unit))
+        motion = measured.get((was.id, now.id)) if was and now else None
+        return Change(
+            _kind_of_change(was, now, motion), was, now, size_class(hold.size / unit), motion
+        )
 
-    result: list[Change] = []
-    for hold in sorted(old, key=lambda hold: hold.id):
-        now = by_id.get(pairs.get(hold.id, -1))
-        if now is None:
-            result.append(change("went", hold, None))
-        else:
-            what = "stayed" if now.colour == hold.colour else "recoloured"
-            result.append(change(what, hold, now))
+    result = [
+        change(hold, by_id.get(pairs.get(hold.id, -1)))
+        for hold in sorted(old, key=lambda hold: hold.id)
+    ]
     matched = set(pairs.values())
     came = sorted((hold for hold in new if hold.id not in matched), key=lambda hold: hold.id)
-    return result + [change("came", None, hold) for hold in came]
+    return result + [change(None, hold) for hold in came]
+
+
+def _kind_of_change(was: Hold | None, now: Hold | None, motion: Motion | None) -> str:
+    if was is None or now is None:
+        return "came" if was is None else "went"
+    if motion is not None and motion.is_turned:
+        return "turned"
+    if motion is not None and motion.is_moved:
+        return "moved"
+    return "stayed" if now.colour == was.colour else "recoloured"
 
 
 def to_csv(rows: Sequence[dict[str, Any]]) -> str:
