@@ -29,6 +29,12 @@ example:
   walltopo film gym3 -o clips --count 12
   walltopo evaluate beta clips --scan wall --truth gym3 -o beta.json
 """
+_LOOSE_EPILOG = """\
+example:
+  walltopo synth gym3-later --wear-of gym3 --wear-seed 9
+  walltopo scan gym3-later/photos -o wall-later --reference wall
+  walltopo evaluate loose wall wall-later --truth gym3 gym3-later
+"""
 
 # section, key, label in the table, unit
 _ROWS = (
@@ -147,6 +153,21 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     beta.add_argument("-o", "--output", type=Path, metavar="JSON", help="write the figures")
     add_overwrite(beta)
     beta.set_defaults(run=_evaluate_beta)
+    loose = kinds.add_parser(
+        "loose",
+        help="holds that turned, moved or are gone between two scans of a worn gym",
+        description="Compare two scans hold by hold, as `walltopo inventory --since --loose` does, "
+        "and count what was found of the gym's wear.",
+        epilog=_LOOSE_EPILOG,
+        formatter_class=raw,
+    )
+    loose.add_argument("scans", type=Path, nargs=2, metavar="SCAN", help="before and after")
+    loose.add_argument(
+        "--truth", type=Path, nargs=2, required=True, metavar="GYM", help="before and after"
+    )
+    loose.add_argument("-o", "--output", type=Path, metavar="JSON", help="write the figures")
+    add_overwrite(loose)
+    loose.set_defaults(run=_evaluate_loose)
 
 
 def _evaluate_scan(args: argparse.Namespace) -> int:
@@ -308,6 +329,23 @@ def _evaluate_beta(args: argparse.Namespace) -> int:
             listener.advance()
         figures = BetaFigures(tuple(results)).as_dict()
         if made is not None:
+            write_json(made, figures)
+    for name, value in figures.items():
+        console.print(f"{name}: {value}", soft_wrap=True)
+    return 0
+
+
+def _evaluate_loose(args: argparse.Namespace) -> int:
+    from walltopo.cli.console import console
+    from walltopo.core.files import write_json
+    from walltopo.core.outputs import written_file
+    from walltopo_lab.evaluate.loose import compare_scans, loose_figures
+
+    figures = loose_figures(compare_scans(*args.scans, *args.truth))
+    if args.output is not None:
+        inputs = [*args.scans, *args.truth]
+        target = output_target(args, args.output, "evaluate loose", inputs=inputs)
+        with written_file(target) as made:
             write_json(made, figures)
     for name, value in figures.items():
         console.print(f"{name}: {value}", soft_wrap=True)
