@@ -88,7 +88,7 @@ def test_a_backup_to_a_full_disk_says_so(
     def fail(*_: object) -> None:
         raise error
 
-    monkeypatch.setattr(backup, "_dump", fail)
+    monkeypatch.setattr(backup, "dump_tables", fail)
     target = tmp_path / "out" / "gym.tar"
     target.parent.mkdir()
     assert main(["gym", "backup", str(target), *place(lone.server)]) == 5

@@ -1,14 +1,12 @@
-"""`walltopo gym doctor|workers|storage|mail|backup|restore|gym|jobs|purge|recount`: commands for
-operators."""
+"""`walltopo gym doctor|workers|storage|mail|gym|jobs|purge|recount`: commands for operators."""
 
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import TYPE_CHECKING
 from uuid import UUID
 
-from walltopo.cli.options import Number, add_overwrite
+from walltopo.cli.options import Number
 from walltopo.core import EnvironmentLacksError, InputError, SettingsError
 from walltopo_gym.cli.options import add_gym_data_options
 
@@ -20,13 +18,6 @@ def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     """Add the operator's commands."""
     doctor = inner.add_parser("doctor", help="what is well with this installation, what is not")
     doctor.set_defaults(run=_doctor)
-    backup = inner.add_parser("backup", help="write a backup of a running gym")
-    backup.add_argument("file", type=Path, metavar="FILE.tar")
-    add_overwrite(backup)
-    backup.set_defaults(run=_backup)
-    restore = inner.add_parser("restore", help="bring a backup back into an empty place")
-    restore.add_argument("file", type=Path, metavar="FILE.tar")
-    restore.set_defaults(run=_restore)
     purge = inner.add_parser("purge", help="delete what has expired and what nothing names")
     purge.add_argument("--dry-run", action="store_true", help="only say what would go")
     purge.set_defaults(run=_purge)
@@ -63,7 +54,7 @@ def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     workers.set_defaults(run=_workers)
     storage = inner.add_parser("storage", help="measure disk and files by gym and kind")
     storage.set_defaults(run=_storage)
-    for command in (mail, doctor, workers, storage, backup, restore, purge, gyms, jobs, again):
+    for command in (mail, doctor, workers, storage, purge, gyms, jobs, again):
         add_gym_data_options(command)
 
 
@@ -120,34 +111,6 @@ def _mail_test(args: argparse.Namespace) -> int:
             "Check smtp_host, smtp_port, smtp_security, smtp_user and smtp_password.",
         ) from error
     console.print(f"sent to {args.to} from {sender_of(settings)} by {settings.smtp_host}")
-    return 0
-
-
-def _backup(args: argparse.Namespace) -> int:
-    from walltopo.cli.console import console
-    from walltopo_gym.cli.gym_data import check_there, database_of_options, settings_of
-    from walltopo_gym.operating.backup import back_up
-    from walltopo_gym.storage.files import open_store
-
-    settings = settings_of(args)
-    check_there(settings)
-    with database_of_options(args) as database:
-        number = back_up(
-            settings, database, open_store(settings), args.file, overwrite=args.overwrite
-        )
-    console.print(f"{args.file}: {number} files", soft_wrap=True, markup=False)
-    return 0
-
-
-def _restore(args: argparse.Namespace) -> int:
-    from walltopo.cli.console import console
-    from walltopo_gym.cli.gym_data import settings_of
-    from walltopo_gym.operating.backup import restore
-    from walltopo_gym.storage.files import open_store
-
-    settings = settings_of(args)
-    number = restore(settings, open_store(settings), args.file)
-    console.print(f"{number} files are back; `walltopo gym serve` serves them", soft_wrap=True)
     return 0
 
 

@@ -10,34 +10,40 @@ from __future__ import annotations
 
 import io
 import os
-import sqlite3
-import subprocess
 import tarfile
 import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from functools import partial
+from importlib.metadata import version
 from pathlib import Path
 from typing import IO
 
 import msgspec
 from sqlalchemy import make_url
 
-from walltopo.core import EnvironmentLacksError, InputError
+from walltopo.core import InputError
 from walltopo.core.outputs import Target, written_file
+from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
 from walltopo_gym.errors import NotFoundError
-from walltopo_gym.migrations.run import NEWER_HINT, migrate, revisions
-from walltopo_gym.operating.backup_entries import (
-    CONTENTS,
-    FILES,
-    TABLES,
-    Contents,
-    check_backup,
+from walltopo_gym.migrations.run import migrate
+from walltopo_gym.operating.backup_entries import CONTENTS, FILES, Contents, check_backup
+from walltopo_gym.operating.backup_tables import (
+    check_tables,
+    dump_tables,
+    load_tables,
+    tables_entry,
 )
 from walltopo_gym.operating.upkeep import lock_data_folder
 from walltopo_gym.settings import FILE, GymSettings
 from walltopo_gym.storage.files import FileStore, hash_of_file, private_folder
+
+Progress = Callable[[int, int], None]
+
+
+def no_report(done: int, total: int) -> None:
+    """Report no progress."""
 
 
 def back_up(
@@ -61,32 +67,52 @@ def back_up(
     InputError : an existing file would be replaced, or `to` lies in the data folder.
     EnvironmentLacksError : pg_dump is missing or fails; ConflictError : as in `lock_data_folder`.
     """
-    contents = Contents({})
     own = _own_files(settings)
     target = Target(to, "FILE", "gym backup", overwrite, own, partial(_refuse_own, own))
+    with lock_data_folder(settings.data), written_file(target) as temporary:
+        return write_backup(settings, database, store, temporary)
+
+
+def write_backup(
+    settings: GymSettings,
+    database: Database,
+    store: FileStore,
+    to: Path,
+    report: Progress = no_report,
+) -> int:
+    """Write a backup to a new file; return its number of files.
+
+    The caller holds the lock of the data folder. A killed process leaves a part of the file.
+
+    Parameters
+    ----------
+    report : receives the number of written files and of all files, and may raise.
+
+    Raises
+    ------
+    EnvironmentLacksError : as in `back_up`.
+    """
+    contents = Contents({}, made_at=now(), version=version("walltopo-gym"))
     with (
-        lock_data_folder(settings.data),
-        written_file(target) as temporary,
-        tempfile.TemporaryDirectory(dir=target.location.parent) as name,
-        _private_file(temporary).open("wb") as out,
+        tempfile.TemporaryDirectory(dir=to.parent) as name,
+        _private_file(to).open("wb") as out,
         tarfile.open(fileobj=out, mode="w") as tar,
     ):
-        tables = Path(name) / _kind(database)
-        _dump(database, tables)
+        tables = Path(name) / tables_entry(database)
+        contents.tables = dump_tables(database, tables)
         _add_file(tar, contents, tables.name, tables)
         if (settings.data / FILE).is_file():
             _add_file(tar, contents, FILE, settings.data / FILE)
         piece = Path(name) / "piece"
-        for key in store.keys(""):
+        keys = store.keys("")
+        for done, key in enumerate(keys):
+            report(done, len(keys))
             try:
                 store.fetch(key, piece)
             except NotFoundError:
                 continue  # of a scan that was deleted meanwhile
             _add_file(tar, contents, FILES + key, piece)
-        encoded = msgspec.json.encode(contents)
-        entry = tarfile.TarInfo(CONTENTS)
-        entry.size = len(encoded)
-        tar.addfile(entry, io.BytesIO(encoded))
+        _add_contents(tar, contents)
     return len(contents.hashes)
 
 
@@ -123,7 +149,8 @@ def _private_file(path: Path) -> Path:
 def restore(settings: GymSettings, store: FileStore, source: Path) -> int:
     """Restore a backup into an empty data folder and database; return its number of files.
 
-    The whole backup is checked before any of it is used.
+    The whole backup is checked before any of it is used. One of an older version gets the tables of
+    this one.
 
     Raises
     ------
@@ -131,31 +158,52 @@ def restore(settings: GymSettings, store: FileStore, source: Path) -> int:
         empty.
     EnvironmentLacksError : pg_restore is missing or fails.
     """
-    private_folder(settings.data)
-    database = Database(settings.database_url)
-    try:
-        _refuse_used(database, store, settings)
-        check_backup(source, _kind(database))
-        with tempfile.TemporaryDirectory(dir=settings.data) as name, tarfile.open(source) as tar:
-            tables = Path(name) / _kind(database)
-            _write_file(_entry_content(tar, tar.getmember(tables.name)).read, tables)
-            _check_tables(database, source, tables)
-            number = 0
-            for entry in tar:
-                content = _entry_content(tar, entry)
-                number += 1
-                if entry.name == FILE:
-                    _write_file(content.read, settings.data / FILE)
-                elif entry.name.startswith(FILES):
-                    piece = Path(name) / "piece"
-                    _write_file(content.read, piece)
-                    store.put(entry.name.removeprefix(FILES), piece)
-            # The rows last: until then there is no gym.
-            _load(database, tables)
+    with closing(Database(settings.database_url)) as database:
+        contents = load_backup(settings, database, store, source)
         migrate(database)
-    finally:
-        database.close()
-    return number - 1
+    return len(contents.hashes)
+
+
+def load_backup(
+    settings: GymSettings,
+    database: Database,
+    store: FileStore,
+    source: Path,
+    report: Progress = no_report,
+) -> Contents:
+    """Fill an empty data folder and database from a backup, with the tables of its version.
+
+    Parameters
+    ----------
+    report : receives the number of restored files and of all files, and may raise.
+
+    Returns
+    -------
+    contents : what the backup says that it has.
+
+    Raises
+    ------
+    InputError, EnvironmentLacksError : as in `restore`.
+    """
+    private_folder(settings.data)
+    _refuse_used(database, store, settings)
+    contents = check_backup(source, tables_entry(database))
+    with tempfile.TemporaryDirectory(dir=settings.data) as name, tarfile.open(source) as tar:
+        tables = Path(name) / tables_entry(database)
+        _write_file(_entry_content(tar, tar.getmember(tables.name)).read, tables)
+        check_tables(database, source, tables)
+        for done, entry in enumerate(tar):
+            report(done, len(contents.hashes))
+            content = _entry_content(tar, entry)
+            if entry.name == FILE:
+                _write_file(content.read, settings.data / FILE)
+            elif entry.name.startswith(FILES):
+                piece = Path(name) / "piece"
+                _write_file(content.read, piece)
+                store.put(entry.name.removeprefix(FILES), piece)
+        # The rows last: until then there is no gym.
+        load_tables(database, tables)
+    return contents
 
 
 def _entry_content(tar: tarfile.TarFile, entry: tarfile.TarInfo) -> IO[bytes]:
@@ -164,98 +212,16 @@ def _entry_content(tar: tarfile.TarFile, entry: tarfile.TarInfo) -> IO[bytes]:
     return content
 
 
-def _check_tables(database: Database, source: Path, tables: Path) -> None:
-    """Check that a file has the tables of a gym, as this kind of database writes them.
-
-    Raises
-    ------
-    InputError : it has not. EnvironmentLacksError : pg_restore is missing.
-    """
-    if database.is_sqlite:
-        try:
-            address = f"{tables.absolute().as_uri()}?mode=ro&immutable=1"
-            with closing(sqlite3.connect(address, uri=True)) as copy:
-                found = copy.execute("SELECT version_num FROM alembic_version").fetchall()
-        except sqlite3.DatabaseError as error:
-            raise InputError(f"{source}: its database is not a gym's ({error})") from error
-        if not {version for (version,) in found} <= set(revisions()):
-            raise EnvironmentLacksError(
-                f"{source}: a newer version of walltopo-gym made this backup", NEWER_HINT
-            )
-        return
-    listing = _end_of("pg_restore", "--list", str(tables))
-    if listing.returncode or " TABLE DATA public alembic_version " not in listing.stdout:
-        raise InputError(f"{source}: its database is not a gym's", listing.stderr.strip()[-500:])
-
-
-def _kind(database: Database) -> str:
-    return TABLES["sqlite" if database.is_sqlite else "postgresql"]
-
-
-def _dump(database: Database, to: Path) -> None:
-    if database.is_sqlite:
-        with (
-            closing(sqlite3.connect(str(make_url(database.url).database))) as source,
-            closing(sqlite3.connect(to)) as copy,
-        ):
-            source.backup(copy)
-    else:
-        _run_program(
-            "pg_dump",
-            "--format=custom",
-            "--no-owner",
-            f"--file={to}",
-            f"--dbname={_libpq(database)}",
-        )
-
-
-def _load(database: Database, source: Path) -> None:
-    if database.is_sqlite:
-        with (
-            closing(sqlite3.connect(source)) as copy,
-            closing(sqlite3.connect(str(make_url(database.url).database))) as target,
-        ):
-            copy.backup(target)
-    else:
-        _run_program(
-            "pg_restore",
-            "--no-owner",
-            "--exit-on-error",
-            "--single-transaction",
-            f"--dbname={_libpq(database)}",
-            str(source),
-        )
-
-
-def _libpq(database: Database) -> str:
-    url = make_url(database.url).set(drivername="postgresql")
-    return url.render_as_string(hide_password=False)
-
-
-def _end_of(program: str, *words: str) -> subprocess.CompletedProcess[str]:
-    """Return a program's exit code and what it printed.
-
-    Raises
-    ------
-    EnvironmentLacksError : the program is missing.
-    """
-    try:
-        return subprocess.run([program, *words], capture_output=True, text=True, check=False)
-    except FileNotFoundError as error:
-        raise EnvironmentLacksError(
-            f"{program} is not here", "Install PostgreSQL's client programs."
-        ) from error
-
-
-def _run_program(program: str, *words: str) -> None:
-    ended = _end_of(program, *words)
-    if ended.returncode:
-        raise EnvironmentLacksError(f"{program} failed: {ended.stderr.strip()[-500:]}")
-
-
 def _add_file(tar: tarfile.TarFile, contents: Contents, name: str, path: Path) -> None:
     contents.hashes[name] = hash_of_file(path)
     tar.add(path, name, recursive=False)
+
+
+def _add_contents(tar: tarfile.TarFile, contents: Contents) -> None:
+    encoded = msgspec.json.encode(contents)
+    entry = tarfile.TarInfo(CONTENTS)
+    entry.size = len(encoded)
+    tar.addfile(entry, io.BytesIO(encoded))
 
 
 def _refuse_used(database: Database, store: FileStore, settings: GymSettings) -> None:

@@ -11,6 +11,7 @@ import re
 import tarfile
 import unicodedata
 import zlib
+from datetime import datetime
 from pathlib import Path, PurePosixPath
 from typing import IO, Final
 
@@ -42,18 +43,48 @@ _DAMAGE: Final = (
 )
 
 
+class TableDigest(msgspec.Struct, frozen=True):
+    """The number of a table's rows, and the sum of their SHA-256 in hex digits."""
+
+    rows: int
+    digest: str
+
+
 class Contents(msgspec.Struct):
-    """Contents of a backup: name to SHA-256."""
+    """Contents of a backup.
+
+    Parameters
+    ----------
+    hashes : SHA-256 of each entry by its name.
+    tables : digest of each table by its name. made_at, version : when it was made, and by which
+        version. Backups that were made before 2026-12 have none of these.
+    """
 
     hashes: dict[str, str]
+    tables: dict[str, TableDigest] | None = None
+    made_at: datetime | None = None
+    version: str = ""
+
+    @property
+    def files(self) -> dict[str, str]:
+        """Return the SHA-256 of each file of the store by its key."""
+        return {
+            name.removeprefix(FILES): hashed
+            for name, hashed in self.hashes.items()
+            if name.startswith(FILES)
+        }
 
 
-def check_backup(source: Path, tables: str) -> None:
+def check_backup(source: Path, tables: str) -> Contents:
     """Check that a backup is whole, of this kind of database, and has no other entries.
 
     Parameters
     ----------
     tables : name of the entry with the database's tables.
+
+    Returns
+    -------
+    contents : the list of its entries.
 
     Raises
     ------
@@ -79,6 +110,7 @@ def check_backup(source: Path, tables: str) -> None:
     if tables not in hashes:
         kind = "PostgreSQL" if TABLES["postgresql"] in hashes else "SQLite"
         raise InputError(f"{source}: a backup of {kind}", f"Restore it into {kind}.")
+    return listed
 
 
 def _content(source: Path, tar: tarfile.TarFile, entry: tarfile.TarInfo) -> IO[bytes]:

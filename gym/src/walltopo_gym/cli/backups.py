@@ -1,0 +1,83 @@
+"""`walltopo gym backup|backups|restore`: make, try and restore backups."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from walltopo.cli.options import add_overwrite
+from walltopo_gym.cli.options import add_gym_data_options
+
+if TYPE_CHECKING:
+    from walltopo_gym.settings import GymSettings
+
+
+def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the commands of backups."""
+    backup = inner.add_parser("backup", help="write a backup of a running gym")
+    backup.add_argument("file", type=Path, metavar="FILE.tar")
+    add_overwrite(backup)
+    backup.add_argument(
+        "--try",
+        dest="with_trial",
+        action="store_true",
+        help="then restore it into a scratch place and compare it with the gym",
+    )
+    backup.set_defaults(run=_backup)
+    backups = inner.add_parser("backups", help="restore a backup into a scratch place and compare")
+    backups.add_argument("what", choices=("try",))
+    backups.add_argument("file", type=Path, metavar="FILE.tar")
+    backups.set_defaults(run=_backups)
+    restore = inner.add_parser("restore", help="bring a backup back into an empty place")
+    restore.add_argument("file", type=Path, metavar="FILE.tar")
+    restore.set_defaults(run=_restore)
+    for command in (backup, backups, restore):
+        add_gym_data_options(command)
+
+
+def _backup(args: argparse.Namespace) -> int:
+    from walltopo.cli.console import console
+    from walltopo_gym.cli.gym_data import check_there, database_of_options, settings_of
+    from walltopo_gym.operating.backup import back_up
+    from walltopo_gym.storage.files import open_store
+
+    settings = settings_of(args)
+    check_there(settings)
+    with database_of_options(args) as database:
+        number = back_up(
+            settings, database, open_store(settings), args.file, overwrite=args.overwrite
+        )
+    console.print(f"{args.file}: {number} files", soft_wrap=True, markup=False)
+    return _try(settings, args.file) if args.with_trial else 0
+
+
+def _backups(args: argparse.Namespace) -> int:
+    from walltopo_gym.cli.gym_data import check_there, settings_of
+
+    settings = settings_of(args)
+    check_there(settings)
+    return _try(settings, args.file)
+
+
+def _try(settings: GymSettings, file: Path) -> int:
+    """Print the result of a trial; return 1 unless the backup is equal to what it lists."""
+    from walltopo.cli.console import console
+    from walltopo_gym.operating.backup_trial import try_backup
+
+    trial = try_backup(settings, file)
+    for line in (trial.summary, *(f"! {one}" for one in trial.differences)):
+        console.print(line, soft_wrap=True, markup=False, highlight=False)
+    return 0 if trial.is_equal else 1
+
+
+def _restore(args: argparse.Namespace) -> int:
+    from walltopo.cli.console import console
+    from walltopo_gym.cli.gym_data import settings_of
+    from walltopo_gym.operating.backup import restore
+    from walltopo_gym.storage.files import open_store
+
+    settings = settings_of(args)
+    number = restore(settings, open_store(settings), args.file)
+    console.print(f"{number} files are back; `walltopo gym serve` serves them", soft_wrap=True)
+    return 0
