@@ -94,6 +94,23 @@ class GymSettings(BaseSettings):
         365, ge=0, description="photos as they came go so long after the publication; 0: never"
     )
 
+    backup_to: str = Field(
+        "", description="folder or s3://bucket/prefix of the daily backups; empty: none are made"
+    )
+    backup_hour: int = Field(3, ge=0, le=23, description="hour of the daily backup, UTC")
+    backups_kept: int = Field(
+        7,
+        ge=1,
+        le=100,
+        description="backups that are kept; older ones go after an equal newer one",
+    )
+    backup_endpoint: str = Field(
+        "", description="address of the backups' S3 server; empty: as in the environment (AWS_...)"
+    )
+    backup_region: str = Field("", description="its region")
+    backup_access_key: str = Field("", description="key of the account there")
+    backup_secret_key: str = Field("", description="its secret")
+
     max_edited: int = Field(2, ge=1, description="scans opened in the editor at a time")
     workers: int = Field(1, ge=0, le=64, description="scans at a time in this process")
     stage_minutes: int = Field(120, ge=1, description="a stage that takes longer is ended")
@@ -134,6 +151,14 @@ class GymSettings(BaseSettings):
             raise ValueError(
                 "expected a URL such as postgresql://user@host/name, or nothing for SQLite"
             )
+        return given
+
+    @field_validator("backup_to")
+    @classmethod
+    def _known_target(cls, given: str) -> str:
+        """Refuse a URL of another kind of store."""
+        if "://" in given and not given.startswith("s3://"):
+            raise ValueError("expected a folder such as /mnt/backups, or s3://bucket/prefix")
         return given
 
     @field_validator("address")

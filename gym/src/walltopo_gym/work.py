@@ -15,6 +15,9 @@ from walltopo_gym.features import features_on
 from walltopo_gym.jobs.queue import Task
 from walltopo_gym.jobs.worker import Chore, delete_old_jobs, keep_slot, run_jobs
 from walltopo_gym.jobs.worker_slot import WorkerSlot
+from walltopo_gym.mail import make_mailer
+from walltopo_gym.operating import backup_runs
+from walltopo_gym.operating.backup_runs import ALERTS, BACKUPS, BackupRuns
 from walltopo_gym.operating.storage_use import measure_storage
 from walltopo_gym.publishing import moves, plans
 from walltopo_gym.publishing.moves import SuggestedMoves
@@ -67,6 +70,11 @@ def tasks_of(steps: ScanSteps) -> list[Task]:
         ),
         Task(RECOUNTS, lambda gym: recount_gym(database, UUID(gym))),
     ]
+    backups = _backups(steps)
+    tasks += [
+        Task(BACKUPS, backups.run, backup_runs.record_failure),
+        Task(ALERTS, backups.send_alert),
+    ]
     if settings.own_networks:
         tasks.append(
             Task(own_network.TRAININGS, _own_networks(steps).train, own_network.record_failure)
@@ -80,6 +88,11 @@ def _own_networks(steps: ScanSteps) -> OwnNetworks:
     return OwnNetworks(steps.settings, steps.database, steps.store, steps.stopping)
 
 
+def _backups(steps: ScanSteps) -> BackupRuns:
+    mailer = make_mailer(steps.settings)
+    return BackupRuns(steps.settings, steps.database, steps.store, mailer, steps.stopping)
+
+
 def chores_of(steps: ScanSteps) -> list[Chore]:
     """Return the scheduled chores, without those of disabled features."""
     settings, database = steps.settings, steps.database
@@ -87,6 +100,9 @@ def chores_of(steps: ScanSteps) -> list[Chore]:
         Chore("tidy", "17 * * * *", partial(delete_old_jobs, database)),
         Chore("storage-use", "41 * * * *", partial(measure_storage, database, steps.store)),
     ]
+    if settings.backup_to:
+        daily = _backups(steps).queue_daily
+        chores.append(Chore("backups-daily", f"7 {settings.backup_hour} * * *", daily))
     if settings.own_networks:
         chores.append(Chore("own-networks", "23 * * * *", _own_networks(steps).queue_due))
     for feature in features_on(settings):

@@ -32,6 +32,7 @@ FORGOTTEN = {
 KEPT = {
     "announcements": {"texts"},
     "audit": {"action", "subject", "details"},
+    "backup_runs": {"kind", "name", "state", "step", "error"},
     "competition_categories": {"name", "gender"},
     "competition_problems": {
         "label",

@@ -7,9 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from walltopo.cli.options import add_overwrite
+from walltopo.core import InputError
 from walltopo_gym.cli.options import add_gym_data_options
 
 if TYPE_CHECKING:
+    from walltopo_gym.operating.backup_runs import Kind
     from walltopo_gym.settings import GymSettings
 
 
@@ -25,9 +27,13 @@ def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
         help="then restore it into a scratch place and compare it with the gym",
     )
     backup.set_defaults(run=_backup)
-    backups = inner.add_parser("backups", help="restore a backup into a scratch place and compare")
-    backups.add_argument("what", choices=("try",))
-    backups.add_argument("file", type=Path, metavar="FILE.tar")
+    backups = inner.add_parser(
+        "backups", help="list the backups at `backup_to`, make one there, or try one again"
+    )
+    backups.add_argument("what", choices=("list", "make", "try"), nargs="?", default="list")
+    backups.add_argument(
+        "file", nargs="?", metavar="FILE", help="(try) a file, or a name of the list"
+    )
     backups.set_defaults(run=_backups)
     restore = inner.add_parser("restore", help="bring a backup back into an empty place")
     restore.add_argument("file", type=Path, metavar="FILE.tar")
@@ -56,8 +62,47 @@ def _backups(args: argparse.Namespace) -> int:
     from walltopo_gym.cli.gym_data import check_there, settings_of
 
     settings = settings_of(args)
+    if args.what == "list":
+        return _list(settings)
     check_there(settings)
-    return _try(settings, args.file)
+    if args.what == "make":
+        return _run_now(args, "make")
+    if args.file is None:
+        raise InputError("try which backup?", "`walltopo gym backups` lists them; or give a file.")
+    if Path(args.file).is_file():
+        return _try(settings, Path(args.file))
+    return _run_now(args, "try")
+
+
+def _list(settings: GymSettings) -> int:
+    """Print the backups at the target; a gym is not needed."""
+    from walltopo.cli.console import console
+    from walltopo_gym.operating.backup_target import open_target
+
+    for one in open_target(settings).newest():
+        line = (
+            f"{one.made_at:%Y-%m-%d %H:%M} UTC {one.size / 1e6:>10,.1f} MB {one.name} {one.summary}"
+        )
+        console.print(line, soft_wrap=True, markup=False, highlight=False)
+    return 0
+
+
+def _run_now(args: argparse.Namespace, kind: Kind) -> int:
+    """Make a backup at the target, or try one there, in this process."""
+    from walltopo.cli.console import console
+    from walltopo_gym.cli.gym_data import database_of_options, settings_of
+    from walltopo_gym.mail import make_mailer
+    from walltopo_gym.operating.backup_runs import BackupRuns, run_now
+    from walltopo_gym.operating.backup_target import open_target
+    from walltopo_gym.storage.files import open_store
+
+    settings = settings_of(args)
+    with database_of_options(args) as database:
+        runs = BackupRuns(settings, database, open_store(settings), make_mailer(settings))
+        name = run_now(runs, kind, args.file or "")
+    found = open_target(settings).find(name)
+    console.print(f"{name}: {found.summary}", soft_wrap=True, markup=False, highlight=False)
+    return 0
 
 
 def _try(settings: GymSettings, file: Path) -> int:

@@ -56,11 +56,18 @@ class Trial:
     @property
     def summary(self) -> str:
         """Return the result in one line."""
-        result = "equal" if self.is_equal else "not equal"
-        rows = f"{self.rows:,} rows in {self.tables:,} tables"
-        if self.has_tables:
-            return f"{rows}, {self.files:,} files: {result}"
-        return f"{self.files:,} files: {result}; {rows}: not compared, an older version listed none"
+        return trial_summary(
+            self.rows, self.tables, self.files, is_equal=self.is_equal, has_tables=self.has_tables
+        )
+
+
+def trial_summary(rows: int, tables: int, files: int, *, is_equal: bool, has_tables: bool) -> str:
+    """Return the result of a trial in one line; the parameters are those of `Trial`."""
+    result = "equal" if is_equal else "not equal"
+    restored = f"{rows:,} rows in {tables:,} tables"
+    if has_tables:
+        return f"{restored}, {files:,} files: {result}"
+    return f"{files:,} files: {result}; {restored}: not compared, an older version listed none"
 
 
 def try_backup(settings: GymSettings, source: Path) -> Trial:

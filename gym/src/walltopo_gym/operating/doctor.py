@@ -6,6 +6,7 @@ import shutil
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
+from datetime import timedelta
 from importlib.util import find_spec
 from typing import Final, Literal
 from uuid import uuid4
@@ -16,16 +17,20 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from walltopo.core import WalltopoError
 from walltopo.pipeline.settings import load_settings
+from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
 from walltopo_gym.jobs.worker_slot import count_living_workers
 from walltopo_gym.mail import SmtpMailer
 from walltopo_gym.migrations.run import NEWER_HINT, Age, age_of
+from walltopo_gym.operating.backup_runs import last_run
+from walltopo_gym.operating.backup_target import open_target
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.service import State
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import open_store
 
 _MB: Final = 1_000_000
+_LATE: Final = timedelta(hours=36)  # a daily backup that is older is missing
 
 
 Health = Literal["well", "look", "bad"]
@@ -63,6 +68,7 @@ def examine(settings: GymSettings) -> Iterator[Finding]:
     if not settings.database and not (settings.data / "gym.sqlite").is_file():
         return
     yield _workers(settings)
+    yield _backups(settings)
 
 
 def _run_check(what: str, mend: str, try_it: Callable[[], tuple[Health, str]]) -> Finding:
@@ -167,3 +173,27 @@ def _workers(settings: GymSettings) -> Finding:
         return state, f"{alive} at work, {waiting} scans queued"
 
     return _run_check("workers", "walltopo gym worker --data DIR", count)
+
+
+def _backups(settings: GymSettings) -> Finding:
+    def look() -> tuple[Health, str]:
+        if not settings.backup_to:
+            return "look", "none are made; set `backup_to`"
+        with closing(Database(settings.database_url)) as database, database.reading() as session:
+            last = last_run(session)
+        if last is not None and last.state == "failed":
+            return "bad", f"the last one failed: {last.error}"
+        newest = next(iter(open_target(settings).newest(1)), None)
+        if newest is None:
+            return "look", f"none yet; the first one is made at {settings.backup_hour:02}:07 UTC"
+        result = "equal" if newest.is_equal else "not tried, or not equal"
+        message = f"the last one of {newest.made_at:%Y-%m-%d %H:%M} UTC: {result}"
+        is_late = newest.made_at < now() - _LATE
+        return ("bad" if is_late or not newest.is_equal else "well"), message
+
+    mend = (
+        "walltopo gym backups make --data DIR"
+        if settings.backup_to
+        else 'backup_to = "/mnt/backups"'
+    )
+    return _run_check("backups", mend, look)

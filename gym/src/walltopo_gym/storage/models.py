@@ -1,4 +1,4 @@
-"""Table of the measured use of the file store."""
+"""Tables of the measured use of the file store, and of runs of backups."""
 
 from __future__ import annotations
 
@@ -27,3 +27,26 @@ class StorageUse(Keyed, Base):
     files: Mapped[int]
     bytes: Mapped[int] = mapped_column(BigInteger)
     measured_at: Mapped[datetime] = mapped_column(default=now)
+
+
+class BackupRun(Keyed, Base):
+    """One run that makes a backup at the target or tries one again.
+
+    Parameters
+    ----------
+    kind : "make" or "try". name : of the backup at the target.
+    state : "queued", "running", "waiting" (for its next try), "done" or "failed".
+    step, done, total : progress; done and total are numbers of files.
+    error : why the last try failed.
+    """
+
+    __tablename__ = "backup_runs"
+
+    kind: Mapped[str] = mapped_column(String(10))
+    name: Mapped[str] = mapped_column(String(100))
+    state: Mapped[str] = mapped_column(String(10), default="queued")
+    step: Mapped[str] = mapped_column(String(10), default="")
+    done: Mapped[int] = mapped_column(default=0)
+    total: Mapped[int] = mapped_column(default=0)
+    ended_at: Mapped[datetime | None] = mapped_column(index=True)
+    error: Mapped[str] = mapped_column(String(500), default="")

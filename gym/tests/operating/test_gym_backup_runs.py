@@ -1,0 +1,282 @@
+"""Daily backups: made at the target, tried, counted, and reported when they fail."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from uuid import uuid4
+
+import pytest
+from gym.tests.hurried import do_all, forget_jobs, waiting
+from gym.tests.storage.test_gym_store import objects, s3
+from gym.tests.worlds import Outbox, Server, World
+from sqlalchemy import delete, select
+
+from walltopo.cli import main
+from walltopo.core import EnvironmentLacksError, InputError, SettingsError
+from walltopo_gym.errors import ConflictError
+from walltopo_gym.jobs.queue import Task
+from walltopo_gym.operating import backup_runs
+from walltopo_gym.operating.backup_runs import (
+    ALERTS,
+    BACKUPS,
+    BackupRuns,
+    open_run,
+    queue_run,
+    record_failure,
+    run_now,
+)
+from walltopo_gym.operating.backup_target import FACTS, WORK, open_target
+from walltopo_gym.operating.backup_trial import compare_restored
+from walltopo_gym.operating.doctor import Finding, examine
+from walltopo_gym.scans.running import WorkerStopsError
+from walltopo_gym.scans.stages import ScanSteps
+from walltopo_gym.settings import GymSettings, load_settings
+from walltopo_gym.storage.models import BackupRun
+from walltopo_gym.work import chores_of
+
+__all__ = ["objects", "s3"]
+
+
+@pytest.fixture
+def runs(server: Server, tmp_path: Path) -> BackupRuns:
+    """The runs of a server whose backups go to an empty folder."""
+    forget_jobs(server)
+    with server.database.writing() as session:
+        session.execute(delete(BackupRun))
+    folder = tmp_path / "backups"
+    folder.mkdir()
+    return runs_to(server, str(folder))
+
+
+def runs_to(server: Server, url: str, **settings: object) -> BackupRuns:
+    changed = server.settings.model_copy(update={"backup_to": url, **settings})
+    return BackupRuns(changed, server.database, server.services.store, Outbox())
+
+
+def tasks(runs: BackupRuns) -> tuple[Task, Task]:
+    return Task(BACKUPS, runs.run, record_failure), Task(ALERTS, runs.send_alert)
+
+
+def rows(server: Server) -> list[BackupRun]:
+    with server.database.reading() as session:
+        return list(session.scalars(select(BackupRun).order_by(BackupRun.created_at)))
+
+
+def names(settings: GymSettings) -> list[str]:
+    return [one.name for one in open_target(settings).newest()]
+
+
+def finding(settings: GymSettings) -> Finding:
+    return next(one for one in examine(settings) if one.what == "backups")
+
+
+@pytest.mark.both_databases("a trial needs a scratch database")
+def test_the_daily_backup_is_made_and_tried(world: World, runs: BackupRuns) -> None:
+    server = world.server
+    assert finding(runs.settings).state == "look"
+    runs.queue_daily()
+    runs.queue_daily()
+    assert len(waiting(server, BACKUPS.name)) == 1
+    do_all(server, *tasks(runs))
+    (row,) = rows(server)
+    assert (row.kind, row.state, row.error) == ("make", "done", "")
+    assert row.ended_at is not None
+    (made,) = open_target(runs.settings).newest()
+    assert made.name == row.name
+    assert made.is_equal
+    assert made.facts is not None
+    assert made.facts.rows > 0
+    assert made.summary.endswith(" files: equal")
+    assert finding(runs.settings).state == "well"
+    with server.database.reading() as session:
+        assert open_run(session) is None
+
+
+def test_a_bucket_takes_backups_as_a_folder_does(
+    world: World, objects: str, runs: BackupRuns
+) -> None:
+    there = runs_to(world.server, f"{objects}/{uuid4().hex}")
+    name = run_now(there, "make")
+    (made,) = open_target(there.settings).newest()
+    assert (made.name, made.is_equal) == (name, True)
+    assert run_now(there, "try", name) == name
+    assert [row.kind for row in rows(world.server)] == ["make", "try"]
+    assert not (there.settings.data / WORK).exists()
+
+
+def test_a_bucket_of_its_own_address_and_keys(
+    world: World, s3: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("ENDPOINT", "ALLOW_HTTP", "REGION", "ACCESS_KEY_ID", "SECRET_ACCESS_KEY"):
+        monkeypatch.delenv(f"AWS_{name}", raising=False)
+    there = runs_to(
+        world.server,
+        "s3://walls/elsewhere",
+        backup_endpoint=s3,
+        backup_region="us-east-1",
+        backup_access_key="k",
+        backup_secret_key="s",
+    )
+    assert run_now(there, "make") in names(there.settings)
+
+
+def test_an_old_backup_goes_after_an_equal_newer_one(world: World, runs: BackupRuns) -> None:
+    runs = replace(runs, settings=runs.settings.model_copy(update={"backups_kept": 2}))
+    first = run_now(runs, "make")
+    folder = Path(runs.settings.backup_to)
+    (folder / "mine.tar").write_bytes(b"not made here")
+    (folder / f"{first}{FACTS}").rename(folder / "kept")
+    # The newest one was not tried: nothing goes.
+    for name in ("walltopo-20200101T000000Z.tar", "walltopo-20200102T000000Z.tar"):
+        (folder / name).write_bytes(b"old")
+    assert open_target(runs.settings).drop_old(2) == []
+    (folder / "kept").rename(folder / f"{first}{FACTS}")
+    for name in ("walltopo-20200101T000000Z.tar", "walltopo-20200102T000000Z.tar"):
+        facts = open_target(runs.settings).find(first).facts
+        assert facts is not None
+        open_target(runs.settings).save_facts(name, facts)
+    second = run_now(runs, "make")
+    assert set(names(runs.settings)) == {first, second, "mine.tar"}
+
+
+def test_a_backup_that_is_not_equal_replaces_none(
+    world: World, runs: BackupRuns, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    runs = replace(runs, settings=runs.settings.model_copy(update={"backups_kept": 1}))
+    first = run_now(runs, "make")
+
+    def differ(*given: Any) -> Any:
+        return replace(compare_restored(*given), differences=("table people: missing",))
+
+    monkeypatch.setattr(backup_runs, "compare_restored", differ)
+    monkeypatch.setattr(backup_runs, "backup_name", lambda at: "walltopo-29991231T000000Z.tar")
+    with pytest.raises(EnvironmentLacksError, match="table people: missing"):
+        run_now(runs, "make")
+    assert first in names(runs.settings)
+    assert rows(world.server)[-1].state == "failed"
+    found = finding(runs.settings)
+    assert (found.state, "table people: missing" in found.message) == ("bad", True)
+
+
+def test_operators_get_one_mail_until_a_backup_succeeds(world: World, runs: BackupRuns) -> None:
+    server = world.server
+    outbox = runs.mailer
+    assert isinstance(outbox, Outbox)
+    operator = server.person("operator").email
+    away = replace(runs, settings=runs.settings.model_copy(update={"backup_to": "/nowhere/at/all"}))
+
+    def fail() -> None:
+        away.queue_daily()
+        do_all(server, *tasks(away))
+
+    def mails() -> int:
+        return len([mail for mail in outbox.mails if mail.to == operator])
+
+    fail()
+    assert rows(server)[-1].state == "failed"
+    assert "is not there" in rows(server)[-1].error
+    assert mails() == 1
+    assert "is not there" in outbox.mails[-1].text
+    fail()
+    assert mails() == 1
+    run_now(runs, "make")
+    fail()
+    assert mails() == 2
+
+
+def test_a_killed_run_leaves_no_part_of_a_backup(world: World, runs: BackupRuns) -> None:
+    folder = Path(runs.settings.backup_to)
+    (folder / WORK).mkdir()
+    (folder / WORK / "walltopo-20200101T000000Z.tar").write_bytes(b"half")
+    assert names(runs.settings) == []
+    run_now(runs, "make")
+    assert not (folder / WORK).exists()
+    assert len(list(folder.iterdir())) == 2
+
+
+def test_a_run_that_was_killed_before_its_trial_goes_on_with_it(
+    world: World, runs: BackupRuns, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    name = run_now(runs, "make")
+    file = Path(runs.settings.backup_to) / name
+    (file.parent / f"{name}{FACTS}").unlink()
+    before = file.stat().st_ino, file.stat().st_mtime_ns
+    monkeypatch.setattr(backup_runs, "backup_name", lambda at: name)
+    run_now(runs, "make")
+    assert (file.stat().st_ino, file.stat().st_mtime_ns) == before
+    assert open_target(runs.settings).find(name).is_equal
+
+
+def test_a_worker_that_stops_leaves_no_part_of_a_backup(world: World, runs: BackupRuns) -> None:
+    world.server.services.store.put("content/stop", b"a file")
+    runs.stopping.set()
+    with pytest.raises(WorkerStopsError):
+        run_now(runs, "make")
+    assert list(Path(runs.settings.backup_to).iterdir()) == []
+
+
+def test_one_run_at_a_time(world: World, runs: BackupRuns) -> None:
+    with world.server.database.writing() as session:
+        queue_run(session, "make")
+    with pytest.raises(ConflictError), world.server.database.writing() as session:
+        queue_run(session, "make")
+
+
+def test_an_empty_server_lists_the_backups_at_the_target(
+    world: World,
+    runs: BackupRuns,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    name = run_now(runs, "make")
+    monkeypatch.setenv("WALLTOPO_GYM_BACKUP_TO", runs.settings.backup_to)
+    assert main(["gym", "backups", "--data", str(tmp_path / "empty")]) == 0
+    printed = capsys.readouterr().out
+    assert name in printed
+    assert " files: equal" in printed
+
+
+def test_the_command_makes_and_tries_a_backup_at_the_target(
+    world: World,
+    runs: BackupRuns,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    settings = world.server.settings
+    place = ["--data", str(settings.data), "--database", settings.database_url]
+    assert main(["gym", "backups", "make", *place]) == 3
+    monkeypatch.setenv("WALLTOPO_GYM_BACKUP_TO", runs.settings.backup_to)
+    assert main(["gym", "backups", "make", *place]) == 0
+    assert ": equal" in capsys.readouterr().out
+    (name,) = names(runs.settings)
+    assert main(["gym", "backups", "try", name, *place]) == 0
+    assert main(["gym", "backups", "try", *place]) == 3
+    assert main(["gym", "backups", "try", "none.tar", *place]) == 3
+
+
+def test_places_that_are_no_targets_are_refused(server: Server, tmp_path: Path) -> None:
+    inside = server.settings.data / "backups"
+    inside.mkdir(exist_ok=True)
+    with pytest.raises(ConflictError, match="no place for backups"):
+        open_target(server.settings)
+    with pytest.raises(SettingsError, match="data folder"):
+        open_target(server.settings.model_copy(update={"backup_to": str(inside)}))
+    with pytest.raises(InputError, match="not there"):
+        open_target(server.settings.model_copy(update={"backup_to": str(tmp_path / "none")}))
+    own = {"backup_to": "s3://walls/backups", "objects": "s3://walls"}
+    with pytest.raises(SettingsError, match="store of files"):
+        open_target(server.settings.model_copy(update=own))
+    with pytest.raises(SettingsError, match="backup_to"):
+        load_settings({"data": tmp_path, "backup_to": "ftp://host/backups"}, {})
+
+
+def test_the_schedule_follows_the_settings(server: Server, runs: BackupRuns) -> None:
+    def schedule(settings: GymSettings) -> list[str]:
+        steps = ScanSteps(settings, server.database, server.services.store, settings.data)
+        return [chore.at for chore in chores_of(steps) if chore.name == "backups-daily"]
+
+    assert schedule(server.settings) == []
+    assert schedule(runs.settings.model_copy(update={"backup_hour": 21})) == ["7 21 * * *"]
