@@ -978,6 +978,10 @@ CASES = {
     "cancel_operator_scan": Case("operator", values=a_queued_scan),
     "read_storage": Case("operator"),
     "measure_operator_storage": Case("operator"),
+    "list_backups": Case("operator"),
+    "make_backup": Case("operator"),
+    "try_stored_backup": Case("operator", values=lambda w: {"name": "none.tar"}),
+    "download_backup": Case("operator", values=lambda w: {"name": "none.tar"}),
     "list_announcements": Case("anyone", Scope.READ),
     "list_operator_announcements": Case("operator"),
     "announce": Case("operator", body=lambda w: {"texts": {"en": "Closed on Monday"}}),
@@ -1141,6 +1145,8 @@ EXCEPT = (
     | {("confirm_by_passkey", kind): 422 for kind in PEOPLE}
     # No job was set aside: test_gym_operator_page.py has one.
     | {("retry_operator_job", "operator"): 404}
+    # No target of backups is set: test_gym_operator_backups.py has one.
+    | {(name, "operator"): 409 for name in ("make_backup", "try_stored_backup", "download_backup")}
     # There is no wall in the scans of this table.
     | {
         (name, kind): 422

@@ -54,6 +54,7 @@ export const { p, navigate, preload, route } = createRouter({
   "/operator": () => import("./operator/Health.svelte").then(operator),
   "/operator/jobs": () => import("./operator/Jobs.svelte").then(operator),
   "/operator/storage": () => import("./operator/Storage.svelte").then(operator),
+  "/operator/backups": () => import("./operator/Backups.svelte").then(operator),
   "/operator/users": () => import("./operator/Users.svelte").then(operator),
   "/operator/gyms": () => import("./operator/Gyms.svelte").then(operator),
   "/operator/announcements": () => import("./operator/Announcements.svelte").then(operator),

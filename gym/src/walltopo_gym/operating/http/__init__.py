@@ -6,7 +6,7 @@ from typing import Final
 
 from fastapi import APIRouter
 
-from walltopo_gym.operating.http import gyms, health, jobs, server, storage, users
+from walltopo_gym.operating.http import backups, gyms, health, jobs, server, storage, users
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (
     server.about_router,
@@ -15,5 +15,6 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     gyms.router,
     jobs.router,
     storage.router,
+    backups.router,
     users.router,
 )
