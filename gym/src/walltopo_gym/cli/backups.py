@@ -37,6 +37,11 @@ def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     backups.set_defaults(run=_backups)
     restore = inner.add_parser("restore", help="bring a backup back into an empty place")
     restore.add_argument("file", type=Path, metavar="FILE.tar")
+    restore.add_argument(
+        "--replace",
+        action="store_true",
+        help="of a stopped gym, whose data are put aside; gym.toml stays",
+    )
     restore.set_defaults(run=_restore)
     for command in (backup, backups, restore):
         add_gym_data_options(command)
@@ -120,9 +125,14 @@ def _restore(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo_gym.cli.gym_data import settings_of
     from walltopo_gym.operating.backup import restore
+    from walltopo_gym.operating.replacement import replace_data
     from walltopo_gym.storage.files import open_store
 
     settings = settings_of(args)
+    if args.replace:
+        aside = replace_data(settings, args.file)
+        console.print(f"the backup is in place; the former data are in {aside}", soft_wrap=True)
+        return 0
     number = restore(settings, open_store(settings), args.file)
     console.print(f"{number} files are back; `walltopo gym serve` serves them", soft_wrap=True)
     return 0

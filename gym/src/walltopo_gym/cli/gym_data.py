@@ -15,13 +15,18 @@ from walltopo.core import InputError
 from walltopo_gym.database.engine import Database
 from walltopo_gym.features import open_database
 from walltopo_gym.migrations.run import migrate
+from walltopo_gym.operating.replacement import finish_switch
 from walltopo_gym.settings import GymSettings, load_settings
 from walltopo_gym.storage.files import private_folder
 
 
 def settings_of(args: argparse.Namespace) -> GymSettings:
-    """Return the settings of `--data`, `--database` and `--objects`."""
-    return load_settings({name: getattr(args, name) for name in ("data", "database", "objects")})
+    """Return the settings of `--data`, `--database` and `--objects`; end a replacement of the data
+    that a kill interrupted."""
+    names = ("data", "database", "objects")
+    settings = load_settings({name: getattr(args, name) for name in names})
+    finish_switch(settings)
+    return settings
 
 
 def check_there(settings: GymSettings) -> None:

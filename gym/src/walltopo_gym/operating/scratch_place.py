@@ -11,19 +11,19 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
-from sqlalchemy import Connection, create_engine, make_url, text
-from sqlalchemy.exc import ProgrammingError
-
 from walltopo.core import EnvironmentLacksError
-from walltopo_gym.errors import ConflictError
+from walltopo_gym.operating.postgres_databases import (
+    connected,
+    create_database,
+    drop_database,
+    is_postgres,
+    name_beside,
+    url_of,
+)
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import private_folder
 
 FOLDER: Final = "scratch"
-_LOCKS: Final = 0x77740004  # class of the advisory locks of scratch databases
-_MAX_NAME: Final = 63  # bytes of a name in PostgreSQL
-_SUFFIX: Final = "_walltopo_scratch"  # a database of this name is dropped
-_NOT_ALLOWED: Final = "42501"
 
 
 @contextmanager
@@ -67,59 +67,13 @@ def check_room(settings: GymSettings, file: Path) -> None:
 @contextmanager
 def _scratch_database(settings: GymSettings) -> Iterator[str]:
     """Yield the URL of a new database; empty for SQLite, whose database is in the folder."""
-    url = make_url(settings.database_url)
-    if url.get_backend_name() == "sqlite":
+    if not is_postgres(settings):
         yield ""
         return
-    name = (url.database or "")[: _MAX_NAME - len(_SUFFIX)] + _SUFFIX
-    engine = create_engine(url, isolation_level="AUTOCOMMIT")
-    try:
-        with engine.connect() as connection:
-            _create_database(connection, name)
-            try:
-                yield url.set(database=name).render_as_string(hide_password=False)
-            finally:
-                _drop_database(connection, name)
-    finally:
-        engine.dispose()
-
-
-def _create_database(connection: Connection, name: str) -> None:
-    """Create a database like the one of the connection, which keeps a lock of its name.
-
-    Raises
-    ------
-    EnvironmentLacksError, ConflictError : as in `scratch_place`.
-    """
-    lock = text("SELECT pg_try_advisory_lock(:kind, hashtext(:name))")
-    if not connection.scalar(lock, {"kind": _LOCKS, "name": name}):
-        raise ConflictError("upkeep-busy", "upkeep-wait")
-    role, *place = connection.execute(
-        text(
-            "SELECT current_user, pg_encoding_to_char(encoding), datcollate, datctype"
-            " FROM pg_database WHERE datname = current_database()"
-        )
-    ).one()
-    encoding, collate, ctype = (one.replace("'", "''") for one in place)
-    try:
-        _drop_database(connection, name)
-        connection.exec_driver_sql(
-            f"CREATE DATABASE {_quote(name)} TEMPLATE template0 ENCODING '{encoding}'"
-            f" LC_COLLATE '{collate}' LC_CTYPE '{ctype}'"
-        )
-    except ProgrammingError as error:
-        if getattr(error.orig, "sqlstate", "") != _NOT_ALLOWED:
-            raise
-        raise EnvironmentLacksError(
-            f"PostgreSQL's role {role} may not create a scratch database",
-            f"As an administrator of PostgreSQL: ALTER ROLE {_quote(role)} CREATEDB;",
-        ) from error
-
-
-def _drop_database(connection: Connection, name: str) -> None:
-    connection.exec_driver_sql(f"DROP DATABASE IF EXISTS {_quote(name)} WITH (FORCE)")
-
-
-def _quote(name: str) -> str:
-    doubled = name.replace('"', '""')
-    return f'"{doubled}"'
+    name = name_beside(settings, "_walltopo_scratch")
+    with connected(settings) as connection:
+        create_database(connection, name)
+        try:
+            yield url_of(settings, name)
+        finally:
+            drop_database(connection, name)

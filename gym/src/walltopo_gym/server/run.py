@@ -10,6 +10,7 @@ import uvicorn
 
 from walltopo.core import EnvironmentLacksError
 from walltopo_gym.migrations.run import migrate
+from walltopo_gym.operating.replacement import finish_switch
 from walltopo_gym.scans.incoming import Incoming
 from walltopo_gym.scans.receiving import finish_all
 from walltopo_gym.server.app import build_app, open_services
@@ -32,6 +33,7 @@ def serve(settings: GymSettings, tell: Callable[[str], None]) -> None:
     ------
     EnvironmentLacksError : the address cannot be listened on.
     """
+    finish_switch(settings)
     services = open_services(settings)
     try:
         migrate(services.database)

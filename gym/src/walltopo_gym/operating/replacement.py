@@ -1,0 +1,229 @@
+"""The replacement of a gym's data by a backup: whole, in one step.
+
+The new data are restored beside the present ones. Then a note (`switch.json`) decides for the new
+ones: the present ones are moved aside, and the new ones take their place. Each move can be
+repeated, so a start after a kill ends what the note says. Before the note nothing has changed.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+from typing import Final, Literal
+
+import msgspec
+from sqlalchemy import make_url
+
+from walltopo.core import InputError
+from walltopo.core.files import read_json, write_json
+from walltopo_gym.clock import now
+from walltopo_gym.database.engine import Database
+from walltopo_gym.errors import ConflictError
+from walltopo_gym.migrations.run import migrate
+from walltopo_gym.operating.backup import Progress, load_backup, no_report
+from walltopo_gym.operating.postgres_databases import (
+    connected,
+    count_users,
+    create_database,
+    drop_database,
+    exchange_databases,
+    has_database,
+    is_postgres,
+    name_beside,
+    url_of,
+)
+from walltopo_gym.operating.scratch_place import check_room
+from walltopo_gym.operating.upkeep import lock_data_folder
+from walltopo_gym.settings import GymSettings
+from walltopo_gym.storage.files import open_store, private_folder
+
+NOTE: Final = "switch.json"
+NEW: Final = "restored"
+_NEW_DATABASE: Final = "_walltopo_restored"
+# Files and folders of the data folder that belong to the database's rows.
+_PARTS: Final = (
+    "gym.sqlite",
+    "gym.sqlite-wal",
+    "gym.sqlite-shm",
+    "files",
+    "incoming",
+    "work",
+    "editing",
+)
+
+
+class Switch(msgspec.Struct):
+    """The content of the note.
+
+    Parameters
+    ----------
+    aside : name of the folder, and ending of the name of the database, of the former data.
+    step : "aside": the former data are being moved; "new": all of them were.
+    """
+
+    aside: str
+    step: Literal["aside", "new"]
+
+
+def replace_data(settings: GymSettings, source: Path, report: Progress = no_report) -> Path:
+    """Replace the data of a gym that nobody uses by those of a backup; keep `gym.toml`.
+
+    A backup of an older version gets the tables of this one before the switch.
+
+    Parameters
+    ----------
+    report : as in `load_backup`.
+
+    Returns
+    -------
+    aside : the folder of the former data; a former PostgreSQL database has the end of its name.
+
+    Raises
+    ------
+    InputError : no backup, a damaged one, one of the other kind of database, or a gym whose files
+        are not in its data folder.
+    ConflictError : a server, a worker, or another backup, purge or restoration is at work.
+    EnvironmentLacksError : as in `restore`, or the disk has no room.
+    """
+    _check_places(settings)
+    with lock_data_folder(settings.data):
+        check_unused(settings)
+        with _staged(settings, source, report):
+            check_unused(settings)
+            aside = f"replaced-{now():%Y%m%dT%H%M%SZ}"
+            os.sync()
+            _write_note(settings, Switch(aside, "aside"))
+            _carry_out(settings)
+    return settings.data / aside
+
+
+def finish_switch(settings: GymSettings) -> bool:
+    """End a switch that a kill interrupted; return whether there was one.
+
+    Raises
+    ------
+    ConflictError : as in `lock_data_folder`: another process is at it.
+    """
+    if not (settings.data / NOTE).is_file():
+        return False
+    with lock_data_folder(settings.data):
+        _carry_out(settings)
+    return True
+
+
+def check_unused(settings: GymSettings) -> None:
+    """Check that no server and no worker uses the database.
+
+    Raises
+    ------
+    ConflictError : one does.
+    """
+    if is_postgres(settings):
+        used = count_users(settings) > 0
+    else:
+        used = _is_open(settings.data / "gym.sqlite")
+    if used:
+        raise ConflictError("gym-in-use", "gym-stop-first")
+
+
+def _is_open(file: Path) -> bool:
+    """Return whether another connection has an SQLite database open.
+
+    Only the last one may leave the mode in which many read while one writes.
+    """
+    if not file.is_file():
+        return False
+    with closing(sqlite3.connect(file, timeout=0)) as connection:
+        try:
+            connection.execute("PRAGMA journal_mode = DELETE")
+        except sqlite3.OperationalError:
+            return True
+    return False
+
+
+def _check_places(settings: GymSettings) -> None:
+    """Refuse a gym whose files or SQLite database are not in its data folder.
+
+    Raises
+    ------
+    InputError : it is one.
+    """
+    own = settings.data.absolute() / "gym.sqlite"
+    database = make_url(settings.database_url).database or ""
+    is_elsewhere = not is_postgres(settings) and Path(database).absolute() != own
+    if settings.objects or is_elsewhere:
+        raise InputError(
+            "only the data of a data folder are replaced",
+            "Restore into an empty place: another bucket, another database.",
+        )
+
+
+@contextmanager
+def _staged(settings: GymSettings, source: Path, report: Progress) -> Iterator[None]:
+    """Restore a backup beside the present data; remove what is left of it after the block."""
+    folder = settings.data / NEW
+    shutil.rmtree(folder, ignore_errors=True)
+    private_folder(folder)
+    name = name_beside(settings, _NEW_DATABASE)
+    try:
+        if source.is_file():
+            check_room(settings, source)
+        url = ""
+        if is_postgres(settings):
+            with connected(settings) as connection:
+                create_database(connection, name)
+            url = url_of(settings, name)
+        there = settings.model_copy(update={"data": folder, "database": url})
+        with closing(Database(there.database_url)) as database:
+            load_backup(there, database, open_store(there), source, report)
+            migrate(database)
+        yield
+    finally:
+        if not (settings.data / NOTE).is_file():
+            shutil.rmtree(folder, ignore_errors=True)
+            if is_postgres(settings):
+                with connected(settings) as connection:
+                    drop_database(connection, name)
+
+
+def _carry_out(settings: GymSettings) -> None:
+    """Do what the note says; each step may have been done before a kill."""
+    note = msgspec.convert(read_json(settings.data / NOTE), Switch)
+    aside, new = private_folder(settings.data / note.aside), settings.data / NEW
+    if note.step == "aside":
+        _move_parts(settings.data, aside)
+        note.step = "new"
+        _write_note(settings, note)
+    _exchange(settings, note)
+    _move_parts(new, settings.data)
+    (settings.data / NOTE).unlink()
+    shutil.rmtree(new, ignore_errors=True)
+
+
+def _exchange(settings: GymSettings, note: Switch) -> None:
+    """Exchange PostgreSQL's databases, unless that was done."""
+    if not is_postgres(settings):
+        return
+    new = name_beside(settings, _NEW_DATABASE)
+    with connected(settings, "postgres") as connection:
+        is_new = has_database(connection, new)
+    if is_new:
+        exchange_databases(settings, new, name_beside(settings, f"_{note.aside}"))
+
+
+def _move_parts(source: Path, target: Path) -> None:
+    for name in _PARTS:
+        _move_part(source / name, target / name)
+
+
+def _move_part(source: Path, target: Path) -> None:
+    if source.exists():
+        source.replace(target)
+
+
+def _write_note(settings: GymSettings, note: Switch) -> None:
+    write_json(settings.data / NOTE, msgspec.to_builtins(note))

@@ -1,0 +1,179 @@
+"""The data of a gym are replaced by a backup in one step, whatever kills it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sqlite3
+from contextlib import closing
+from itertools import count
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import pytest
+from gym.tests.worlds import Server, make_world, new_database
+from sqlalchemy import select, text
+
+from walltopo.cli import main
+from walltopo.core import EnvironmentLacksError, InputError
+from walltopo_gym.database.engine import Database
+from walltopo_gym.errors import ConflictError
+from walltopo_gym.gyms.models import Gym
+from walltopo_gym.migrations.run import migrate, revisions
+from walltopo_gym.operating import replacement
+from walltopo_gym.operating.backup import back_up
+from walltopo_gym.operating.replacement import NEW, NOTE, finish_switch, replace_data
+from walltopo_gym.settings import GymSettings
+from walltopo_gym.storage.files import open_store
+
+pytestmark = pytest.mark.both_databases("the switch moves files, or renames databases")
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def gym(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[GymSettings, Path]:
+    """Settings of a stopped gym with later changes, and a backup from before them."""
+    url = ""
+    if request.param == "postgresql":
+        url = new_database(request.getfixturevalue("postgres"))
+    (tmp_path / "data").mkdir()
+    server = Server(tmp_path / "data", url)
+    world = make_world(server)
+    (server.settings.data / "gym.toml").write_text("port = 8123\n")
+    server.services.store.put("content/old", b"of the backup")
+    back_up(server.settings, server.database, server.services.store, tmp_path / "gym.tar")
+    with server.database.writing() as session:
+        session.get_one(Gym, world.gym.id).name = "Later"
+    server.services.store.put("content/later", b"of later")
+    (server.settings.data / "gym.toml").write_text("port = 8124\n")
+    server.close()
+    return server.settings, tmp_path / "gym.tar"
+
+
+def state(settings: GymSettings) -> tuple[str, bool, bool]:
+    """Return the gym's name, and whether the two files are there."""
+    server = Server(settings.data, settings.database)
+    try:
+        with server.database.reading() as session:
+            name = session.scalars(select(Gym.name)).one()
+    finally:
+        server.close()
+    store = open_store(settings)
+    return name, store.has("content/old"), store.has("content/later")
+
+
+LATER = ("Later", True, True)
+
+
+def is_restored(settings: GymSettings) -> bool:
+    name, old, later = state(settings)
+    return name.startswith("Gym ") and old and not later
+
+
+def test_a_backup_replaces_the_data_and_they_are_put_aside(
+    gym: tuple[GymSettings, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    settings, file = gym
+    place = ["--data", str(settings.data), "--database", settings.database_url]
+    assert main(["gym", "restore", str(file), *place]) == 3
+    assert state(settings) == LATER
+    assert main(["gym", "restore", str(file), "--replace", *place]) == 0
+    assert is_restored(settings)
+    assert (settings.data / "gym.toml").read_text() == "port = 8124\n"
+    (aside,) = settings.data.glob("replaced-*")
+    assert aside.name in capsys.readouterr().out.replace("\n", "")
+    assert (aside / "files" / "content" / "later").read_bytes() == b"of later"
+    if not settings.database:
+        with closing(sqlite3.connect(aside / "gym.sqlite")) as former:
+            assert former.execute("SELECT name FROM gyms").fetchall() == [("Later",)]
+    assert not (settings.data / NOTE).exists()
+    assert not (settings.data / NEW).exists()
+
+
+# Function and number of the call, and whether the process dies before or after it.
+STEPS = {
+    "restored": ("_write_note", 1, "before"),
+    "decided": ("_write_note", 1, "after"),
+    "one part aside": ("_move_part", 1, "after"),
+    "all parts aside": ("_move_parts", 1, "after"),
+    "aside noted": ("_write_note", 2, "after"),
+    "database exchanged": ("_exchange", 1, "after"),
+    "all parts new": ("_move_parts", 2, "after"),
+}
+
+
+def replace_and_die(settings: GymSettings, file: Path, step: str) -> None:
+    """Replace the data, and die by SIGKILL at a step."""
+    name, number, when = STEPS[step]
+    function, calls = getattr(replacement, name), count(1)
+
+    def call(*given: Any) -> None:
+        is_it = next(calls) == number
+        if not (is_it and when == "before"):
+            function(*given)
+        if is_it:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    setattr(replacement, name, call)
+    replace_data(settings, file)
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_a_kill_leaves_the_old_or_the_new_data_whole(
+    gym: tuple[GymSettings, Path], step: str
+) -> None:
+    settings, file = gym
+    child = get_context("spawn").Process(target=replace_and_die, args=(settings, file, step))
+    child.start()
+    child.join()
+    assert child.exitcode == -signal.SIGKILL
+    is_decided = step != "restored"
+    assert finish_switch(settings) == is_decided
+    if not is_decided:
+        assert state(settings) == LATER
+        replace_data(settings, file)
+    assert is_restored(settings)
+    assert not finish_switch(settings)
+    assert not (settings.data / NEW).exists()
+
+
+def test_an_older_backup_gets_the_tables_of_this_version(
+    tmp_path: Path, gym: tuple[GymSettings, Path], request: pytest.FixtureRequest
+) -> None:
+    settings, _ = gym
+    url = new_database(request.getfixturevalue("postgres")) if settings.database else ""
+    (tmp_path / "older").mkdir()
+    older = settings.model_copy(update={"data": tmp_path / "older", "database": url})
+    with closing(Database(older.database_url)) as database:
+        migrate(database, revisions()[-2])
+        back_up(older, database, open_store(older), tmp_path / "older.tar")
+    replace_data(settings, tmp_path / "older.tar")
+    with closing(Database(settings.database_url)) as database, database.reading() as session:
+        assert session.scalar(text("SELECT version_num FROM alembic_version")) == revisions()[-1]
+
+
+def test_a_gym_in_use_is_not_replaced(gym: tuple[GymSettings, Path]) -> None:
+    settings, file = gym
+    server = Server(settings.data, settings.database)
+    with server.database.reading() as session:
+        session.scalars(select(Gym.name)).one()
+    with pytest.raises(ConflictError, match="uses this gym"):
+        replace_data(settings, file)
+    server.close()
+    assert state(settings) == LATER
+
+
+def test_a_damaged_backup_replaces_nothing(gym: tuple[GymSettings, Path], tmp_path: Path) -> None:
+    settings, file = gym
+    (tmp_path / "cut.tar").write_bytes(file.read_bytes()[:9000])
+    with pytest.raises(InputError, match="backup"):
+        replace_data(settings, tmp_path / "cut.tar")
+    full = settings.model_copy(update={"keep_free_mb": 10**12})
+    with pytest.raises(EnvironmentLacksError, match="free space"):
+        replace_data(full, file)
+    elsewhere = settings.model_copy(update={"objects": "s3://walls"})
+    with pytest.raises(InputError, match="empty place"):
+        replace_data(elsewhere, file)
+    assert state(settings) == LATER
+    assert not (settings.data / NEW).exists()
+    assert list(settings.data.glob("replaced-*")) == []
