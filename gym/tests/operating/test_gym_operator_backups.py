@@ -15,8 +15,10 @@ from gym.tests.worlds import Outbox, Server, Somebody, World
 from sqlalchemy import delete
 
 from walltopo_gym.jobs.queue import Task
+from walltopo_gym.jobs.worker_slot import WorkerSlot
 from walltopo_gym.operating.backup_runs import BACKUPS, BackupRuns, record_failure
 from walltopo_gym.operating.backup_target import open_target
+from walltopo_gym.operating.restoration import Restoration
 from walltopo_gym.storage.models import BackupRun
 
 
@@ -30,7 +32,8 @@ def folder(server: Server, tmp_path: Path) -> Iterator[Path]:
     made.mkdir()
     before = server.services
     settings = before.settings.model_copy(update={"backup_to": str(made)})
-    server.app.state.services = replace(before, settings=settings)
+    parts = {**before.parts, Restoration: Restoration()}
+    server.app.state.services = replace(before, settings=settings, parts=parts)
     yield made
     server.app.state.services = before
 
@@ -143,3 +146,28 @@ def test_a_failed_run_is_shown(world: World, folder: Path, operator: Somebody) -
     assert (last["state"], last["kind"], last["name"]) == ("failed", "try", "gym.tar")
     assert "gym.tar: " in last["error"]
     assert str(folder) not in last["error"]
+
+
+def test_a_restoration_needs_the_servers_name_and_no_other_worker(
+    world: World, folder: Path, operator: Somebody
+) -> None:
+    server = world.server
+    (folder / "gym.tar").write_bytes(b"a backup")
+    path = "/operator/backups/gym.tar/restore"
+    name = page(server, operator)["server"]
+    assert name == "walls.example.com"
+    wrong = server.ask("POST", path, operator, {"server": "other.example.com"})
+    assert (wrong.status_code, code(wrong)) == (422, "restore-wrong-name")
+    missing = server.ask("POST", "/operator/backups/none.tar/restore", operator, {"server": name})
+    assert (missing.status_code, code(missing)) == (404, "not-there-backup")
+    with WorkerSlot(server.settings, server.database), WorkerSlot(server.settings, server.database):
+        used = server.ask("POST", path, operator, {"server": name})
+    assert (used.status_code, code(used)) == (409, "gym-in-use")
+    restoration = server.app.state.services.get(Restoration)
+    stopped: list[bool] = []
+    restoration.stop = lambda: stopped.append(True)
+    assert server.ask("POST", path, operator, {"server": name.upper()}).status_code == 202
+    again = server.ask("POST", path, operator, {"server": name})
+    assert (again.status_code, code(again)) == (409, "upkeep-busy")
+    assert (restoration.wanted, stopped) == ("gym.tar", [True])
+    assert logged(server, operator)[0] == ("backup.begin-restore", "gym.tar")

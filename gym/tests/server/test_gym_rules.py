@@ -981,6 +981,11 @@ CASES = {
     "list_backups": Case("operator"),
     "make_backup": Case("operator"),
     "try_stored_backup": Case("operator", values=lambda w: {"name": "none.tar"}),
+    "restore_backup": Case(
+        "operator",
+        values=lambda w: {"name": "none.tar"},
+        body=lambda w: {"server": "walls.example.com"},
+    ),
     "download_backup": Case("operator", values=lambda w: {"name": "none.tar"}),
     "list_announcements": Case("anyone", Scope.READ),
     "list_operator_announcements": Case("operator"),
@@ -1146,7 +1151,10 @@ EXCEPT = (
     # No job was set aside: test_gym_operator_page.py has one.
     | {("retry_operator_job", "operator"): 404}
     # No target of backups is set: test_gym_operator_backups.py has one.
-    | {(name, "operator"): 409 for name in ("make_backup", "try_stored_backup", "download_backup")}
+    | {
+        (f"{verb}_backup", "operator"): 409
+        for verb in ("make", "try_stored", "restore", "download")
+    }
     # There is no wall in the scans of this table.
     | {
         (name, kind): 422

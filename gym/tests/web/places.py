@@ -124,7 +124,13 @@ def serving(
     }
     people = {role: who.email for role, who in world.people.items()}
     (data / "places.json").write_text(json.dumps(common | people | dict(places)))
-    settings = {"scan_settings": str(data / "quick.toml"), "new_gyms": "anyone"}
+    backups = data.parent / f"{data.name}-backups"
+    backups.mkdir(exist_ok=True)
+    settings = {
+        "scan_settings": str(data / "quick.toml"),
+        "new_gyms": "anyone",
+        "backup_to": str(backups),
+    }
     process = Process(data, "serve", "--port", str(port), address=address, **settings)
     try:
         yield {**os.environ, "WALLTOPO_PLACES": str(data / "places.json")}

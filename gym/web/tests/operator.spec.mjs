@@ -1,9 +1,9 @@
 // The operator's pages: findings with what mends them, jobs, storage, accounts; after a proof of who one is.
 
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
+import { readFileSync, statSync } from "node:fs";
 import { test } from "./fixtures.mjs";
-import { answered, becomes, grave, signIn, tooWide, visit } from "./place.mjs";
+import { answered, becomes, grave, OFFLINE, signIn, tooWide, visit } from "./place.mjs";
 
 async function check(person, name) {
   assert.deepEqual(await grave(person.page), []);
@@ -128,6 +128,29 @@ test("an operator finds an account, locks it and deletes it", async ({ browser, 
   await phone.close();
 });
 
+test("an operator makes a backup, tries it again and downloads it", async ({ browser, places }) => {
+  const operator = await visit(browser, places);
+  const { page, go } = operator;
+  await signIn(operator, places, places.operator);
+  await go("/operator/backups");
+  await page.getByText(/^Every day at 03:07 UTC to /).waitFor();
+  await check(operator, "operator-no-backups");
+  await page.getByRole("button", { name: "Back up now" }).click();
+  const backup = row(page, "walltopo-");
+  await backup.getByText("Equal", { exact: true }).waitFor();
+  await backup.getByText(/^[\d,]+ rows, [\d,]+ files/).waitFor();
+  await check(operator, "operator-backups");
+  await backup.getByRole("button", { name: "Try again" }).click();
+  await page.getByRole("status").getByText(/^(Queued|Running|Trying the backup)$/).waitFor();
+  await becomes(() => page.locator("main progress").count(), 0);
+  const download = page.waitForEvent("download");
+  await backup.getByRole("button", { name: "Download" }).click();
+  const file = await download;
+  assert.match(file.suggestedFilename(), /^walltopo-\d{8}T\d{6}Z\.tar$/);
+  assert.ok(statSync(await file.path()).size > 10_000);
+  await operator.close();
+});
+
 test("an operator limits a gym's storage and features", async ({ browser, places }) => {
   const operator = await visit(browser, places);
   const { page, go } = operator;
@@ -189,4 +212,24 @@ test("others see no operator's page", async ({ browser, places }) => {
   await go("/operator");
   await page.getByText("Only operators of this server can open this page.").waitFor();
   await owner.close();
+});
+
+// The last test of this file: it replaces the data that the others have made.
+test("an operator restores a backup over the server", async ({ browser, places }) => {
+  const operator = await visit(browser, places);
+  const { page, go } = operator;
+  operator.expected(OFFLINE);
+  await signIn(operator, places, places.operator);
+  await go("/operator/backups");
+  const backup = row(page, "walltopo-").first();
+  await backup.getByText("Restore", { exact: true }).click();
+  const replace = backup.getByRole("button", { name: "Replace the server’s data" });
+  assert.ok(await replace.isDisabled());
+  await backup.getByLabel("Type localhost to confirm").fill("localhost");
+  await check(operator, "operator-restore");
+  await replace.click();
+  await page.getByText("The server is being restored.").waitFor();
+  await page.getByText(/ was restored /).waitFor();
+  await check(operator, "operator-restored");
+  await operator.close();
 });

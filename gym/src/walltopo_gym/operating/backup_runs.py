@@ -46,7 +46,7 @@ from walltopo_gym.storage.models import BackupRun
 
 BACKUPS: Final = Job("backups", at_once=1, of_one_gym=None, waits=(600, 3600))
 ALERTS: Final = Job("backup-alerts", at_once=1, of_one_gym=None)
-Kind = Literal["make", "try"]
+Kind = Literal["make", "try", "restore"]
 _EVERY_S: Final = 1.0  # between two notes of the progress
 _KEPT: Final = timedelta(days=90)
 _OPEN: Final = ("queued", "running", "waiting")
@@ -76,6 +76,18 @@ def queue_run(session: Session, kind: Kind, name: str = "", *, by: UUID | None =
 def _new_run(kind: Kind, name: str) -> BackupRun:
     at = now()
     return BackupRun(id=uuid4(), created_at=at, kind=kind, name=name or backup_name(at))
+
+
+def ended_run(kind: Kind, name: str, error: str) -> BackupRun:
+    """Return the row of a run that was not queued and ended now.
+
+    Parameters
+    ----------
+    error : empty if it succeeded.
+    """
+    row = _new_run(kind, name)
+    row.state, row.error, row.ended_at = "failed" if error else "done", error[:500], now()
+    return row
 
 
 def open_run(session: Session) -> BackupRun | None:
@@ -128,7 +140,7 @@ class BackupRuns:
         InputError, SettingsError, ConflictError : as in `open_target` and `try_backup`.
         """
         target = open_target(self.settings)
-        with lock_data_folder(self.settings.data), _work_folder(target, self.settings) as work:
+        with lock_data_folder(self.settings.data), work_folder(target, self.settings) as work:
             there = target.get(row.name) if row.kind == "make" else target.find(row.name)
             # A run that was killed after it stored its backup goes on with the trial.
             if there is None or (row.kind == "make" and there.facts and not there.is_equal):
@@ -222,18 +234,16 @@ def run_now(runs: BackupRuns, kind: Kind, name: str = "") -> str:
     ------
     WalltopoError : as in `BackupRuns.carry_out`.
     """
-    row = _new_run(kind, name)
-    row.state = "failed"
+    row, error = _new_run(kind, name), "interrupted"
     try:
         runs.carry_out(row)
-        row.state = "done"
-    except WalltopoError as error:
-        row.error = reason_of(error)[:500]
+        error = ""
+    except WalltopoError as why:
+        error = reason_of(why)
         raise
     finally:
-        row.ended_at = now()
         with runs.database.writing() as session:
-            session.add(row)
+            session.add(ended_run(kind, row.name, error))
             log_change(session, f"backup.{kind}", person=None, subject=row.name)
     return row.name
 
@@ -269,7 +279,7 @@ def _facts(trial: Trial, found: StoredBackup) -> BackupFacts:
 
 
 @contextmanager
-def _work_folder(target: BackupTarget, settings: GymSettings) -> Iterator[Path]:
+def work_folder(target: BackupTarget, settings: GymSettings) -> Iterator[Path]:
     """Yield an empty folder for unfinished backups; one that a killed run left is removed."""
     folder = target.work_folder(settings)
     shutil.rmtree(folder, ignore_errors=True)

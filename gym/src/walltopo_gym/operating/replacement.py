@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import shutil
 import sqlite3
+import time
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
@@ -43,6 +44,7 @@ from walltopo_gym.storage.files import open_store, private_folder
 
 NOTE: Final = "switch.json"
 NEW: Final = "restored"
+_PATIENCE_S: Final = 5
 _NEW_DATABASE: Final = "_walltopo_restored"
 # Files and folders of the data folder that belong to the database's rows.
 _PARTS: Final = (
@@ -89,7 +91,7 @@ def replace_data(settings: GymSettings, source: Path, report: Progress = no_repo
     ConflictError : a server, a worker, or another backup, purge or restoration is at work.
     EnvironmentLacksError : as in `restore`, or the disk has no room.
     """
-    _check_places(settings)
+    check_places(settings)
     with lock_data_folder(settings.data):
         check_unused(settings)
         with _staged(settings, source, report):
@@ -116,18 +118,23 @@ def finish_switch(settings: GymSettings) -> bool:
 
 
 def check_unused(settings: GymSettings) -> None:
-    """Check that no server and no worker uses the database.
+    """Check that no server and no worker uses the database; those that just end get some time.
 
     Raises
     ------
     ConflictError : one does.
     """
+    deadline = time.monotonic() + _PATIENCE_S
+    while _is_used(settings):
+        if time.monotonic() > deadline:
+            raise ConflictError("gym-in-use", "gym-stop-first")
+        time.sleep(0.1)
+
+
+def _is_used(settings: GymSettings) -> bool:
     if is_postgres(settings):
-        used = count_users(settings) > 0
-    else:
-        used = _is_open(settings.data / "gym.sqlite")
-    if used:
-        raise ConflictError("gym-in-use", "gym-stop-first")
+        return count_users(settings) > 0
+    return _is_open(settings.data / "gym.sqlite")
 
 
 def _is_open(file: Path) -> bool:
@@ -145,7 +152,7 @@ def _is_open(file: Path) -> bool:
     return False
 
 
-def _check_places(settings: GymSettings) -> None:
+def check_places(settings: GymSettings) -> None:
     """Refuse a gym whose files or SQLite database are not in its data folder.
 
     Raises

@@ -33,6 +33,7 @@ from walltopo_gym.gyms.access import feature_rule
 from walltopo_gym.mail import make_mailer
 from walltopo_gym.operating.http.server import health_router, metrics_router
 from walltopo_gym.operating.metrics import Metrics
+from walltopo_gym.operating.restoration import Restoration
 from walltopo_gym.scans.incoming import LONGEST_PHOTO, Incoming
 from walltopo_gym.server import pages
 from walltopo_gym.server.request_log import RequestLogMiddleware
@@ -66,7 +67,7 @@ def open_services(settings: GymSettings) -> Services:
     )
     edit_sessions = EditSessions(settings.data / "editing", settings.max_edited, database, store)
     own = [part for feature in features_on(settings) for part in feature.parts(database)]
-    parts = (Passwords(), incoming, edit_sessions, *own)
+    parts = (Passwords(), incoming, edit_sessions, Restoration(), *own)
     return Services(
         settings, database, make_mailer(settings), store, {type(part): part for part in parts}
     )

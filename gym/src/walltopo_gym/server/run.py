@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Callable
-from contextlib import nullcontext
+from contextlib import closing, nullcontext
+from functools import partial
 
 import uvicorn
 
 from walltopo.core import EnvironmentLacksError
 from walltopo_gym.migrations.run import migrate
 from walltopo_gym.operating.replacement import finish_switch
+from walltopo_gym.operating.restoration import Restoration, carry_out
 from walltopo_gym.scans.incoming import Incoming
 from walltopo_gym.scans.receiving import finish_all
 from walltopo_gym.server.app import build_app, open_services
+from walltopo_gym.server.maintenance import in_maintenance
 from walltopo_gym.server.request_log import log_config
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.work import at_work
@@ -33,12 +36,34 @@ def serve(settings: GymSettings, tell: Callable[[str], None]) -> None:
     ------
     EnvironmentLacksError : the address cannot be listened on.
     """
-    finish_switch(settings)
+    listener = _listener(settings)
+    host, port = listener.getsockname()[:2]
+    with closing(listener):
+        finish_switch(settings)
+        name = _serve_until_stopped(settings, listener, partial(tell, f"http://{host}:{port}"))
+        while name:
+            with in_maintenance(listener):
+                carry_out(settings, name)
+            name = _serve_until_stopped(settings, listener, _tell_nothing)
+
+
+def _tell_nothing() -> None:
+    """Tell nothing: the address is known."""
+
+
+def _serve_until_stopped(
+    settings: GymSettings, listener: socket.socket, ready: Callable[[], None]
+) -> str:
+    """Serve until a signal arrives, or until an operator wants a backup to be restored.
+
+    Returns
+    -------
+    name : of that backup; empty after a signal.
+    """
     services = open_services(settings)
     try:
         migrate(services.database)
         finish_all(services.database, services.store, services.get(Incoming))
-        listener = _listener(settings)
         config = uvicorn.Config(
             build_app(services),
             server_header=False,
@@ -49,12 +74,15 @@ def serve(settings: GymSettings, tell: Callable[[str], None]) -> None:
             timeout_graceful_shutdown=_LAST_WORDS_S,
             timeout_keep_alive=_KEPT_S,
         )
-        host, port = listener.getsockname()[:2]
-        tell(f"http://{host}:{port}")
+        server = uvicorn.Server(config)
+        restoration = services.get(Restoration)
+        restoration.stop = partial(setattr, server, "should_exit", True)
+        ready()
         resources = services.settings, services.database, services.store
         # Without workers here the scans are left to `walltopo gym worker`.
         with at_work(*resources) if settings.workers else nullcontext():
-            uvicorn.Server(config).run(sockets=[listener])
+            server.run(sockets=[listener.dup()])  # uvicorn closes it
+        return restoration.wanted
     finally:
         services.close()
 

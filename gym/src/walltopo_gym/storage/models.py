@@ -30,11 +30,11 @@ class StorageUse(Keyed, Base):
 
 
 class BackupRun(Keyed, Base):
-    """One run that makes a backup at the target or tries one again.
+    """One run that makes a backup at the target, tries one again or restores it.
 
     Parameters
     ----------
-    kind : "make" or "try". name : of the backup at the target.
+    kind : "make", "try" or "restore". name : of the backup at the target.
     state : "queued", "running", "waiting" (for its next try), "done" or "failed".
     step, done, total : progress; done and total are numbers of files.
     error : why the last try failed.

@@ -8,12 +8,13 @@ from typing import Annotated
 from fastapi import APIRouter, Header
 from fastapi import Path as InPath
 from obstore.exceptions import BaseError
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 from starlette.responses import StreamingResponse
 
 from walltopo.core import WalltopoError
 from walltopo_gym.accounts.access import OperatorMay
 from walltopo_gym.accounts.audit import log_change
+from walltopo_gym.api.fields import Body, LongText
 from walltopo_gym.api.ranges import ranged_file
 from walltopo_gym.api.services import ServicesOf
 from walltopo_gym.api.turns import turn_for
@@ -25,6 +26,7 @@ from walltopo_gym.operating.backup_target import (
     StoredBackup,
     open_target,
 )
+from walltopo_gym.operating.restoration import Restoration, check_restorable, server_name
 from walltopo_gym.storage.models import BackupRun
 
 router = APIRouter(prefix="/operator/backups", tags=["operator"])
@@ -51,7 +53,7 @@ class BackupOut(BaseModel):
 
 
 class BackupRunOut(BaseModel):
-    """A run that makes a backup or tries one; `kind`: "make" or "try".
+    """A run that makes, tries or restores a backup; `kind`: "make", "try" or "restore".
 
     `state`: "queued", "running", "waiting" for its next try, "done" or "failed". `step`: "writing",
     "storing" or "trying", with numbers of files.
@@ -71,10 +73,12 @@ class BackupRunOut(BaseModel):
 class BackupsOut(BaseModel):
     """The newest backups, at most 100, `more`: there are more.
 
-    `target` is empty if none is set; `error`: why it cannot be read. `hour` is UTC. `run`: the one
-    that waits or is at work, `last`: the one that ended last.
+    `server`: the name to type before a restoration. `target` is empty if none is set; `error`: why
+    it cannot be read. `hour` is UTC. `run`: the one that waits or is at work, `last`: the one that
+    ended last.
     """
 
+    server: str
     target: str
     hour: int
     kept: int
@@ -83,6 +87,12 @@ class BackupsOut(BaseModel):
     more: bool
     run: BackupRunOut | None
     last: BackupRunOut | None
+
+
+class RestorationIn(Body):
+    """The server's name, typed for confirmation."""
+
+    server: Annotated[str, Field(min_length=1, max_length=260, pattern=LongText)]
 
 
 @router.get("", dependencies=[turn_for("backups")])
@@ -99,6 +109,7 @@ def list_backups(services: ServicesOf, actor: OperatorMay) -> BackupsOut:
         except (WalltopoError, BaseError, OSError) as why:
             error = without_folders(str(why).partition("\n")[0])
     return BackupsOut(
+        server=server_name(settings),
         target=without_folders(settings.backup_to),
         hour=settings.backup_hour,
         kept=settings.backups_kept,
@@ -124,6 +135,20 @@ def try_stored_backup(name: Name, services: ServicesOf, actor: OperatorMay) -> B
     open_target(services.settings).find(name)
     with services.database.writing() as session:
         return _run_out(queue_run(session, "try", name, by=actor.known))
+
+
+@router.post("/{name}/restore", status_code=202)
+def restore_backup(
+    name: Name, body: RestorationIn, services: ServicesOf, actor: OperatorMay
+) -> None:
+    """Stop the server, replace its data by a backup, and serve again; 503 meanwhile.
+
+    The former data are put aside. A failure leaves them in place and is the last run.
+    """
+    check_restorable(services.settings, services.database, name, body.server)
+    with services.database.writing() as session:
+        log_change(session, "backup.begin-restore", person=actor.known, subject=name)
+    services.get(Restoration).begin(name)
 
 
 @router.get("/{name}/file", response_class=StreamingResponse)
