@@ -41,6 +41,7 @@ from walltopo_gym.gyms.service import open_gym
 from walltopo_gym.mail import Mail
 from walltopo_gym.migrations.run import migrate
 from walltopo_gym.operating.restoration import Restoration
+from walltopo_gym.operating.setup import Setup
 from walltopo_gym.scans.artifacts import store_public_files
 from walltopo_gym.scans.incoming import Incoming
 from walltopo_gym.scans.models import Photo, Scan
@@ -121,6 +122,7 @@ class Server:
             self.incoming,
             edit_sessions,
             Restoration(),
+            Setup(),
             *(p for feature in features_on(self.settings) for p in feature.parts(self.database)),
         )
         self.services = Services(

@@ -978,6 +978,11 @@ CASES = {
     "cancel_operator_scan": Case("operator", values=a_queued_scan),
     "read_storage": Case("operator"),
     "measure_operator_storage": Case("operator"),
+    "list_setup_backups": Case("anyone", Scope.READ, body=lambda w: {"code": "wrong"}),
+    "upload_backup": Case("anyone", Scope.READ, content=b"a backup"),
+    "restore_into_empty": Case(
+        "anyone", Scope.READ, body=lambda w: {"code": "wrong", "name": None}
+    ),
     "list_backups": Case("operator"),
     "make_backup": Case("operator"),
     "try_stored_backup": Case("operator", values=lambda w: {"name": "none.tar"}),
@@ -1150,6 +1155,12 @@ EXCEPT = (
     | {("confirm_by_passkey", kind): 422 for kind in PEOPLE}
     # No job was set aside: test_gym_operator_page.py has one.
     | {("retry_operator_job", "operator"): 404}
+    # The server is not empty: test_gym_setup.py has one that is.
+    | {
+        (name, kind): 422
+        for name in ("list_setup_backups", "upload_backup", "restore_into_empty")
+        for kind in PEOPLE
+    }
     # No target of backups is set: test_gym_operator_backups.py has one.
     | {
         (f"{verb}_backup", "operator"): 409

@@ -101,6 +101,29 @@ def new_world(data: Path) -> World:
     return make_world(Server(data), visibility="public")
 
 
+def backups_of(data: Path) -> Path:
+    """Return the folder of the backups of `serving`."""
+    return data.parent / f"{data.name}-backups"
+
+
+@contextmanager
+def empty_server(data: Path, backups: Path, port: int) -> Iterator[dict[str, str]]:
+    """Serve an empty data folder; yields its address and its log.
+
+    Parameters
+    ----------
+    backups : the folder of backups that it can restore.
+    """
+    data.mkdir()
+    address = f"http://localhost:{port}"
+    settings = {"backup_to": str(backups), "workers": "0"}
+    process = Process(data, "serve", "--port", str(port), address=address, **settings)
+    try:
+        yield {"address": address, "log": str(data / "serve.log"), "backups": str(backups)}
+    finally:
+        process.stop()
+
+
 @contextmanager
 def serving(
     world: World, port: int, address: str, places: Mapping[str, object]
@@ -124,7 +147,7 @@ def serving(
     }
     people = {role: who.email for role, who in world.people.items()}
     (data / "places.json").write_text(json.dumps(common | people | dict(places)))
-    backups = data.parent / f"{data.name}-backups"
+    backups = backups_of(data)
     backups.mkdir(exist_ok=True)
     settings = {
         "scan_settings": str(data / "quick.toml"),

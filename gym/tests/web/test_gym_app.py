@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import NoReturn
 
@@ -11,7 +12,9 @@ from gym.tests.clips.film import tiny_clip
 from gym.tests.postgres import free_port
 from gym.tests.web.places import (
     WEB,
+    backups_of,
     confirm_clips,
+    empty_server,
     missing_browser,
     new_world,
     playwright,
@@ -89,7 +92,15 @@ def test_flow(
     # Browsers keep the cookie of a sign-in over HTTPS and on this name only; a passkey is for the
     # server's own address.
     port = free_port()
-    with serving(world, port, f"http://localhost:{port}", places) as environment:
+    with ExitStack() as servers:
+        if flow == "operator":
+            backups = backups_of(world.server.settings.data)
+            backups.mkdir()
+            empty = empty_server(tmp_path / "empty", backups, free_port())
+            places["empty"] = servers.enter_context(empty)
+        environment = servers.enter_context(
+            serving(world, port, f"http://localhost:{port}", places)
+        )
         playwright(environment, f"{flow}.spec.mjs", f"--output={tmp_path / 'failures'}")
 
 

@@ -51,6 +51,7 @@ export const { p, navigate, preload, route } = createRouter({
   "/unsubscribe": () => import("./notifications/Unsubscribe.svelte").then(notifications),
   "/me/data": () => import("./accounts/MyData.svelte"),
   "/selftest": () => import("./operating/SelfTest.svelte"),
+  "/setup": () => import("./operator/Setup.svelte").then(operator),
   "/operator": () => import("./operator/Health.svelte").then(operator),
   "/operator/jobs": () => import("./operator/Jobs.svelte").then(operator),
   "/operator/storage": () => import("./operator/Storage.svelte").then(operator),

@@ -1,7 +1,8 @@
 // The operator's pages: findings with what mends them, jobs, storage, accounts; after a proof of who one is.
 
 import assert from "node:assert/strict";
-import { readFileSync, statSync } from "node:fs";
+import { readdirSync, readFileSync, statSync } from "node:fs";
+import { join } from "node:path";
 import { test } from "./fixtures.mjs";
 import { answered, becomes, grave, OFFLINE, signIn, tooWide, visit } from "./place.mjs";
 
@@ -212,6 +213,31 @@ test("others see no operator's page", async ({ browser, places }) => {
   await go("/operator");
   await page.getByText("Only operators of this server can open this page.").waitFor();
   await owner.close();
+});
+
+test("an empty server is restored from a backup", async ({ browser, places }) => {
+  const { empty } = places;
+  const newcomer = await visit(browser, { ...places, address: empty.address });
+  const { page, go } = newcomer;
+  newcomer.expected(OFFLINE, answered(422));
+  await go("/setup#wrong");
+  await page.getByRole("button", { name: "Continue" }).click();
+  await page.getByText("the code is wrong").waitFor();
+  await check(newcomer, "setup-code");
+  const [, code] = /\/setup#(\S+)/.exec(readFileSync(empty.log, "utf8"));
+  await page.getByLabel("Code").fill(code);
+  await page.getByRole("button", { name: "Continue" }).click();
+  const [name] = readdirSync(empty.backups).filter((each) => each.endsWith(".tar"));
+  await page.getByRole("radio").first().waitFor();
+  await check(newcomer, "setup-backups");
+  await page.getByLabel("Or upload a backup").setInputFiles(join(empty.backups, name));
+  await page.getByRole("button", { name: "Restore" }).click();
+  await page.getByRole("heading", { name: "Sign in" }).waitFor();
+  await page.getByLabel("Email").fill(places.owner);
+  await page.getByLabel("Password").fill(places.password);
+  await page.getByRole("button", { name: "Sign in", exact: true }).click();
+  await page.getByRole("heading", { name: "My gyms" }).waitFor();
+  await newcomer.close();
 });
 
 // The last test of this file: it replaces the data that the others have made.

@@ -7,7 +7,9 @@ The server stops its workers and closes its database first. Meanwhile it answers
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from threading import Lock
 from urllib.parse import urlsplit
 
@@ -25,6 +27,7 @@ from walltopo_gym.migrations.run import migrate
 from walltopo_gym.operating.backup_runs import ended_run, work_folder
 from walltopo_gym.operating.backup_target import open_target
 from walltopo_gym.operating.replacement import check_places, replace_data
+from walltopo_gym.operating.setup import UPLOADED, drop_upload
 from walltopo_gym.settings import GymSettings
 
 _LOG = logging.getLogger("walltopo_gym.operating")
@@ -94,8 +97,7 @@ def carry_out(settings: GymSettings, name: str) -> None:
     """
     error = ""
     try:
-        target = open_target(settings)
-        with work_folder(target, settings) as work, target.local_copy(name, work) as file:
+        with _source(settings, name) as file:
             replace_data(settings, file)
     except (WalltopoError, BaseError, OSError, SQLAlchemyError) as why:
         error = reason_of(why)
@@ -108,3 +110,17 @@ def carry_out(settings: GymSettings, name: str) -> None:
             log_change(session, "backup.restore", person=None, subject=name, error=error[:200])
     finally:
         database.close()
+
+
+@contextmanager
+def _source(settings: GymSettings, name: str) -> Iterator[Path]:
+    """Yield the file of a backup at the target, or of the uploaded one, which is then deleted."""
+    if name == UPLOADED:
+        try:
+            yield settings.data / UPLOADED
+        finally:
+            drop_upload(settings)
+        return
+    target = open_target(settings)
+    with work_folder(target, settings) as work, target.local_copy(name, work) as file:
+        yield file

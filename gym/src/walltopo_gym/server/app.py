@@ -32,8 +32,10 @@ from walltopo_gym.features import features_on, open_database
 from walltopo_gym.gyms.access import feature_rule
 from walltopo_gym.mail import make_mailer
 from walltopo_gym.operating.http.server import health_router, metrics_router
+from walltopo_gym.operating.http.setup import MAX_UPLOAD
 from walltopo_gym.operating.metrics import Metrics
 from walltopo_gym.operating.restoration import Restoration
+from walltopo_gym.operating.setup import Setup
 from walltopo_gym.scans.incoming import LONGEST_PHOTO, Incoming
 from walltopo_gym.server import pages
 from walltopo_gym.server.request_log import RequestLogMiddleware
@@ -43,6 +45,7 @@ from walltopo_gym.storage.files import open_store, private_folder
 PREFIX = "/api/v1"
 _THREADS: Final = 200  # an idle one costs next to nothing
 _LONGER_BODIES: Final = (
+    (re.compile(rf"PUT {PREFIX}/setup/backup"), MAX_UPLOAD),
     (re.compile(rf"PATCH {PREFIX}/gyms/[^/]+/(photos|clips)/[^/]+"), LONGEST_PHOTO),
 )
 # Routes are matched in this order: what a whole hall uses at once comes first.
@@ -67,7 +70,7 @@ def open_services(settings: GymSettings) -> Services:
     )
     edit_sessions = EditSessions(settings.data / "editing", settings.max_edited, database, store)
     own = [part for feature in features_on(settings) for part in feature.parts(database)]
-    parts = (Passwords(), incoming, edit_sessions, Restoration(), *own)
+    parts = (Passwords(), incoming, edit_sessions, Restoration(), Setup(), *own)
     return Services(
         settings, database, make_mailer(settings), store, {type(part): part for part in parts}
     )

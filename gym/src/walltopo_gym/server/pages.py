@@ -72,6 +72,7 @@ _PLACES: Final = {
     "people",
     "r",
     "selftest",
+    "setup",
     "sign-in",
     "sign-up",
     "unsubscribe",

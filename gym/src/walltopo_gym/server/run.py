@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import socket
 from collections.abc import Callable
 from contextlib import closing, nullcontext
@@ -10,9 +11,12 @@ from functools import partial
 import uvicorn
 
 from walltopo.core import EnvironmentLacksError
+from walltopo_gym.accounts.secrets import new_secret
+from walltopo_gym.api.services import Services
 from walltopo_gym.migrations.run import migrate
 from walltopo_gym.operating.replacement import finish_switch
 from walltopo_gym.operating.restoration import Restoration, carry_out
+from walltopo_gym.operating.setup import Setup, drop_upload, is_empty
 from walltopo_gym.scans.incoming import Incoming
 from walltopo_gym.scans.receiving import finish_all
 from walltopo_gym.server.app import build_app, open_services
@@ -21,6 +25,7 @@ from walltopo_gym.server.request_log import log_config
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.work import at_work
 
+_LOG = logging.getLogger("walltopo_gym.server")
 _KEPT_S = 60  # an idle connection; longer than clients keep theirs: none meets a closed one
 _LAST_WORDS_S = 10  # requests in progress when the server stops
 
@@ -38,13 +43,15 @@ def serve(settings: GymSettings, tell: Callable[[str], None]) -> None:
     """
     listener = _listener(settings)
     host, port = listener.getsockname()[:2]
+    address, (code, _) = f"http://{host}:{port}", new_secret()
     with closing(listener):
         finish_switch(settings)
-        name = _serve_until_stopped(settings, listener, partial(tell, f"http://{host}:{port}"))
+        drop_upload(settings)
+        name = _serve_until_stopped(settings, listener, code, partial(tell, address))
         while name:
             with in_maintenance(listener):
                 carry_out(settings, name)
-            name = _serve_until_stopped(settings, listener, _tell_nothing)
+            name = _serve_until_stopped(settings, listener, code, _tell_nothing)
 
 
 def _tell_nothing() -> None:
@@ -52,9 +59,13 @@ def _tell_nothing() -> None:
 
 
 def _serve_until_stopped(
-    settings: GymSettings, listener: socket.socket, ready: Callable[[], None]
+    settings: GymSettings, listener: socket.socket, code: str, ready: Callable[[], None]
 ) -> str:
-    """Serve until a signal arrives, or until an operator wants a backup to be restored.
+    """Serve until a signal arrives, or until somebody wants a backup to be restored.
+
+    Parameters
+    ----------
+    code : of `Setup`, if the server is empty. ready : called once the server listens.
 
     Returns
     -------
@@ -78,6 +89,7 @@ def _serve_until_stopped(
         restoration = services.get(Restoration)
         restoration.stop = partial(setattr, server, "should_exit", True)
         ready()
+        _offer_setup(services, code)
         resources = services.settings, services.database, services.store
         # Without workers here the scans are left to `walltopo gym worker`.
         with at_work(*resources) if settings.workers else nullcontext():
@@ -85,6 +97,16 @@ def _serve_until_stopped(
         return restoration.wanted
     finally:
         services.close()
+
+
+def _offer_setup(services: Services, code: str) -> None:
+    """Log the code of an empty server, by which a browser can restore a backup."""
+    with services.database.reading() as session:
+        if not is_empty(session):
+            return
+    services.get(Setup).open(code)
+    link = f"{services.settings.link_base}/setup#{code}"
+    _LOG.warning("this server is empty; restore a backup: %s", link)
 
 
 def _listener(settings: GymSettings) -> socket.socket:

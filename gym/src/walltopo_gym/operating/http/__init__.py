@@ -6,7 +6,7 @@ from typing import Final
 
 from fastapi import APIRouter
 
-from walltopo_gym.operating.http import backups, gyms, health, jobs, server, storage, users
+from walltopo_gym.operating.http import backups, gyms, health, jobs, server, setup, storage, users
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (
     server.about_router,
@@ -16,5 +16,6 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     jobs.router,
     storage.router,
     backups.router,
+    setup.router,
     users.router,
 )

@@ -27,6 +27,7 @@ from walltopo_gym.operating.backup_target import (
     open_target,
 )
 from walltopo_gym.operating.restoration import Restoration, check_restorable, server_name
+from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.models import BackupRun
 
 router = APIRouter(prefix="/operator/backups", tags=["operator"])
@@ -101,20 +102,14 @@ def list_backups(services: ServicesOf, actor: OperatorMay) -> BackupsOut:
     settings = services.settings
     with services.database.reading() as session:
         run, last = open_run(session), last_run(session)
-    found: list[StoredBackup] = []
-    error = ""
-    if settings.backup_to:
-        try:
-            found = open_target(settings).newest(MAX_LISTED + 1)
-        except (WalltopoError, BaseError, OSError) as why:
-            error = without_folders(str(why).partition("\n")[0])
+    found, error = read_target(settings)
     return BackupsOut(
         server=server_name(settings),
         target=without_folders(settings.backup_to),
         hour=settings.backup_hour,
         kept=settings.backups_kept,
         error=error,
-        backups=[_backup_out(one) for one in found[:MAX_LISTED]],
+        backups=[backup_out(one) for one in found[:MAX_LISTED]],
         more=len(found) > MAX_LISTED,
         run=_run_out(run) if run else None,
         last=_run_out(last) if last else None,
@@ -169,7 +164,18 @@ def download_backup(
     return answer
 
 
-def _backup_out(one: StoredBackup) -> BackupOut:
+def read_target(settings: GymSettings) -> tuple[list[StoredBackup], str]:
+    """Return the newest backups at the target, or why it cannot be read."""
+    if not settings.backup_to:
+        return [], ""
+    try:
+        return open_target(settings).newest(MAX_LISTED + 1), ""
+    except (WalltopoError, BaseError, OSError) as why:
+        return [], without_folders(str(why).partition("\n")[0])
+
+
+def backup_out(one: StoredBackup) -> BackupOut:
+    """Return a backup as the API has it."""
     facts = one.facts
     return BackupOut(
         name=one.name,
