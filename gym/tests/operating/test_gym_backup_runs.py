@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from walltopo.cli import main
 from walltopo.core import EnvironmentLacksError, InputError, SettingsError
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.jobs.queue import Task
-from walltopo_gym.operating import backup_runs
+from walltopo_gym.operating import backup, backup_runs
 from walltopo_gym.operating.backup_runs import (
     ALERTS,
     BACKUPS,
@@ -215,6 +216,27 @@ def test_a_worker_that_stops_leaves_no_part_of_a_backup(world: World, runs: Back
     with pytest.raises(WorkerStopsError):
         run_now(runs, "make")
     assert list(Path(runs.settings.backup_to).iterdir()) == []
+
+
+def test_a_disk_that_is_full_in_the_middle_leaves_no_part_of_a_backup(
+    world: World, runs: BackupRuns, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = run_now(runs, "make")
+    world.server.services.store.put("content/full", b"a file")
+
+    def fill(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(backup, "_add_contents", fill)
+    monkeypatch.setattr(backup_runs, "backup_name", lambda at: "walltopo-29991231T000000Z.tar")
+    runs.queue_daily()
+    do_all(world.server, *tasks(runs))
+    assert (rows(world.server)[-1].state, "No space left" in rows(world.server)[-1].error) == (
+        "failed",
+        True,
+    )
+    assert names(runs.settings) == [before]
+    assert not (Path(runs.settings.backup_to) / WORK).exists()
 
 
 def test_one_run_at_a_time(world: World, runs: BackupRuns) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import socket
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +11,9 @@ import httpx
 import pytest
 from gym.tests.running import Process, browser, wait_for
 from gym.tests.worlds import Server, Somebody, World, make_world, new_database
+
+from walltopo_gym.languages import LANGUAGES
+from walltopo_gym.server.maintenance import in_maintenance
 
 pytestmark = pytest.mark.both_databases("the switch moves files, or renames databases")
 
@@ -108,3 +113,16 @@ def test_a_server_that_is_killed_while_it_restores_starts_whole(
         assert restored == stopped.gym.name
     finally:
         process.stop()
+
+
+def test_the_page_of_a_server_that_restores_is_plain() -> None:
+    with closing(socket.create_server(("127.0.0.1", 0))) as listener:
+        address = f"http://127.0.0.1:{listener.getsockname()[1]}"
+        with in_maintenance(listener):
+            page = wait_for(lambda: httpx.get(f"{address}/g/somewhere", timeout=60))
+            health = httpx.get(f"{address}/health", timeout=60)
+    assert (page.status_code, health.status_code) == (503, 503)
+    assert page.headers["content-type"].startswith("text/html")
+    assert page.headers["x-content-type-options"] == "nosniff"
+    for language in LANGUAGES:
+        assert f'<p lang="{language}">' in page.text

@@ -130,8 +130,8 @@ def _restore(args: argparse.Namespace) -> int:
 
     settings = settings_of(args)
     if args.replace:
-        aside = replace_data(settings, args.file)
-        console.print(f"the backup is in place; the former data are in {aside}", soft_wrap=True)
+        former = " and ".join(replace_data(settings, args.file))
+        console.print(f"the backup is in place; the former data are in {former}", soft_wrap=True)
         return 0
     number = restore(settings, open_store(settings), args.file)
     console.print(f"{number} files are back; `walltopo gym serve` serves them", soft_wrap=True)

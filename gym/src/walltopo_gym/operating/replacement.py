@@ -71,7 +71,7 @@ class Switch(msgspec.Struct):
     step: Literal["aside", "new"]
 
 
-def replace_data(settings: GymSettings, source: Path, report: Progress = no_report) -> Path:
+def replace_data(settings: GymSettings, source: Path, report: Progress = no_report) -> list[str]:
     """Replace the data of a gym that nobody uses by those of a backup; keep `gym.toml`.
 
     A backup of an older version gets the tables of this one before the switch.
@@ -82,7 +82,7 @@ def replace_data(settings: GymSettings, source: Path, report: Progress = no_repo
 
     Returns
     -------
-    aside : the folder of the former data; a former PostgreSQL database has the end of its name.
+    former : the folder of the former data, and the name of a former PostgreSQL database.
 
     Raises
     ------
@@ -100,7 +100,8 @@ def replace_data(settings: GymSettings, source: Path, report: Progress = no_repo
             os.sync()
             _write_note(settings, Switch(aside, "aside"))
             _carry_out(settings)
-    return settings.data / aside
+    database = [_former_name(settings, aside)] if is_postgres(settings) else []
+    return [str(settings.data / aside), *database]
 
 
 def finish_switch(settings: GymSettings) -> bool:
@@ -219,7 +220,11 @@ def _exchange(settings: GymSettings, note: Switch) -> None:
     with connected(settings, "postgres") as connection:
         is_new = has_database(connection, new)
     if is_new:
-        exchange_databases(settings, new, name_beside(settings, f"_{note.aside}"))
+        exchange_databases(settings, new, _former_name(settings, note.aside))
+
+
+def _former_name(settings: GymSettings, aside: str) -> str:
+    return name_beside(settings, f"_{aside}")
 
 
 def _move_parts(source: Path, target: Path) -> None:
