@@ -24,6 +24,7 @@ from walltopo_gym.migrations.run import migrate, revisions
 from walltopo_gym.operating import replacement
 from walltopo_gym.operating.backup import back_up
 from walltopo_gym.operating.replacement import NEW, NOTE, finish_switch, replace_data
+from walltopo_gym.operating.upkeep import lock_data_folder
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import open_store
 
@@ -177,3 +178,28 @@ def test_a_damaged_backup_replaces_nothing(gym: tuple[GymSettings, Path], tmp_pa
     assert state(settings) == LATER
     assert not (settings.data / NEW).exists()
     assert list(settings.data.glob("replaced-*")) == []
+
+
+def test_a_backup_of_a_newer_version_replaces_nothing(
+    tmp_path: Path, gym: tuple[GymSettings, Path], request: pytest.FixtureRequest
+) -> None:
+    settings, _ = gym
+    url = new_database(request.getfixturevalue("postgres")) if settings.database else ""
+    (tmp_path / "newer").mkdir()
+    newer = settings.model_copy(update={"data": tmp_path / "newer", "database": url})
+    with closing(Database(newer.database_url)) as database:
+        migrate(database)
+        with database.writing() as session:
+            session.execute(text("UPDATE alembic_version SET version_num = '9999'"))
+        back_up(newer, database, open_store(newer), tmp_path / "newer.tar")
+    with pytest.raises(EnvironmentLacksError, match="newer version"):
+        replace_data(settings, tmp_path / "newer.tar")
+    assert state(settings) == LATER
+    assert not (settings.data / NEW).exists()
+
+
+def test_of_two_at_once_one_replaces_the_data(gym: tuple[GymSettings, Path]) -> None:
+    settings, file = gym
+    with lock_data_folder(settings.data), pytest.raises(ConflictError):
+        replace_data(settings, file)
+    assert state(settings) == LATER
