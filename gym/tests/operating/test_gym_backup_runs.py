@@ -123,7 +123,9 @@ def test_a_bucket_of_its_own_address_and_keys(
     assert run_now(there, "make") in names(there.settings)
 
 
-def test_an_old_backup_goes_after_an_equal_newer_one(world: World, runs: BackupRuns) -> None:
+def test_an_old_backup_goes_after_an_equal_newer_one(
+    world: World, runs: BackupRuns, monkeypatch: pytest.MonkeyPatch
+) -> None:
     runs = replace(runs, settings=runs.settings.model_copy(update={"backups_kept": 2}))
     first = run_now(runs, "make")
     folder = Path(runs.settings.backup_to)
@@ -138,6 +140,7 @@ def test_an_old_backup_goes_after_an_equal_newer_one(world: World, runs: BackupR
         facts = open_target(runs.settings).find(first).facts
         assert facts is not None
         open_target(runs.settings).save_facts(name, facts)
+    monkeypatch.setattr(backup_runs, "backup_name", lambda at: "walltopo-29991231T000000Z.tar")
     second = run_now(runs, "make")
     assert set(names(runs.settings)) == {first, second, "mine.tar"}
 
@@ -185,6 +188,13 @@ def test_operators_get_one_mail_until_a_backup_succeeds(world: World, runs: Back
     run_now(runs, "make")
     fail()
     assert mails() == 2
+    run_now(runs, "make")
+    with pytest.raises(InputError):
+        run_now(away, "make")
+    do_all(server, *tasks(away))
+    assert mails() == 3
+    fail()
+    assert mails() == 3
 
 
 def test_a_killed_run_leaves_no_part_of_a_backup(world: World, runs: BackupRuns) -> None:

@@ -78,16 +78,28 @@ def _new_run(kind: Kind, name: str) -> BackupRun:
     return BackupRun(id=uuid4(), created_at=at, kind=kind, name=name or backup_name(at))
 
 
-def ended_run(kind: Kind, name: str, error: str) -> BackupRun:
-    """Return the row of a run that was not queued and ended now.
+def add_ended_run(session: Session, kind: Kind, name: str, error: str) -> None:
+    """Add the row of a run that was not queued and ended now.
 
     Parameters
     ----------
     error : empty if it succeeded.
     """
     row = _new_run(kind, name)
+    _end_run(session, row, error)
+    session.add(row)
+    log_change(session, f"backup.{kind}", person=None, subject=name, error=error[:200])
+
+
+def _end_run(session: Session, row: BackupRun, error: str) -> None:
+    """End a run; queue a mail about a failed backup unless the one before failed, too."""
+    before = select(BackupRun.state).where(
+        BackupRun.ended_at.is_not(None), BackupRun.kind != "restore"
+    )
+    failed_before = session.scalar(before.order_by(BackupRun.ended_at.desc()).limit(1)) == "failed"
     row.state, row.error, row.ended_at = "failed" if error else "done", error[:500], now()
-    return row
+    if error and row.kind != "restore" and not failed_before:
+        enqueue(session, ALERTS, str(row.id), gym="")
 
 
 def open_run(session: Session) -> BackupRun | None:
@@ -205,7 +217,7 @@ class BackupRuns:
         with self.database.writing() as session:
             row = session.get(BackupRun, run)
             if row is not None:
-                row.state, row.ended_at, row.error = "done", now(), ""
+                _end_run(session, row, "")
 
     def send_alert(self, run: str) -> None:
         """Mail the operators about a failed run.
@@ -243,25 +255,19 @@ def run_now(runs: BackupRuns, kind: Kind, name: str = "") -> str:
         raise
     finally:
         with runs.database.writing() as session:
-            session.add(ended_run(kind, row.name, error))
-            log_change(session, f"backup.{kind}", person=None, subject=row.name)
+            add_ended_run(session, kind, row.name, error)
     return row.name
 
 
 def record_failure(session: Session, failure: Failure, run: str) -> None:
-    """Write down why a run failed; after its last try, queue a mail unless the run before failed,
-    too."""
+    """Write down why a try of a run failed; end the run after its last one."""
     row = session.get(BackupRun, UUID(run))
     if row is None:
         return
-    row.error = failure.error[:500]
     if failure.again_at is not None:
-        row.state = "waiting"
-        return
-    before = last_run(session)
-    row.state, row.ended_at = "failed", now()
-    if before is None or before.state != "failed":
-        enqueue(session, ALERTS, run, gym="")
+        row.state, row.error = "waiting", failure.error[:500]
+    else:
+        _end_run(session, row, failure.error)
 
 
 def _facts(trial: Trial, found: StoredBackup) -> BackupFacts:

@@ -17,14 +17,13 @@ from obstore.exceptions import BaseError
 from sqlalchemy.exc import SQLAlchemyError
 
 from walltopo.core import WalltopoError
-from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.database.engine import Database
 from walltopo_gym.errors import ConflictError, RequestError
 from walltopo_gym.features import open_database
 from walltopo_gym.jobs.queue import reason_of
 from walltopo_gym.jobs.worker_slot import count_living_workers
 from walltopo_gym.migrations.run import migrate
-from walltopo_gym.operating.backup_runs import ended_run, work_folder
+from walltopo_gym.operating.backup_runs import add_ended_run, work_folder
 from walltopo_gym.operating.backup_target import open_target
 from walltopo_gym.operating.replacement import check_places, replace_data
 from walltopo_gym.operating.setup import UPLOADED, drop_upload
@@ -106,8 +105,7 @@ def carry_out(settings: GymSettings, name: str) -> None:
     try:
         migrate(database)
         with database.writing() as session:
-            session.add(ended_run("restore", name, error))
-            log_change(session, "backup.restore", person=None, subject=name, error=error[:200])
+            add_ended_run(session, "restore", name, error)
     finally:
         database.close()
 
