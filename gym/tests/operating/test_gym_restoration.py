@@ -74,6 +74,8 @@ def test_an_operator_restores_a_backup_over_a_serving_gym(stopped: World, tmp_pa
         assert (ended["state"], ended["error"]) == ("done", "")
         walls = owner.get(f"{stopped.path}/walls").json()
         assert [wall["name"] for wall in walls] == ["Cave"]
+        # The run that made the backup was at work in it: no worker resumes it.
+        assert operator.get("/operator/backups").json()["run"] is None
         assert len(list(data.glob("replaced-*"))) == 1
 
         # A backup that is damaged meanwhile changes nothing.

@@ -91,6 +91,12 @@ def add_ended_run(session: Session, kind: Kind, name: str, error: str) -> None:
     log_change(session, f"backup.{kind}", person=None, subject=name, error=error[:200])
 
 
+def end_open_runs(session: Session) -> None:
+    """End the runs that were open when a backup was made, so that no worker resumes them."""
+    for row in session.scalars(select(BackupRun).where(BackupRun.state.in_(_OPEN))):
+        row.state, row.ended_at = "done", now()
+
+
 def _end_run(session: Session, row: BackupRun, error: str) -> None:
     """End a run; queue a mail about a failed backup unless the one before failed, too."""
     before = select(BackupRun.state).where(

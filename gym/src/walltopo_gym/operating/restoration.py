@@ -23,7 +23,7 @@ from walltopo_gym.features import open_database
 from walltopo_gym.jobs.queue import reason_of
 from walltopo_gym.jobs.worker_slot import count_living_workers
 from walltopo_gym.migrations.run import migrate
-from walltopo_gym.operating.backup_runs import add_ended_run, work_folder
+from walltopo_gym.operating.backup_runs import add_ended_run, end_open_runs, work_folder
 from walltopo_gym.operating.backup_target import open_target
 from walltopo_gym.operating.replacement import check_places, replace_data
 from walltopo_gym.operating.setup import UPLOADED, drop_upload
@@ -105,6 +105,8 @@ def carry_out(settings: GymSettings, name: str) -> None:
     try:
         migrate(database)
         with database.writing() as session:
+            if not error:
+                end_open_runs(session)
             add_ended_run(session, "restore", name, error)
     finally:
         database.close()
