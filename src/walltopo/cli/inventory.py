@@ -38,7 +38,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     parser.add_argument(
         "--loose",
         action="store_true",
-        help="with --since: also look for holds that turned or moved, by shape and texture",
+        help="with --since: also look for holds that turned or moved, by their looks",
     )
     parser.add_argument("--format", choices=("table", "csv", "json"), default="table")
     parser.add_argument("--out", type=Path, help="write to this file instead of the terminal")

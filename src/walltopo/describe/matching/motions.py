@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 _TURN_DEG: Final = 8.0
 _SHIFT_M: Final = 0.008
 _EXPLAINED: Final = 2.0
-_GAIN: Final = 1.1
+_GAIN: Final = 1.06
 
 _NEAR_M: Final = 0.08  # between the places of one hold that moved
 _REACH_M: Final = 0.07  # largest shift that is tried

@@ -1,4 +1,4 @@
-"""Square pictures of holds, seen straight from the front: height, colour and outline."""
+"""Square pictures of holds, seen straight from the front: colour and outline."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from walltopo.scans.pictures import TextureImage, TextureUv
 Floats = NDArray[np.float64]
 
 CELLS: Final = 64  # of a patch's side
-HEIGHT, LIGHTNESS, GREEN_RED, BLUE_YELLOW, INSIDE = range(5)  # channels of a patch
+INSIDE: Final = 3  # the channel behind those of OKLab: 1 on the hold, else 0
 _AROUND: Final = 1.5  # half side of a patch, in half sizes of its hold
 _MARGIN_M: Final = 0.03
 _AWAY_M: Final = 0.6  # from which a hold is looked at
@@ -118,9 +118,9 @@ class Window:
 
 
 def patch_of(wall: TexturedWall, window: Window, number: int) -> Floats:
-    """Return the (CELLS, CELLS, 5) picture of a wall in a window; NaN where nothing is hit.
+    """Return the (CELLS, CELLS, 4) picture of a wall in a window; NaN where nothing is hit.
 
-    Channels: height above the window's plane in metres; OKLab; 1 on the hold, else 0.
+    Channels: OKLab; 1 on the hold, else 0.
 
     Parameters
     ----------
@@ -129,14 +129,13 @@ def patch_of(wall: TexturedWall, window: Window, number: int) -> Floats:
     away = _AWAY_M * wall.unit
     starts = (window.points() + away * window.normal).reshape(-1, 3)
     faces, t = wall.bvh.first_hit(starts, np.broadcast_to(-window.normal, starts.shape))
-    patch = np.full((CELLS * CELLS, 5), np.nan)
+    patch = np.full((CELLS * CELLS, 4), np.nan)
     hit = np.flatnonzero((faces >= 0) & (t < 2 * away))
     if len(hit):
         places = starts[hit] - t[hit, None] * window.normal
-        patch[hit, HEIGHT] = (away - t[hit]) / wall.unit
-        patch[hit, LIGHTNESS : BLUE_YELLOW + 1] = _colours(wall, faces[hit], places)
+        patch[hit, :INSIDE] = _colours(wall, faces[hit], places)
         patch[hit, INSIDE] = wall.labels[faces[hit]] == number
-    return patch.reshape(CELLS, CELLS, 5)
+    return patch.reshape(CELLS, CELLS, 4)
 
 
 def _colours(wall: TexturedWall, faces: NDArray[np.int32], places: Floats) -> Floats:

@@ -1,10 +1,11 @@
 """How far a hold turned and moved between two scans, from its patches in both.
 
 Every turn is tried with every shift: the new patch is turned back and compared with the old one
-where the hold was, by the weighted sum of squared differences of height and colour, whose mean is
-taken out, because light changes between two scans. All shifts of a turn are compared at once by
-the Fourier transform, as in template matching (J. P. Lewis, "Fast normalized cross-correlation",
-1995).
+where the hold was, by the weighted sum of squared differences of its features, whose means are
+taken out, because light changes between two scans. Neither does light turn with a hold, so that
+the features are what light changes least: hues, how much a cell has the hold's colour rather than
+the wall's, and small details. All shifts of a turn are compared at once by the Fourier transform,
+as in template matching (J. P. Lewis, "Fast normalized cross-correlation", 1995).
 """
 
 from __future__ import annotations
@@ -21,9 +22,11 @@ from walltopo.describe.matching.patches import CELLS, INSIDE
 
 Floats = NDArray[np.float64]
 
-# By how much height (metres) and the three channels of OKLab may differ at an untouched hold. Light
-# does not turn with a hold, and meshes are coarse for small ones, so that hues count most.
-_SPREAD: Final = np.array([0.03, 0.3, 0.02, 0.02])
+# By how much the features of an untouched hold may differ: likeness, hues, details.
+_SPREAD: Final = np.array([0.25, 0.03, 0.03, 0.03])
+_OF_LIGHTNESS: Final = 0.35  # its part in likeness, hues have 1
+_LIKENESS: Final = (-0.2, 1.2)  # limits: shadows are no less the wall, highlights no more the hold
+_DETAIL_CELLS: Final = 3.0  # standard deviation of the blur without which details remain
 _COARSE_DEG: Final = 6.0
 _FINE_DEG: Final = 1.5
 _STILL_DEG: Final = 3.0
@@ -52,7 +55,7 @@ def fit_patches(old: Floats, new: Floats, reach: int, still: int) -> tuple[Fit, 
 
     Parameters
     ----------
-    old, new : (CELLS, CELLS, 5) patches of one window.
+    old, new : (CELLS, CELLS, 4) patches of one window.
     reach : the largest shift that is tried, cells. still : the largest that counts as none.
 
     Returns
@@ -62,7 +65,8 @@ def fit_patches(old: Floats, new: Floats, reach: int, still: int) -> tuple[Fit, 
     weight = _weight(old)
     if weight.sum() < _FEW:
         return None
-    compare, source = _Comparison(_filled(old), weight), _filled(new)
+    contrast = _Contrast.of(old, weight)
+    compare, source = _Comparison(contrast.features(old), weight), contrast.features(new)
     coarse = [compare.at(source, turn, reach) for turn in np.arange(-180.0, 180.0, _COARSE_DEG)]
     middle = min(coarse, key=lambda fit: fit.error).turn
     around = np.arange(-_COARSE_DEG, _COARSE_DEG + 0.1, _FINE_DEG)
@@ -79,11 +83,43 @@ def _weight(patch: Floats) -> Floats:
     return np.asarray(rim, np.float64) * np.isfinite(patch[:, :, 0])
 
 
-def _filled(patch: Floats) -> Floats:
-    """Return height and colour in spreads, without their medians, and 0 where nothing was hit."""
-    scaled = patch[:, :, :INSIDE] / _SPREAD
-    middle = np.nanmedian(scaled.reshape(-1, scaled.shape[2]), axis=0)
-    return np.nan_to_num(scaled - middle)
+@dataclass(frozen=True, eq=False)
+class _Contrast:
+    """The colour of the wall around a hold, (3,), and the way from it to the hold's colour."""
+
+    wall: Floats
+    way: Floats
+
+    @classmethod
+    def of(cls, patch: Floats, weight: Floats) -> _Contrast:
+        """Return the contrast of a patch; weights as `_weight` returns them."""
+        inside, around = np.nan_to_num(patch[:, :, INSIDE]) > 0, weight == 0
+        shown = np.isfinite(patch[:, :, INSIDE])
+        of_hold, of_wall = (
+            np.median(_weighted_colours(patch)[part & shown], axis=0)
+            if (part & shown).any()
+            else np.zeros(3)
+            for part in (inside, around)
+        )
+        return cls(of_wall, of_hold - of_wall)
+
+    def features(self, patch: Floats) -> Floats:
+        """Return the (CELLS, CELLS, 4) features of a patch in spreads; 0 where nothing was hit."""
+        along = (_weighted_colours(patch) - self.wall) @ self.way
+        likeness = np.clip(along / max(float(self.way @ self.way), 1e-9), *_LIKENESS)
+        found = np.dstack([likeness, patch[:, :, 1:3], _details(patch[:, :, 0])]) / _SPREAD
+        middle = np.nanmedian(found.reshape(-1, found.shape[2]), axis=0)
+        return np.nan_to_num(found - middle)
+
+
+def _weighted_colours(patch: Floats) -> Floats:
+    return np.asarray(patch[:, :, :INSIDE] * np.array([_OF_LIGHTNESS, 1.0, 1.0]))
+
+
+def _details(lightness: Floats) -> Floats:
+    """Return lightness without what is blurred in it."""
+    filled = np.nan_to_num(lightness, nan=float(np.nanmedian(lightness)))
+    return np.asarray(filled - cv2.GaussianBlur(filled, (0, 0), _DETAIL_CELLS))
 
 
 class _Comparison:
