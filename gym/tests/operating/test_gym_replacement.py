@@ -119,7 +119,13 @@ def replace_and_die(settings: GymSettings, file: Path, step: str) -> None:
     replace_data(settings, file)
 
 
-@pytest.mark.parametrize("step", STEPS)
+QUICK = ("restored", "one part aside")  # before and after the note; the others take minutes
+
+
+@pytest.mark.parametrize(
+    "step",
+    [step if step in QUICK else pytest.param(step, marks=pytest.mark.slow) for step in STEPS],
+)
 def test_a_kill_leaves_the_old_or_the_new_data_whole(
     gym: tuple[GymSettings, Path], step: str
 ) -> None:
