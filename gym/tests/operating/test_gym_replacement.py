@@ -51,6 +51,13 @@ def gym(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[GymSettings, Pa
     return server.settings, tmp_path / "gym.tar"
 
 
+def another_gym(settings: GymSettings, data: Path, request: pytest.FixtureRequest) -> GymSettings:
+    """Return the settings of an empty gym with the same kind of database."""
+    url = new_database(request.getfixturevalue("postgres")) if settings.database else ""
+    data.mkdir()
+    return settings.model_copy(update={"data": data, "database": url})
+
+
 def state(settings: GymSettings) -> tuple[str, bool, bool]:
     """Return the gym's name, and whether the two files are there."""
     server = Server(settings.data, settings.database)
@@ -148,9 +155,7 @@ def test_an_older_backup_gets_the_tables_of_this_version(
     tmp_path: Path, gym: tuple[GymSettings, Path], request: pytest.FixtureRequest
 ) -> None:
     settings, _ = gym
-    url = new_database(request.getfixturevalue("postgres")) if settings.database else ""
-    (tmp_path / "older").mkdir()
-    older = settings.model_copy(update={"data": tmp_path / "older", "database": url})
+    older = another_gym(settings, tmp_path / "older", request)
     with closing(Database(older.database_url)) as database:
         migrate(database, revisions()[-2])
         back_up(older, database, open_store(older), tmp_path / "older.tar")
@@ -190,9 +195,7 @@ def test_a_backup_of_a_newer_version_replaces_nothing(
     tmp_path: Path, gym: tuple[GymSettings, Path], request: pytest.FixtureRequest
 ) -> None:
     settings, _ = gym
-    url = new_database(request.getfixturevalue("postgres")) if settings.database else ""
-    (tmp_path / "newer").mkdir()
-    newer = settings.model_copy(update={"data": tmp_path / "newer", "database": url})
+    newer = another_gym(settings, tmp_path / "newer", request)
     with closing(Database(newer.database_url)) as database:
         migrate(database)
         with database.writing() as session:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +10,7 @@ from walltopo.cli.options import add_overwrite, output_target
 
 if TYPE_CHECKING:
     from walltopo.describe.matching.inventory import ScanHolds
-    from walltopo.describe.matching.motions import Motion
+    from walltopo.describe.matching.motions import Motions
 
 _EXAMPLE = """examples:
   walltopo inventory gym3
@@ -54,7 +53,8 @@ def run(args: argparse.Namespace) -> int:
     for flag in ("changed", "loose"):
         if getattr(args, flag) and args.since is None:
             raise SettingsError(f"--{flag} needs --since OLD")
-    scan, holds, metric, unit = load_scan(args.scan)
+    new = load_scan(args.scan)
+    scan, holds, metric, unit = new
     if args.since is None:
         rows = [row.to_json() for row in count_holds(holds, unit)]
         area = wall_area(scan)
@@ -62,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
         summary = f"{len(holds)} instances on {area:.1f} {area_unit} of mesh"
         return _emit(args, rows, {"holds": len(holds), "area_m2": round(area, 3)}, summary)
     before = load_scan(args.since)
-    motions = _motions(before, load_scan(args.scan)) if args.loose else None
+    motions = _motions(before, new) if args.loose else None
     found = changes(before.holds, holds, unit, motions)
     kinds = ("came", "went", *(("turned", "moved") if args.loose else ()), "recoloured", "stayed")
     counts = dict.fromkeys(kinds, 0)
@@ -72,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
     return _emit(args, rows, counts, ", ".join(f"{n} {what}" for what, n in counts.items()))
 
 
-def _motions(old: ScanHolds, new: ScanHolds) -> Mapping[tuple[int, int], Motion]:
+def _motions(old: ScanHolds, new: ScanHolds) -> Motions:
     """Return the motions of the holds of two scans."""
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener

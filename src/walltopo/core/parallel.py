@@ -12,17 +12,28 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
-def map_ahead(work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
-    """Yield `work(item)` of each item in order, computed in as many threads as there are cores.
+def map_ahead(
+    work: Callable[[Item], Result],
+    items: Iterable[Item],
+    threads: int | None = None,
+    buffered: int | None = None,
+) -> Iterator[Result]:
+    """Yield `work(item)` of each item in order, computed ahead in threads.
 
-    At most that many results are buffered, so memory is bounded. An exception of `work` is raised
-    when its item's turn comes.
+    An exception of `work` is raised when its item's turn comes.
+
+    Parameters
+    ----------
+    threads : default: as many as there are cores. One takes the items in their order.
+    buffered : maximum number of results that wait, so that memory is bounded; default: `threads`.
     """
-    with ThreadPoolExecutor(available_cores()) as pool:
+    count = threads or available_cores()
+    limit = buffered or count
+    with ThreadPoolExecutor(count) as pool:
         futures: deque[Future[Result]] = deque()
         try:
             for item in items:
-                if len(futures) >= available_cores():
+                if len(futures) >= limit:
                     yield futures.popleft().result()
                 futures.append(pool.submit(work, item))
             while futures:

@@ -153,6 +153,14 @@ def fit_plane(points: Floats) -> tuple[Floats, float]:
     return normal, float(normal @ centre)
 
 
+def plane_axes(normal: Floats) -> Floats:
+    """Return (2, 3) unit vectors across a normal: to the right and up, seen from the front."""
+    up = np.array([0.0, 0.0, 1.0]) if abs(normal[2]) < 0.99 else np.array([0.0, 1.0, 0.0])
+    right = np.cross(up, normal)
+    right /= np.linalg.norm(right)
+    return np.stack([right, np.cross(normal, right)])
+
+
 def rotation_with_z(up: Floats, ahead: Floats) -> Floats:
     """Return the rotation whose rows are a frame's axes, z = `up` and x near `ahead`."""
     z = up / np.linalg.norm(up)

@@ -71,9 +71,7 @@ def wall_model(reads: WallFiles, title: str) -> WallModel:
     """
     mesh = reads.mesh
     reads.instances.check_fits(mesh)
-    labels = reads.instances.face_instance
-    if reads.relabelled is not None:
-        labels = reads.relabelled.on(labels)
+    labels = reads.instances.edited_labels(reads.relabelled)
     shown = np.isin(labels, [hold.id for hold in reads.holds.holds])
     return WallModel(
         mesh=mesh,

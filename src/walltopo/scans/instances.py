@@ -55,6 +55,15 @@ class InstanceTable:
                 stream, face_instance=self.face_instance, face_score=self.face_score
             )
 
+    def edited_labels(self, changes: Relabelled | None) -> NDArray[np.int32]:
+        """Return (F,) labels with the changes of edits, if there are any.
+
+        Raises
+        ------
+        InputError : as in `Relabelled.on`.
+        """
+        return self.face_instance if changes is None else changes.on(self.face_instance)
+
     def check_fits(self, mesh: Mesh) -> None:
         """Raise InputError if the instances belong to another mesh.
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Iterable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
@@ -14,6 +12,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError
 from walltopo.core.errors import prefix_errors
+from walltopo.core.parallel import map_ahead
 from walltopo.core.progress import Progress, Silent
 from walltopo.reconstruct.ingest.video import LongVideoError, timed_frames
 from walltopo_climb.beta.attempt import Attempt, attempt_of
@@ -31,7 +30,7 @@ RATE: Final = 10.0  # frames per second that are read
 MAX_SECONDS: Final = 180.0
 _MAX_SIDE: Final = 1280  # pixels
 _MIN_FRAMES: Final = 10
-_AHEAD: Final = 4  # frames that wait for the camera while the body is read
+_AHEAD: Final = 4  # frames whose camera is found before their body is read
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +75,14 @@ def read_clip(
         report.step("reading the clip")
         tracker, times = CameraTracker(wall.localiser), list[float]()
 
+        def observed(one: TimedFrame) -> TimedFrame:
+            tracker.observe(*one)
+            return one
+
         def watched() -> Iterator[TimedFrame]:
-            for time, frame in _observed(_frames_of(clip, max_seconds), tracker):
+            # The camera is found ahead of the body, in a thread of its own.
+            frames = _frames_of(clip, max_seconds)
+            for time, frame in map_ahead(observed, frames, threads=1, buffered=_AHEAD):
                 times.append(time)
                 report.advance()
                 yield time, frame
@@ -94,19 +99,6 @@ def read_clip(
         frames = replace(frames, confidence=frames.confidence * path.is_placed[:, None])
         holds = wall.holds_seen_from(_middle_eye(metric))
     return ClipReading(attempt_of(frames, holds, wall.routes, route), frames, holds, path)
-
-
-def _observed(frames: Iterable[TimedFrame], tracker: CameraTracker) -> Iterator[TimedFrame]:
-    """Yield frames while the tracker, in a thread of its own, takes them too."""
-    waiting: deque[Future[None]] = deque()
-    with ThreadPoolExecutor(1) as thread:
-        for time, frame in frames:
-            waiting.append(thread.submit(tracker.observe, time, frame))
-            if len(waiting) > _AHEAD:
-                waiting.popleft().result()
-            yield time, frame
-        for one in waiting:
-            one.result()
 
 
 def _frames_of(clip: Path, max_seconds: float) -> Iterator[TimedFrame]:

@@ -20,6 +20,7 @@ from walltopo.core import EnvironmentLacksError, InputError
 from walltopo_gym.database.engine import Database
 from walltopo_gym.migrations.run import NEWER_HINT, revisions
 from walltopo_gym.operating.backup_entries import TABLES, TableDigest
+from walltopo_gym.operating.postgres_databases import quote_name
 
 # Rows are compared as text, which these settings change.
 _ROWS_AS_TEXT: Final = (
@@ -140,10 +141,11 @@ def _sqlite_digests(connection: sqlite3.Connection) -> dict[str, TableDigest]:
         " ESCAPE '\\' ORDER BY name"
     )
     names = [name.decode() for (name,) in listed.fetchall()]
-    return {
-        name: _digest(repr(row).encode() for row in connection.execute(_all_of(name)))
-        for name in names
-    }
+    found = {}
+    for name in names:
+        rows = connection.execute(f"SELECT * FROM {quote_name(name)}")
+        found[name] = _digest(repr(row).encode() for row in rows)
+    return found
 
 
 @contextmanager
@@ -166,7 +168,8 @@ def _postgres_digests(connection: Connection) -> dict[str, TableDigest]:
     )
     found = {}
     for schema, table in listed.all():
-        rows = f"SELECT walltopo_row::text FROM {_quote(schema)}.{_quote(table)} walltopo_row"
+        place = f"{quote_name(schema)}.{quote_name(table)}"
+        rows = f"SELECT walltopo_row::text FROM {place} walltopo_row"
         streamed = connection.execution_options(yield_per=_AT_ONCE).exec_driver_sql(rows)
         found[f"{schema}.{table}"] = _digest(row.encode() for row in streamed.scalars())
     return found
@@ -179,15 +182,6 @@ def _digest(rows: Iterable[bytes]) -> TableDigest:
         count += 1
         total += int.from_bytes(hashlib.sha256(row).digest(), "big")
     return TableDigest(count, f"{total % (1 << 256):064x}")
-
-
-def _all_of(table: str) -> str:
-    return f"SELECT * FROM {_quote(table)}"
-
-
-def _quote(name: str) -> str:
-    doubled = name.replace('"', '""')
-    return f'"{doubled}"'
 
 
 def _sqlite_file(database: Database) -> str:

@@ -74,14 +74,14 @@ def create_database(connection: Connection, name: str) -> None:
     with _explained(connection):
         drop_database(connection, name)
         connection.exec_driver_sql(
-            f"CREATE DATABASE {_quote(name)} TEMPLATE template0 ENCODING '{encoding}'"
+            f"CREATE DATABASE {quote_name(name)} TEMPLATE template0 ENCODING '{encoding}'"
             f" LC_COLLATE '{collate}' LC_CTYPE '{ctype}'"
         )
 
 
 def drop_database(connection: Connection, name: str) -> None:
     """Drop a database with all connections to it; a missing one is ignored."""
-    connection.exec_driver_sql(f"DROP DATABASE IF EXISTS {_quote(name)} WITH (FORCE)")
+    connection.exec_driver_sql(f"DROP DATABASE IF EXISTS {quote_name(name)} WITH (FORCE)")
 
 
 def has_database(connection: Connection, name: str) -> bool:
@@ -118,8 +118,9 @@ def exchange_databases(settings: GymSettings, new: str, aside: str) -> None:
         connection.execute(ended, {"own": own, "new": new})
         with _explained(connection):
             connection.exec_driver_sql("BEGIN")
-            connection.exec_driver_sql(f"ALTER DATABASE {_quote(own)} RENAME TO {_quote(aside)}")
-            connection.exec_driver_sql(f"ALTER DATABASE {_quote(new)} RENAME TO {_quote(own)}")
+            for before, after in ((own, aside), (new, own)):
+                names = f"{quote_name(before)} RENAME TO {quote_name(after)}"
+                connection.exec_driver_sql(f"ALTER DATABASE {names}")
             connection.exec_driver_sql("COMMIT")
 
 
@@ -134,10 +135,11 @@ def _explained(connection: Connection) -> Iterator[None]:
             raise
         raise EnvironmentLacksError(
             f"PostgreSQL's role {role} may not create a database",
-            f"As an administrator of PostgreSQL: ALTER ROLE {_quote(str(role))} CREATEDB;",
+            f"As an administrator of PostgreSQL: ALTER ROLE {quote_name(str(role))} CREATEDB;",
         ) from error
 
 
-def _quote(name: str) -> str:
+def quote_name(name: str) -> str:
+    """Return a name of a table or database as SQL has it, also that of SQLite."""
     doubled = name.replace('"', '""')
     return f'"{doubled}"'

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -301,24 +302,17 @@ def _evaluate_detector(args: argparse.Namespace) -> int:
 
 
 def _evaluate_beta(args: argparse.Namespace) -> int:
-    from contextlib import ExitStack
-
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener
-    from walltopo.core.files import write_json
-    from walltopo.core.outputs import written_file
     from walltopo.scans.folder import ScanFolder
     from walltopo_lab.evaluate.beta import BetaFigures, KnownWall, evaluate_clip, figures_row
     from walltopo_lab.synth.filmed import read_clips
 
     clips = read_clips(args.clips)
-    with ExitStack() as stack:
-        made = None
-        if args.output is not None:
-            inputs = [args.clips, args.truth]
-            target = output_target(args, args.output, "evaluate beta", inputs=inputs)
-            made = stack.enter_context(written_file(target))
-        listener = stack.enter_context(TerminalListener(console))
+    with (
+        _figures_file(args, "evaluate beta", args.clips, args.truth) as write,
+        TerminalListener(console) as listener,
+    ):
         listener.step("reading the scan")
         wall = KnownWall.match(ScanFolder(args.scan), args.truth)
         listener.step("reading clips", len(clips))
@@ -327,26 +321,40 @@ def _evaluate_beta(args: argparse.Namespace) -> int:
             results.append(evaluate_clip(video, truth, wall))
             listener.note(figures_row(results[-1]))
             listener.advance()
-        figures = BetaFigures(tuple(results)).as_dict()
-        if made is not None:
-            write_json(made, figures)
-    for name, value in figures.items():
-        console.print(f"{name}: {value}", soft_wrap=True)
+        write(BetaFigures(tuple(results)).as_dict())
     return 0
 
 
 def _evaluate_loose(args: argparse.Namespace) -> int:
+    from walltopo_lab.evaluate.loose import compare_scans, loose_figures
+
+    with _figures_file(args, "evaluate loose", *args.scans, *args.truth) as write:
+        write(loose_figures(compare_scans(*args.scans, *args.truth)))
+    return 0
+
+
+@contextmanager
+def _figures_file(
+    args: argparse.Namespace, command: str, *inputs: Path
+) -> Iterator[Callable[[Mapping[str, Any]], None]]:
+    """Yield a function that prints figures and writes them to `--output`.
+
+    The output is checked before the block, because figures take long.
+    """
     from walltopo.cli.console import console
     from walltopo.core.files import write_json
     from walltopo.core.outputs import written_file
-    from walltopo_lab.evaluate.loose import compare_scans, loose_figures
 
-    figures = loose_figures(compare_scans(*args.scans, *args.truth))
-    if args.output is not None:
-        inputs = [*args.scans, *args.truth]
-        target = output_target(args, args.output, "evaluate loose", inputs=inputs)
-        with written_file(target) as made:
-            write_json(made, figures)
-    for name, value in figures.items():
-        console.print(f"{name}: {value}", soft_wrap=True)
-    return 0
+    with ExitStack() as stack:
+        made = None
+        if args.output is not None:
+            target = output_target(args, args.output, command, inputs=inputs)
+            made = stack.enter_context(written_file(target))
+
+        def write(figures: Mapping[str, Any]) -> None:
+            if made is not None:
+                write_json(made, figures)
+            for name, value in figures.items():
+                console.print(f"{name}: {value}", soft_wrap=True)
+
+        yield write

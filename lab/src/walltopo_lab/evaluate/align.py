@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, View
 from walltopo.geometry.similarity import Similarity, fit_similarity
+from walltopo.scans.holds import Hold
 
 Floats = NDArray[np.float64]
+
+_SAME_HOLD_M: Final = 0.12  # between a hold of the scan and the true one
 
 
 def _common(scan: Mapping[str, View], truth: Mapping[str, View], least: int) -> list[str]:
@@ -49,6 +52,24 @@ def align_views(
     names = _common(scan, truth, 3)
     fit = fit_similarity if similarity else fit_heading
     return fit(_centres(scan, names), _centres(truth, names))
+
+
+def same_holds(
+    holds: Sequence[Hold], places: Floats, true: Mapping[int, Sequence[float]]
+) -> dict[int, int]:
+    """Return the true id of each hold of a scan by its id, 0 for those that are not true.
+
+    Parameters
+    ----------
+    places : (N, 3) m, of the holds in the truth's frame. true : places by id; not empty.
+    """
+    ids, exact = list(true), np.array(list(true.values()))
+    away = np.linalg.norm(places[:, None] - exact[None], axis=2)
+    nearest = away.argmin(axis=1)
+    return {
+        hold.id: ids[k] if away[row, k] < _SAME_HOLD_M else 0
+        for row, (hold, k) in enumerate(zip(holds, nearest.tolist(), strict=True))
+    }
 
 
 def pose_metrics(

@@ -6,7 +6,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,16 +16,14 @@ from walltopo.geometry.similarity import Similarity
 from walltopo.scans.folder import ScanFolder
 from walltopo_climb.beta.clip import ClipReading, read_clip
 from walltopo_climb.beta.scanned_wall import ScannedWall
-from walltopo_lab.evaluate.align import align_views
+from walltopo_lab.evaluate.align import align_views, same_holds
 from walltopo_lab.evaluate.contacts import ContactCounts, count_contacts, order_distance
 from walltopo_lab.evaluate.scan import scan_views
 from walltopo_lab.evaluate.truth import read_truth
-from walltopo_lab.synth.climbs import TrueWall, read_true_wall
+from walltopo_lab.synth.climbs import read_true_wall
 from walltopo_lab.synth.filmed import FilmedClip
 
 Floats = NDArray[np.float64]
-
-_SAME_HOLD_M: Final = 0.12  # between a hold of the scan and the true one
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +54,7 @@ class KnownWall:
         exact = read_truth(gym)
         frame: Similarity = align_views(scan_views(scan, exact), exact.views, similarity=True)
         places = frame.apply(np.array([hold.position for hold in scanned.holds]))
-        holds = _same_holds(scanned, places, true)
+        holds = same_holds(scanned.holds, places, {hold.id: hold.position for hold in true.holds})
         routes: dict[int, int | None] = {}
         for route in scanned.routes:
             shared = {
@@ -65,16 +63,6 @@ class KnownWall:
             best = max(shared, key=lambda key: shared[key])
             routes[route.id] = best if shared[best] else None
         return cls(scanned, holds, routes, places)
-
-
-def _same_holds(scanned: ScannedWall, places: Floats, true: TrueWall) -> dict[int, int]:
-    exact = np.array([hold.position for hold in true.holds])
-    away = np.linalg.norm(places[:, None] - exact[None], axis=2)
-    nearest = away.argmin(axis=1)
-    return {
-        hold.id: true.holds[k].id if away[row, k] < _SAME_HOLD_M else 0
-        for row, (hold, k) in enumerate(zip(scanned.holds, nearest.tolist(), strict=True))
-    }
 
 
 @dataclass

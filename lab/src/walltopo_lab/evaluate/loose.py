@@ -2,28 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from walltopo.core import InputError
 from walltopo.describe.matching.inventory import Change, changes, load_scan
 from walltopo.describe.matching.motions import find_motions
 from walltopo.describe.matching.patches import read_textured_wall
-from walltopo.scans.holds import Hold
-from walltopo_lab.evaluate.align import align_views
+from walltopo_lab.evaluate.align import align_views, same_holds
 from walltopo_lab.evaluate.scan import scan_views
-from walltopo_lab.evaluate.truth import Truth, read_truth
+from walltopo_lab.evaluate.truth import read_truth
 from walltopo_lab.synth.wear import Wear, read_wear
 
-Floats = NDArray[np.float64]
-
 SURE_DEG: Final = 15.0  # turns from which recall counts
-_SAME_HOLD_M: Final = 0.12  # between a hold of the scan and the true one
 
 
 @dataclass(frozen=True)
@@ -60,32 +55,20 @@ def compare_scans(old: Path, new: Path, gym: Path, later: Path) -> list[HoldRow]
     found = changes(first.holds, second.holds, first.unit, motions)
     frame = align_views(scan_views(first.folder, truth), truth.views, similarity=True)
     places = frame.apply(np.array([hold.position for hold in first.holds]))
-    known = _known_holds(first.holds, places, truth)
+    true = {one.id: one.position for one in truth.instances.values() if one.kind != "volume"}
+    if not true:
+        raise InputError(f"{gym}: the gym has no holds")
+    known = same_holds(first.holds, places, true)
     return [
         _row(known[one.old.id], wear, one)
         for one in found
-        if one.old is not None and one.old.id in known
+        if one.old is not None and one.old.kind == "hold" and known[one.old.id]
     ]
 
 
 def _row(number: int, wear: Wear, found: Change) -> HoldRow:
     turned, shifted = wear.turned.get(number, 0.0), wear.shifted.get(number, 0.0)
     return HoldRow(number, turned, shifted, number in wear.gone, found)
-
-
-def _known_holds(holds: Sequence[Hold], places: Floats, truth: Truth) -> Mapping[int, int]:
-    """Return the true id of each hold of a scan that is one, volumes left out."""
-    true = [one for one in truth.instances.values() if one.kind != "volume"]
-    if not true:
-        raise InputError("the gym has no holds")
-    exact = np.array([one.position for one in true])
-    known: dict[int, int] = {}
-    for hold, place in zip(holds, places, strict=True):
-        away = np.linalg.norm(exact - place, axis=1)
-        nearest = int(away.argmin())
-        if hold.kind == "hold" and away[nearest] < _SAME_HOLD_M:
-            known.setdefault(hold.id, true[nearest].id)
-    return known
 
 
 def loose_figures(rows: Sequence[HoldRow]) -> dict[str, Any]:

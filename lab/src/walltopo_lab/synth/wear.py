@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -37,9 +37,9 @@ class Wear:
     gone : ids.
     """
 
-    turned: dict[int, float] = field(default_factory=dict)
-    shifted: dict[int, float] = field(default_factory=dict)
-    gone: tuple[int, ...] = ()
+    turned: dict[int, float]
+    shifted: dict[int, float]
+    gone: tuple[int, ...]
 
     def as_dict(self) -> dict[str, Any]:
         """Return the entry in `scene.json`."""
@@ -79,8 +79,8 @@ def wear_holds(
     ----------
     holds : of the gym, with bodies. facets : what they are bolted to.
     """
-    worn, wear = list[GymInstance](), Wear()
-    gone: list[int] = []
+    worn, gone = list[GymInstance](), list[int]()
+    turned, shifted = dict[int, float](), dict[int, float]()
     chances = rng.random(len(holds))
     for hold, chance in zip(holds, chances.tolist(), strict=True):
         if chance < _GONE:
@@ -88,16 +88,16 @@ def wear_holds(
         elif chance < _GONE + _TURNED:
             angle = float(rng.uniform(*_TURN_DEG) * rng.choice((-1, 1)))
             worn.append(_turned(hold, np.radians(angle)))
-            wear.turned[hold.id] = angle
+            turned[hold.id] = angle
         elif chance < _GONE + _TURNED + _SHIFTED:
             length = float(rng.uniform(*_SHIFT_M))
             moved = _shifted(hold, length, holds, facets, rng)
             worn.append(moved or hold)
             if moved is not None:
-                wear.shifted[hold.id] = length
+                shifted[hold.id] = length
         else:
             worn.append(hold)
-    return worn, replace(wear, gone=tuple(gone))
+    return worn, Wear(turned, shifted, tuple(gone))
 
 
 def _turned(hold: GymInstance, angle: float) -> GymInstance:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh
 from walltopo.core.instances import triangles_of
+from walltopo.geometry.similarity import plane_axes
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -47,14 +48,6 @@ class Shape:
 def _spread(values: Floats) -> float:
     low, high = np.percentile(values, [1, 99])
     return float(high - low)
-
-
-def plane_axes(normal: Floats) -> Floats:
-    """Return (2, 3) unit vectors across a normal: to the right and up, seen from the front."""
-    up = np.array([0.0, 0.0, 1.0]) if abs(normal[2]) < 0.99 else np.array([0.0, 1.0, 0.0])
-    right = np.cross(up, normal)
-    right /= np.linalg.norm(right)
-    return np.stack([right, np.cross(normal, right)])
 
 
 def _longest(flat: Floats) -> float:

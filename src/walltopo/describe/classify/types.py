@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from walltopo.core import Camera, InputError, Mesh
 from walltopo.core.files import shipped_file
 from walltopo.core.instances import triangles_of
-from walltopo.describe.classify.geometry import Shape, plane_axes
+from walltopo.describe.classify.geometry import Shape
+from walltopo.geometry.similarity import plane_axes
 from walltopo.geometry.zbuffer import render_ids
 from walltopo.images.networks import Network, open_network
 from walltopo.scans.holds import UNKNOWN

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,7 +14,7 @@ import numpy as np
 
 from walltopo.core import InputError
 from walltopo.describe.matching.holds import match_holds
-from walltopo.describe.matching.motions import Motion
+from walltopo.describe.matching.motions import Motion, Motions
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.holds import Hold, Holds
 from walltopo.scans.scale import Scale
@@ -108,11 +108,8 @@ class Change:
         }
 
 
-Pairs = Mapping[tuple[int, int], Motion]
-
-
 def changes(
-    old: Sequence[Hold], new: Sequence[Hold], unit: float = 1.0, motions: Pairs | None = None
+    old: Sequence[Hold], new: Sequence[Hold], unit: float = 1.0, motions: Motions | None = None
 ) -> list[Change]:
     """Return the changes between two scans of one wall: by old id, then new holds by new id.
 

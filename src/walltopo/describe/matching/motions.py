@@ -9,7 +9,7 @@ error between the frames of both scans counts for nothing.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -73,14 +73,17 @@ class Motion:
         return self.error < _EXPLAINED and self.still_error > _GAIN * self.error
 
 
+Motions = Mapping[tuple[int, int], Motion]  # by old id and new id
+
+
 def find_motions(
     old: TexturedWall,
     new: TexturedWall,
     old_holds: Sequence[Hold],
     new_holds: Sequence[Hold],
     progress: Progress | None = None,
-) -> dict[tuple[int, int], Motion]:
-    """Return the motion of each hold that both scans may show: (old id, new id) to motion.
+) -> Motions:
+    """Return the motion of each hold that both scans may show.
 
     Both scans share a frame, up to a drift of some 20 cm.
     """
@@ -95,7 +98,7 @@ def find_motions(
         hold = before[pair[0]]
         window = Window.around(hold, old.unit)
         away = drift.at(window.centre)
-        moved = Window(window.centre + away, window.right, window.up, window.normal, window.half)
+        moved = replace(window, centre=window.centre + away)
         views = patch_of(old, window, pair[0]), patch_of(new, moved, pair[1])
         cell = window.cell / old.unit
         found = fit_patches(*views, reach=round(_REACH_M / cell), still=int(_STILL_M / cell))
@@ -121,7 +124,8 @@ def _near_pairs(
 ) -> Iterator[tuple[int, int]]:
     """Yield pairs of holds without a match that may be one hold that moved, the nearest first."""
     lost = [hold for hold in before.values() if hold.id not in same and hold.kind == "hold"]
-    found = [hold for hold in after.values() if hold.id not in set(same.values())]
+    matched = set(same.values())
+    found = [hold for hold in after.values() if hold.id not in matched]
     near = [
         (distance, a.id, b.id)
         for a in lost
@@ -130,10 +134,11 @@ def _near_pairs(
         and a.kind == b.kind
         and max(a.size, b.size) < SIZE_RATIO * max(min(a.size, b.size), 1e-9)
     ]
-    taken: set[tuple[str, int]] = set()
+    taken_old, taken_new = set[int](), set[int]()
     for _, a_id, b_id in sorted(near):
-        if ("old", a_id) not in taken and ("new", b_id) not in taken:
-            taken |= {("old", a_id), ("new", b_id)}
+        if a_id not in taken_old and b_id not in taken_new:
+            taken_old.add(a_id)
+            taken_new.add(b_id)
             yield a_id, b_id
 
 

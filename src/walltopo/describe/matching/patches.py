@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh
 from walltopo.geometry.rays import Bvh
+from walltopo.geometry.similarity import plane_axes
 from walltopo.images.colour import linear_from_srgb8, oklab_from_linear
 from walltopo.images.files import read_rgb
 from walltopo.scans.artifacts import load_bundle, of
@@ -73,9 +74,7 @@ def read_textured_wall(scan: ScanFolder, unit: float) -> TexturedWall:
     mesh = reads.mesh
     reads.instances.check_fits(mesh)
     reads.texture_uv.check_fits(mesh)
-    labels = reads.instances.face_instance
-    if reads.relabelled is not None:
-        labels = reads.relabelled.on(labels)
+    labels = reads.instances.edited_labels(reads.relabelled)
     bvh = Bvh(mesh.vertices, mesh.faces)
     return TexturedWall(mesh, bvh, labels, reads.texture_uv.uv, read_rgb(reads.texture.path), unit)
 
@@ -99,11 +98,9 @@ class Window:
     def around(cls, hold: Hold, unit: float) -> Window:
         """Return the window of a hold."""
         normal = np.array(hold.normal)
-        right = np.cross([0.0, 0.0, 1.0], normal)
-        length = float(np.linalg.norm(right))
-        right = right / length if length > 1e-6 else np.array([1.0, 0.0, 0.0])
+        right, up = plane_axes(normal)
         half = _AROUND * hold.size / 2 + _MARGIN_M * unit
-        return cls(np.array(hold.position), right, np.cross(normal, right), normal, half)
+        return cls(np.array(hold.position), right, up, normal, half)
 
     @property
     def cell(self) -> float:
@@ -140,23 +137,12 @@ def patch_of(wall: TexturedWall, window: Window, number: int) -> Floats:
 
 def _colours(wall: TexturedWall, faces: NDArray[np.int32], places: Floats) -> Floats:
     """Return the (n, 3) OKLab colours of places on triangles."""
+    from trimesh.triangles import points_to_barycentric
+
     corners = wall.mesh.vertices[wall.mesh.faces[faces]]
-    shares = _barycentric(corners, places)
+    shares = points_to_barycentric(corners, places)
     at = np.einsum("nk,nkc->nc", shares, wall.uv[faces].astype(np.float64))
     height, width = wall.texture.shape[:2]
     column = (at[:, 0] * width).astype(int).clip(0, width - 1)
     row = (at[:, 1] * height).astype(int).clip(0, height - 1)
     return oklab_from_linear(linear_from_srgb8(wall.texture[row, column]))
-
-
-def _barycentric(corners: Floats, places: Floats) -> Floats:
-    """Return (n, 3) weights of the corners (n, 3, 3) at places (n, 3) in their triangles."""
-    along, across = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    to_place = places - corners[:, 0]
-    aa, bb = (along**2).sum(axis=1), (across**2).sum(axis=1)
-    ab = (along * across).sum(axis=1)
-    pa, pb = (to_place * along).sum(axis=1), (to_place * across).sum(axis=1)
-    area = np.maximum(aa * bb - ab**2, 1e-30)
-    second, third = (bb * pa - ab * pb) / area, (aa * pb - ab * pa) / area
-    weights = np.stack([1 - second - third, second, third], axis=1).clip(0, 1)
-    return np.asarray(weights / weights.sum(axis=1, keepdims=True))

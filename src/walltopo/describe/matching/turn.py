@@ -93,13 +93,10 @@ class _Contrast:
     @classmethod
     def of(cls, patch: Floats, weight: Floats) -> _Contrast:
         """Return the contrast of a patch; weights as `_weight` returns them."""
-        inside, around = np.nan_to_num(patch[:, :, INSIDE]) > 0, weight == 0
-        shown = np.isfinite(patch[:, :, INSIDE])
+        colours, shown = _weighted_colours(patch), np.isfinite(patch[:, :, INSIDE])
         of_hold, of_wall = (
-            np.median(_weighted_colours(patch)[part & shown], axis=0)
-            if (part & shown).any()
-            else np.zeros(3)
-            for part in (inside, around)
+            np.median(colours[part], axis=0) if part.any() else np.zeros(3)
+            for part in (patch[:, :, INSIDE] > 0, shown & (weight == 0))
         )
         return cls(of_wall, of_hold - of_wall)
 
