@@ -103,6 +103,20 @@ class HoldReportDone(HoldReported):
 
 
 @dataclass(frozen=True)
+class HoldsChanged(GymEvent):
+    """A new version shows that holds turned, moved, went or came, though their routes stayed.
+
+    Parameters
+    ----------
+    scan : the version. count : of the holds.
+    """
+
+    wall: UUID
+    scan: UUID
+    count: int
+
+
+@dataclass(frozen=True)
 class RoutesToForerun(GymEvent):
     """The routes of a planned reset are set, or further forerunners were named for them."""
 

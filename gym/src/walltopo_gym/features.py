@@ -26,6 +26,7 @@ NAMES: Final = (
     "competitions",
     "grading",
     "hall",
+    "hold_changes",
     "hold_reports",
     "insights",
     "lists",

@@ -61,6 +61,8 @@ KEPT = {
         "features_barred",
     },
     "hall_settings": {"parts", "key_hash"},
+    "hold_changes": {"colour", "kind"},
+    "hold_comparisons": {"error"},
     "hold_reports": {"colour", "kind"},
     "invitations": {"role", "token_hash"},
     "lists": {"name", "note", "share", "items"},

@@ -37,6 +37,7 @@ from walltopo_gym.competitions.models import Entry, Round
 from walltopo_gym.gyms.members import add_member, invite
 from walltopo_gym.gyms.models import Ban, GradeSystem, Invitation
 from walltopo_gym.gyms.roles import Role
+from walltopo_gym.hold_changes.models import HoldChange, HoldComparison
 from walltopo_gym.insights.models import Washing
 from walltopo_gym.notifications.models import PushAddress
 from walltopo_gym.notifications.secrets import unsubscribe_token
@@ -318,6 +319,17 @@ def a_hold_report(world: World) -> dict[str, Any]:
     member = world.people["member"]
     assert world.server.ask("PUT", path, member, _hold_report_body(world)).is_success
     return values
+
+
+def a_hold_change(world: World) -> dict[str, Any]:
+    _published(world)
+    row = HoldComparison(scan_id=UUID(world.published()["scan_id"]), since=now(), compared=1)
+    change = HoldChange(scan_id=row.scan_id, hold=1, kind="turned", turn_deg=20.0, moved_m=0.0)
+    with world.server.database.writing() as session:
+        session.merge(row)
+        session.flush()
+        session.add(change)
+    return {"change": change.id}
 
 
 def _problem_body(world: World, share: str = "gym") -> dict[str, Any]:
@@ -841,6 +853,9 @@ CASES = {
     "close_hold_report": Case("setter", Scope.MANAGE, a_hold_report),
     "reopen_hold_report": Case("setter", Scope.MANAGE, a_hold_report),
     "drop_hold_report": Case("setter", Scope.MANAGE, a_hold_report),
+    "list_hold_changes": Case("setter", Scope.READ),
+    "close_hold_change": Case("setter", Scope.MANAGE, a_hold_change),
+    "reopen_hold_change": Case("setter", Scope.MANAGE, a_hold_change),
     "put_problem": Case("member", values=a_new_problem, body=_problem_body),
     "list_problems": Case("member", Scope.READ, a_published_wall),
     "read_problem": Case("guest", Scope.READ, a_problem),

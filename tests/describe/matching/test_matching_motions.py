@@ -2,66 +2,17 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
-from numpy.typing import NDArray
+from tests.describe.matching.wedges import holds_of, save_scan, wall_with
 
-from walltopo.core import Mesh
+from walltopo.cli import main
 from walltopo.describe.matching.inventory import changes
 from walltopo.describe.matching.motions import Motion, find_motions
-from walltopo.describe.matching.patches import INSIDE, TexturedWall, Window, patch_of
-from walltopo.geometry.rays import Bvh
-from walltopo.scans.holds import Hold
-
-Floats = NDArray[np.float64]
-_CELL = 0.0025  # metres, of the walls' grid
-_PLACES = np.array([[0.4, 0.4], [1.0, 0.4], [0.4, 1.0], [1.0, 1.0]])
-
-
-def wall_with(turns: list[float], shifts: Floats, unit: float = 1.0) -> TexturedWall:
-    """A wall in the plane y = 0 with four wedges, of which each is turned and shifted.
-
-    The climber looks along +y: x is to the right, z up; turns in degrees, counter-clockwise.
-    """
-    side = np.arange(0, 1.4, _CELL)
-    x, z = np.meshgrid(side, side)
-    height, labels = np.zeros(x.shape), np.zeros(x.shape, np.int32)
-    colour = np.full((*x.shape, 3), 150.0)
-    for number, (place, turn, shift) in enumerate(zip(_PLACES, turns, shifts, strict=True), 1):
-        away = np.stack([x, z], axis=-1) - place - shift
-        cos, sin = np.cos(np.radians(turn)), np.sin(np.radians(turn))
-        u, v = away @ [cos, sin], away @ [-sin, cos]
-        inside = (np.abs(u) < 0.09) & (np.abs(v) < 0.03 + 0.3 * (u + 0.09) * (u > 0))
-        height[inside] = (0.03 + 0.2 * (v + 0.06))[inside]
-        labels[inside] = number
-        colour[inside] = [200, 40, 40]
-    vertices = np.stack([x, -height, z], axis=-1).reshape(-1, 3) * unit
-    n = len(side)
-    corner = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)[None]).ravel()
-    faces = np.concatenate(
-        [np.stack([corner, corner + 1, corner + n], axis=1)]
-        + [np.stack([corner + 1, corner + n + 1, corner + n], axis=1)]
-    ).astype(np.int32)
-    grid = np.stack([x, side.max() - z], axis=-1).reshape(-1, 2) / side.max()
-    mesh = Mesh(vertices, faces)
-    texture = colour[::-1].astype(np.uint8)
-    return TexturedWall(
-        mesh,
-        Bvh(mesh.vertices, mesh.faces),
-        labels.ravel()[faces].max(axis=1),
-        grid[faces].astype(np.float32),
-        texture,
-        unit,
-    )
-
-
-def holds_of(shifts: Floats, unit: float = 1.0) -> list[Hold]:
-    places = np.column_stack([_PLACES + shifts, np.full(4, -0.02)])[:, [0, 2, 1]] * unit
-    return [
-        Hold(number, "hold", position=(x, y, z), normal=(0.0, -1.0, 0.0), size=0.2 * unit)
-        for number, (x, y, z) in enumerate(places.tolist(), 1)
-    ]
-
+from walltopo.describe.matching.patches import INSIDE, Window, patch_of
 
 NONE = np.zeros((4, 2))
 
@@ -102,3 +53,16 @@ def test_a_motion_that_explains_little_counts_for_nothing() -> None:
     assert not Motion(30.0, (0.0, 0.0), error=2.0, still_error=2.1).is_turned
     assert not Motion(30.0, (0.0, 0.0), error=50.0, still_error=90.0).is_turned
     assert not Motion(2.0, (0.002, 0.0), error=0.5, still_error=2.0).is_moved
+
+
+def test_the_command_lists_what_turned_and_moved(tmp_path: Path) -> None:
+    shifts = np.array([[0.0, 0.0], [0.0, 0.0], [0.03, -0.01], [0.0, 0.0]])
+    old = save_scan(tmp_path / "old", [0.0, 20.0, 0.0, 0.0], NONE)
+    new = save_scan(tmp_path / "new", [0.0, 45.0, 0.0, 0.0], shifts)
+    out = tmp_path / "changes.json"
+    words = ["inventory", str(new.root), "--since", str(old.root), "--loose", "--format", "json"]
+    assert main([*words, "--out", str(out)]) == 0
+    rows = json.loads(out.read_text())["rows"]
+    assert [row["what"] for row in rows] == ["stayed", "turned", "moved", "stayed"]
+    assert rows[1]["turn_deg"] == pytest.approx(25.0, abs=2.0)
+    assert rows[2]["moved_m"] == pytest.approx(0.032, abs=0.003)

@@ -24,7 +24,7 @@ from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
 from walltopo_gym.events import HoldReportDone, HoldReported, publish_event
 from walltopo_gym.hold_reports.models import HoldReport
 from walltopo_gym.publishing.models import Placement, Route
-from walltopo_gym.publishing.version_holds import check_version, origins
+from walltopo_gym.publishing.version_holds import check_version, origins, same_mesh
 from walltopo_gym.walls.models import Wall
 
 _DONE_SHOWN: Final = timedelta(days=30)
@@ -167,7 +167,7 @@ def _same_of(session: Session, row: HoldReport) -> HoldReport | None:
     same = (
         HoldReport.route_id == row.route_id
         if row.hold is None
-        else HoldReport.scan_id.in_(_same_mesh(session, row.wall_id, row.scan_id))
+        else HoldReport.scan_id.in_(same_mesh(session, row.wall_id, row.scan_id))
     )
     hold = HoldReport.hold.is_(None) if row.hold is None else HoldReport.hold == row.hold
     return session.scalar(mine.where(same, hold).order_by(HoldReport.created_at).limit(1))
@@ -200,12 +200,6 @@ def reports_of(
     return [one for one in known if _is_there(one)]
 
 
-def _same_mesh(session: Session, wall: UUID, scan: UUID) -> set[UUID]:
-    """Return a version with its amendments and those that it amends."""
-    known = origins(session, wall)
-    return {one for one, origin in known.items() if origin == known[scan]}
-
-
 def _open_report(
     report: HoldReport, route: Route | None, wall: Wall, origin_of: Mapping[UUID, UUID]
 ) -> Open:
@@ -233,7 +227,7 @@ def mark_done(session: Session, gym: UUID, report: HoldReport, *, done: bool) ->
             *of, HoldReport.done_at.is_(None) if done else HoldReport.done_at == at
         )
     ).all()
-    same = _same_mesh(session, report.wall_id, report.scan_id)
+    same = same_mesh(session, report.wall_id, report.scan_id)
     closed: datetime | None = now() if done else None
     for row in rows:
         if row.hold is None or row.scan_id in same:

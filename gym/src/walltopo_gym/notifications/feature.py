@@ -14,6 +14,7 @@ from walltopo_gym.events import (
     CompetitionBegins,
     HoldReportDone,
     HoldReported,
+    HoldsChanged,
     MailQueueOf,
     OwnTables,
     RoutesToForerun,
@@ -69,6 +70,7 @@ FEATURE = Feature(
     listeners={
         HoldReported: (happened.hold_reported,),
         HoldReportDone: (happened.hold_report_done,),
+        HoldsChanged: (happened.holds_changed,),
         RoutesToForerun: (happened.routes_to_forerun,),
         CompetitionBegins: (happened.competition_begins,),
     },

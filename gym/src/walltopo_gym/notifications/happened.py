@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+from uuid import UUID
+
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.events import CompetitionBegins, HoldReportDone, HoldReported, RoutesToForerun
+from walltopo_gym.events import (
+    CompetitionBegins,
+    HoldReportDone,
+    HoldReported,
+    HoldsChanged,
+    RoutesToForerun,
+)
 from walltopo_gym.gyms.days import zone_of
 from walltopo_gym.gyms.models import Gym, Membership
 from walltopo_gym.gyms.roles import Role
@@ -18,16 +26,26 @@ from walltopo_gym.words import Words
 def hold_reported(session: Session, event: HoldReported) -> None:
     """Tell the setters, but not the one who reported it."""
     gym, wall = session.get_one(Gym, event.gym), session.get_one(Wall, event.wall)
-    setters = select(Membership.person_id).where(
-        Membership.gym_id == gym.id, Membership.role.in_((Role.SETTER, Role.OWNER))
-    )
 
     def shown(words: Words) -> Shown:
         path = f"/g/{gym.slug}/w/{wall.id}/holds"
         return Shown(words.say("push_hold"), _hold_text(session, words, event), path)
 
     notice = Notice("hold_reported", str(event.report), str(event.report), "hold_reports", shown)
-    notify(session, gym, notice, set(session.scalars(setters)) - {event.person})
+    notify(session, gym, notice, _setters(session, gym) - {event.person})
+
+
+def holds_changed(session: Session, event: HoldsChanged) -> None:
+    """Tell the setters."""
+    gym, wall = session.get_one(Gym, event.gym), session.get_one(Wall, event.wall)
+
+    def shown(words: Words) -> Shown:
+        text = words.say("push_hold_changes_text", wall=wall.name, number=str(event.count))
+        path = f"/g/{gym.slug}/w/{wall.id}/holds"
+        return Shown(words.say("push_hold_changes"), text, path)
+
+    notice = Notice("holds_changed", str(event.scan), str(event.wall), "hold_reports", shown)
+    notify(session, gym, notice, _setters(session, gym))
 
 
 def hold_report_done(session: Session, event: HoldReportDone) -> None:
@@ -69,6 +87,13 @@ def competition_begins(session: Session, event: CompetitionBegins) -> None:
     subject = f"{event.competition} {at.date()}"
     notice = Notice("begins", subject, str(event.competition), "competitions", shown)
     notify(session, gym, notice, event.entered)
+
+
+def _setters(session: Session, gym: Gym) -> set[UUID]:
+    setters = select(Membership.person_id).where(
+        Membership.gym_id == gym.id, Membership.role.in_((Role.SETTER, Role.OWNER))
+    )
+    return set(session.scalars(setters))
 
 
 def _hold_text(session: Session, words: Words, event: HoldReported) -> str:

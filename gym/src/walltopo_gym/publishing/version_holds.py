@@ -78,6 +78,12 @@ def origins(session: Session, wall: UUID) -> dict[UUID, UUID]:
     return {one: origin(one) for one in amends}
 
 
+def same_mesh(session: Session, wall: UUID, scan: UUID) -> set[UUID]:
+    """Return a version with its amendments and those that it amends: they number holds alike."""
+    known = origins(session, wall)
+    return {one for one, origin in known.items() if origin == known[scan]}
+
+
 def current_holds(session: Session, store: FileStore, wall: Wall, scan: UUID) -> Mapping[int, int]:
     """Return the id in the wall's published version of each hold of `scan` that is still there."""
     current = wall.published_scan_id

@@ -170,6 +170,19 @@ def download_wall(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
         raise NotFoundError("file-gone")
 
 
+def download_surface(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
+    """Download a scan's holds and its textured surface.
+
+    Raises
+    ------
+    NotFoundError : the scan has not come so far, or its files are gone.
+    """
+    needed = (folder.mesh, folder.texture, folder.texture_uv, folder.instances)
+    download_files(store, scan, folder, *needed, folder.holds, folder.scale)
+    if store.has(_key(scan, folder, folder.relabelled)):
+        download_files(store, scan, folder, folder.relabelled)
+
+
 def upload_landmarks(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
     """Store the landmarks that were found in a scan's photos, if the photos are here."""
     if folder.photos.is_dir():

@@ -6,11 +6,8 @@ compares on a stretch of the walls that was held out; a network that is not bett
 
 from __future__ import annotations
 
-import logging
-import subprocess
 import tempfile
 import threading
-import time
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
@@ -21,32 +18,26 @@ from zoneinfo import ZoneInfo
 from sqlalchemy import JSON, ForeignKey, String, exists, select
 from sqlalchemy.orm import Mapped, Session, mapped_column
 
-from walltopo.core.children import Child, child_process, describe_exit, python_module
 from walltopo.core.files import read_json
 from walltopo.scans.folder import ScanFolder
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base
 from walltopo_gym.database.engine import Database
-from walltopo_gym.errors import without_folders
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.jobs.queue import Failure, Job, enqueue
-from walltopo_gym.log_lines import OWN_LINES
 from walltopo_gym.scans.artifacts import download_scan
+from walltopo_gym.scans.commands import run_command
 from walltopo_gym.scans.models import Scan, ScanEdits
-from walltopo_gym.scans.running import WorkerStopsError
 from walltopo_gym.scans.service import State
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore, hash_of_file
 from walltopo_gym.walls.models import Wall
-
-_LOG = logging.getLogger("walltopo_gym.scans")
 
 # Not tried again in the same night, unless its worker stopped.
 TRAININGS: Final = Job("own-networks", at_once=1, of_one_gym=1, waits=(), restarts=3)
 NIGHT: Final = range(1, 5)  # hours of the gym's day in which a training may begin
 MAX_WALLS: Final = 4  # the corrected walls that were published last
 _SPARE_S: Final = 3600  # beside the training itself: reading photos, the comparison
-_LOOK_S: Final = 1.0
 
 
 class OwnNetwork(Base):
@@ -151,33 +142,7 @@ class OwnNetworks:
         """
         minutes = self.settings.own_network_minutes
         words = ["train", "gym", *map(str, folders), "-o", str(out), "--minutes", str(minutes)]
-        command = python_module("walltopo_gym.scans.low_priority", *words)
-        allowed_s = minutes * 60 + _SPARE_S
-        limit = time.monotonic() + allowed_s
-        lines: list[str] = []
-        with child_process(command, errors=subprocess.STDOUT) as child:
-            reader = threading.Thread(
-                target=lambda: lines.extend(_output_lines(child)), daemon=True
-            )
-            reader.start()
-            while reader.is_alive():
-                reader.join(_LOOK_S)
-                if self.stopping.is_set():
-                    raise WorkerStopsError
-                if time.monotonic() > limit:
-                    return f"the training took longer than {allowed_s // 60} minutes"
-            code = child.wait()
-        if code == 0:
-            return ""
-        _LOG.warning(
-            "own network: %s\n%s", describe_exit(code), "\n".join(lines[-20:]), extra=OWN_LINES
-        )
-        first = next((line for line in lines if line.startswith("error: ")), describe_exit(code))
-        return without_folders(first.removeprefix("error: "))[:500]
-
-
-def _output_lines(child: Child) -> list[str]:
-    return child.output.read().decode(errors="replace").splitlines()
+        return run_command(words, minutes * 60 + _SPARE_S, self.stopping)
 
 
 def record_failure(session: Session, failure: Failure, gym: str) -> None:
