@@ -8,6 +8,7 @@ import subprocess
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
+from datetime import timedelta
 from pathlib import Path
 from typing import Any
 from uuid import UUID
@@ -23,6 +24,7 @@ from walltopo.scans.routes import Routes
 from walltopo_gym.climbing.counting import RECOUNTS
 from walltopo_gym.clips.models import Clip
 from walltopo_gym.clock import now
+from walltopo_gym.hold_changes.models import HoldChange, HoldComparison
 from walltopo_gym.jobs.queue import Task, enqueue
 from walltopo_gym.notifications.messages import DIGEST, MAIL, message_row, store_messages
 from walltopo_gym.publishing.models import Placement
@@ -73,6 +75,22 @@ def confirm_clips(world: World, scan: UUID, number: int) -> None:
             rows = [{"limb": limb, "hold": hold, "time_s": 1.0} for limb, hold in made]
             facts = {"scan_id": scan, "route_id": route.route_id, "size": 1, "state": "read"}
             session.add(Clip(person_id=person, attempt=attempt, moves=rows, **facts))
+
+
+def show_changes(world: World, scan: UUID) -> None:
+    """Let the comparison with an earlier scan show a turned, a moved and a missing hold."""
+    with world.server.database.writing() as session:
+        placed = select(Placement).where(Placement.scan_id == scan).order_by(Placement.number)
+        first, second = session.scalars(placed).all()[:2]
+        session.add(HoldComparison(scan_id=scan, since=now() - timedelta(days=5), compared=12))
+        session.flush()
+        for route, hold, kind, turn, moved in (
+            (first, first.holds[0], "turned", -24.0, 0.002),
+            (second, second.holds[0], "moved", 1.5, 0.021),
+            (second, None, "gone", None, None),
+        ):
+            facts = {"hold": hold, "kind": kind, "turn_deg": turn, "moved_m": moved}
+            session.add(HoldChange(scan_id=scan, route_id=route.route_id, colour="red", **facts))
 
 
 def set_jobs_aside(world: World) -> None:

@@ -21,6 +21,7 @@ from gym.tests.web.places import (
     publish_wall,
     serving,
     set_jobs_aside,
+    show_changes,
 )
 from gym.tests.worlds import Server, make_world
 from msgspec.structs import replace
@@ -87,6 +88,8 @@ def test_flow(
     if flow == "clips":
         confirm_clips(world, scan, number=2)
         places["clip"] = str(once("tiny-clip", tiny_clip) / "clip.mp4")
+    if flow == "holds":
+        show_changes(world, scan)
     if flow == "operator":
         set_jobs_aside(world)
     # Browsers keep the cookie of a sign-in over HTTPS and on this name only; a passkey is for the
