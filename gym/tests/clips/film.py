@@ -11,5 +11,5 @@ from walltopo_lab.synth.small import write_tiny_gym
 def tiny_clip(out: Path) -> None:
     """Film a climb to the top of the route that the tiny scan numbers 2: `out`/clip.mp4."""
     gym = write_tiny_gym(out / "gym")
-    [(video, _)] = film_gym(gym, out, 1, size=(360, 640))
+    [(video, _)] = film_gym(gym, out, 1, size=(450, 800))
     video.rename(out / "clip.mp4")

@@ -175,6 +175,17 @@ def test_sequences_show_together_from_three_climbers_on(world: World, route: str
     assert beta(world, route) == empty
 
 
+def test_orders_that_differ_in_one_move_of_ten_count_together(world: World, route: str) -> None:
+    long = [(("left hand", "right hand")[k % 2], 1 + k % 3) for k in range(12)]
+    odd, other = [*long], [*long[::-1]]
+    odd[5] = ("right hand", 4)
+    for who, climb in (("member", long), ("judge", odd), ("setter", other)):
+        everything = [(number, hold) for number, (_, hold) in enumerate(climb)]
+        confirm(world, who, read(world, who, route, an_attempt(climb)), *everything)
+    orders = beta(world, route)["orders"]
+    assert [order["climbers"] for order in orders] == [2, 1]
+
+
 @pytest.mark.parametrize(
     ("outcome", "state", "fault"),
     [

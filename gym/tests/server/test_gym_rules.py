@@ -876,6 +876,7 @@ CASES = {
     "confirm_own_clip": Case(
         "member", values=an_own_clip, body=lambda w: {"moves": [{"number": 0, "hold": 1}]}
     ),
+    "read_clip_moves": Case("member", Scope.READ, an_own_clip),
     "drop_clip": Case("member", values=an_own_clip),
     "read_route_beta": Case("guest", Scope.READ, a_route_to_film),
     "list_films": Case("guest", Scope.READ, a_route_to_film),
@@ -1130,6 +1131,7 @@ EXCEPT = (
             "ask_clip_offset",
             "send_clip",
             "confirm_own_clip",
+            "read_clip_moves",
             "drop_clip",
             "put_film",
             "read_list_progress",

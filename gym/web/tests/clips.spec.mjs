@@ -82,6 +82,15 @@ test("a clip becomes the beta that one confirms", async ({ browser, places }) =>
   assert.equal(await moves.count(), before - 1);
   await moves.first().getByText("Hold 1").waitFor();
 
+  // A figure climbs it on the wall, as it was confirmed; the model's are beside it.
+  await page.getByRole("button", { name: "Replay on the wall" }).click();
+  const climber = page.getByLabel("Climber", { exact: true });
+  await climber.waitFor();
+  assert.equal(await climber.inputValue(), "clip");
+  await check(member, "clip-replayed");
+  await page.getByRole("button", { name: "Hide the figure" }).last().click();
+  await climber.waitFor({ state: "detached" });
+
   // The film is one's own until it is published.
   await played(page, "Your film");
   const publish = page.getByRole("button", { name: "Publish", exact: true });
@@ -109,6 +118,13 @@ test("a clip becomes the beta that one confirms", async ({ browser, places }) =>
   await page.getByText("From 3 climbers.").scrollIntoViewIfNeeded();
   await page.getByText("Most used orders of the hands").waitFor();
   await check(member, "clip-beta");
+  const onWall = page.getByRole("button", { name: "Show on the wall", exact: true });
+  await onWall.click();
+  await page.getByText("everybody").waitFor();
+  await page.locator("wall-topo").scrollIntoViewIfNeeded();
+  await member.shot("clip-heat");
+  await onWall.click();
+  await page.getByText("everybody").waitFor({ state: "hidden" });
   await member.close();
 });
 

@@ -11,6 +11,8 @@ export class Climbing {
   /** The figure on the wall, with its controls. */
   player: Player | null = null;
   private moves: Moves | null = null;
+  /** The address that `moves` was read from. */
+  private source: string | null = null;
 
   /** `set`: the holds in the stead of a route. `changed`: called when the card has to show something else. */
   constructor(
@@ -31,15 +33,23 @@ export class Climbing {
     return this.ofRoute?.climbers.some(({ moves }) => moves.length > 0) ?? false;
   }
 
+  /** The address of the moves that the page wants. */
+  private get wanted(): string | null {
+    return this.parts.element.getAttribute("moves");
+  }
+
   /** Whether the moves are there, or nothing is to be read. */
   get isRead(): boolean {
-    return this.moves !== null || this.set() !== null;
+    return this.set() !== null || (this.moves !== null && this.source === this.wanted);
   }
 
   async read(signal: AbortSignal): Promise<void> {
-    const source = this.parts.element.getAttribute("moves");
+    const source = this.wanted;
     this.stop();
-    this.moves = source ? await readMoves(source, this.parts.tables, signal) : null;
+    const moves = source ? await readMoves(source, this.parts.tables, signal) : null;
+    if (source !== this.wanted) return; // another file is read meanwhile
+    this.moves = moves;
+    this.source = source;
     if (!signal.aborted && this.moves) this.changed();
   }
 

@@ -8,7 +8,7 @@ import { say, speak } from "../languages";
 import type { Person } from "../moves/moves_file";
 import { h } from "../panels/dom";
 import { keptVision } from "../panels/vision";
-import type { HeatmapLegend } from "../scene/heatmap";
+import type { HeatmapLegend, HeatmapSubject } from "../scene/heatmap";
 import { Stage } from "../scene/stage";
 import { copyLink, download } from "../sharing/share";
 import style from "../style.css?inline";
@@ -140,11 +140,11 @@ export class WallTopo extends HTMLElement {
   }
 
   /**
-   * Colour the holds of routes by a value from 0 to 1, by route id; the rest fades. With `words` a legend says what
-   * the ends stand for. null: as photographed.
+   * Colour the holds of routes, or single holds, by a value from 0 to 1, by id; the rest fades. With `words` a legend
+   * says what the ends stand for. null: as photographed.
    */
-  showHeat(values: Iterable<[number, number]> | null, words: HeatmapLegend | null = null): void {
-    this.parts.heatmap.set(values, words);
+  showHeat(values: Iterable<[number, number]> | null, words: HeatmapLegend | null = null, of: HeatmapSubject = "routes"): void {
+    this.parts.heatmap.set(values, words, of);
     this.selection.repaint();
   }
 

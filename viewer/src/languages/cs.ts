@@ -197,7 +197,7 @@ export const cs: Language = {
   },
   proposing: proposing.cs,
   visions: { usual: "obvyklý", protan: "slabá červená (protan)", deutan: "slabá zelená (deutan)", tritan: "slabá modrá (tritan)", none: "bez barev" },
-  people: { child: "Dítě", short: "Nižší dospělý", adult: "Dospělý", tall: "Vysoký dospělý", you: "Ty" },
+  people: { child: "Dítě", short: "Nižší dospělý", adult: "Dospělý", tall: "Vysoký dospělý", you: "Ty", clip: "Tvůj klip" },
   limbs: {
     start: "Start",
     "left hand": "Levá ruka",

@@ -197,7 +197,7 @@ export const de: Language = {
   },
   proposing: proposing.de,
   visions: { usual: "üblich", protan: "Rotschwäche (protan)", deutan: "Grünschwäche (deutan)", tritan: "Blauschwäche (tritan)", none: "keine Farben" },
-  people: { child: "Kind", short: "Kleine Erwachsene", adult: "Erwachsene", tall: "Große Erwachsene", you: "Du" },
+  people: { child: "Kind", short: "Kleine Erwachsene", adult: "Erwachsene", tall: "Große Erwachsene", you: "Du", clip: "Dein Clip" },
   limbs: {
     start: "Start",
     "left hand": "Linke Hand",

@@ -36,7 +36,7 @@ export interface Language {
   proposing: ProposalWords;
   /** Sentences with something in them. */
   visions: Record<Vision | "usual", string>;
-  people: Record<"child" | "short" | "adult" | "tall" | "you", string>;
+  people: Record<"child" | "short" | "adult" | "tall" | "you" | "clip", string>;
   limbs: Record<"start" | "left hand" | "right hand" | "left foot" | "right foot", string>;
   leap: (metres: string) => string;
   unreached: string;
@@ -209,7 +209,7 @@ export const en: Language = {
   },
   proposing: proposing.en,
   visions: { usual: "usual", protan: "weak red (protan)", deutan: "weak green (deutan)", tritan: "weak blue (tritan)", none: "no colours" },
-  people: { child: "Child", short: "Short adult", adult: "Adult", tall: "Tall adult", you: "You" },
+  people: { child: "Child", short: "Short adult", adult: "Adult", tall: "Tall adult", you: "You", clip: "Your clip" },
   limbs: {
     start: "Start",
     "left hand": "Left hand",

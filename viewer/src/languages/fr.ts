@@ -197,7 +197,7 @@ export const fr: Language = {
   },
   proposing: proposing.fr,
   visions: { usual: "habituelle", protan: "rouge faible (protan)", deutan: "vert faible (deutan)", tritan: "bleu faible (tritan)", none: "sans couleurs" },
-  people: { child: "Enfant", short: "Petit adulte", adult: "Adulte", tall: "Grand adulte", you: "Vous" },
+  people: { child: "Enfant", short: "Petit adulte", adult: "Adulte", tall: "Grand adulte", you: "Vous", clip: "Votre clip" },
   limbs: {
     start: "Départ",
     "left hand": "Main gauche",

@@ -16,11 +16,11 @@ const FOOT_S = 0.6;
 const REST_S = 0.25; // between two moves
 const SITTING = 0.1; // of the height: the hip over the floor
 const OVER_HIP = 0.47; // of the height: the top of the head
-const PEOPLE = ["child", "short", "adult", "tall", "you"] as const;
+const PEOPLE = ["child", "short", "adult", "tall", "you", "clip"] as const;
 
 export interface PlayerOptions {
   close?: () => void;
-  /** Begin with the climber nearest to this person; else with the adult. */
+  /** Begin with the climber nearest to this person; else with the adult. A clip's own moves come before both. */
   person?: Person | null;
   /** Receives each climber that is shown. */
   shows?: (climber: ClimberRow) => void;
@@ -46,7 +46,8 @@ export class Player {
     const { close, person } = options;
     const able = moves.climbers.filter((one) => one.moves.length > 0);
     const adult = able.find((one) => one.climber === "adult") ?? able[0]!;
-    this.climber = person ? nearestClimber(able, person) : adult;
+    const filmed = able.find((one) => one.climber === "clip");
+    this.climber = filmed ?? (person ? nearestClimber(able, person) : adult);
     const { words } = say();
     const step = (by: number, label: string, shape: "previous" | "next"): HTMLElement =>
       h("button", { class: "tool", "aria-label": label, title: label, onClick: () => this.step(by) }, icon(shape));

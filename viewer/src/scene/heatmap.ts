@@ -1,4 +1,4 @@
-/** A value for each route, shown as the colour of its holds: from pale to dark, distinct without hue too. */
+/** A value for each route or hold, shown as the colour of holds: from pale to dark, distinct without hue too. */
 
 import { Color } from "three";
 import type { Tables } from "../data/types";
@@ -14,13 +14,18 @@ export interface HeatmapLegend {
   high: string;
 }
 
+/** What has a value: routes, by route id, or single holds, by hold id. */
+export type HeatmapSubject = "routes" | "holds";
+
 export class Heatmap {
   private values: Map<number, number> | null = null;
+  private of: HeatmapSubject = "routes";
   readonly root = h("div", { class: "heat", part: "heat", hidden: true });
 
-  /** By route id, 0 to 1; null: none is shown. Routes that are not named fade. */
-  set(values: Iterable<[number, number]> | null, words: HeatmapLegend | null): void {
+  /** By id, 0 to 1; null: none is shown. What is not named fades. */
+  set(values: Iterable<[number, number]> | null, words: HeatmapLegend | null, of: HeatmapSubject): void {
     this.values = values && new Map(values);
+    this.of = of;
     this.root.hidden = this.values === null || words === null;
     if (!words) return;
     const bar = h("i", { style: `background:linear-gradient(90deg, ${RAMP.join(", ")})` });
@@ -36,7 +41,8 @@ export class Heatmap {
     const found = new Map<number, number>();
     for (const [id, value] of this.values ?? []) {
       const heat = 1 + Math.round(254 * Math.min(1, Math.max(0, value)));
-      for (const hold of tables.routes.get(id)?.holds ?? []) found.set(hold, Math.max(heat, found.get(hold) ?? 0));
+      const holds = this.of === "holds" ? [id] : (tables.routes.get(id)?.holds ?? []);
+      for (const hold of holds) found.set(hold, Math.max(heat, found.get(hold) ?? 0));
     }
     return found;
   }

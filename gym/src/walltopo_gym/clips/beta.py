@@ -12,6 +12,7 @@ from uuid import UUID
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from walltopo_climb.beta.orders import order_difference
 from walltopo_gym.clips.models import Clip
 from walltopo_gym.clips.service import attempt_in
 from walltopo_gym.publishing.models import Placement, Route
@@ -21,6 +22,7 @@ from walltopo_gym.walls.models import Wall
 
 MIN_CLIMBERS: Final = 3
 _MAX_ORDERS: Final = 3
+_ALIKE: Final = 0.1  # of ten moves one may differ: so much people forget to correct
 _HANDS: Final[Mapping[str, Hand]] = {"left hand": "left", "right hand": "right"}
 
 Hand = Literal["left", "right"]
@@ -29,7 +31,7 @@ Order = tuple[tuple[Hand, int], ...]  # hand and hold
 
 @dataclass(frozen=True)
 class HandOrder:
-    """An order of hands, and the number of climbers who used it."""
+    """An order of hands, and the number of climbers who used it or one much like it."""
 
     order: Order
     climbers: int
@@ -106,9 +108,18 @@ def summarise(
             tops += 1
         else:
             ends[order[-1][1]] += 1
-    ranked = sorted(orders.items(), key=lambda item: (-len(item[1]), item[0]))
-    best = [HandOrder(order, len(people)) for order, people in ranked[:_MAX_ORDERS]]
-    return {hold: len(people) for hold, people in used.items()}, best, ends, tops
+    return {hold: len(people) for hold, people in used.items()}, _common_orders(orders), ends, tops
+
+
+def _common_orders(orders: Mapping[Order, set[UUID]]) -> list[HandOrder]:
+    """Return the most used orders; one that is like a more used one counts there."""
+    groups: dict[Order, set[UUID]] = {}
+    for order, people in sorted(orders.items(), key=lambda item: (-len(item[1]), item[0])):
+        alike = (one for one in groups if order_difference(one, order) <= _ALIKE)
+        like = next(alike, order)
+        groups[like] = groups.get(like, set()) | people
+    ranked = sorted(groups.items(), key=lambda item: (-len(item[1]), item[0]))
+    return [HandOrder(order, len(people)) for order, people in ranked[:_MAX_ORDERS]]
 
 
 def _order_of(hands: Iterable[tuple[Hand, int]]) -> Order:

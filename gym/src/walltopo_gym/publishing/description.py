@@ -9,15 +9,15 @@ import msgspec
 from msgspec.structs import replace
 from sqlalchemy.orm import Session
 
-from walltopo.scans.moves import ClimberRow, Moves
+from walltopo.scans.moves import ClimberRow
 from walltopo_climb.description.sentences import Sentence, Wording, sentences_of
 from walltopo_climb.description.steps import route_steps
 from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.publishing.review import found_routes
 from walltopo_gym.publishing.version_holds import version_holds
+from walltopo_gym.publishing.version_moves import suggested_climbers
 from walltopo_gym.publishing.versions import shown_placement
-from walltopo_gym.scans.artifacts import MOVES_FILE
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.storage.files import FileStore
 
@@ -63,19 +63,10 @@ def describe_placed(
 
 def _climber(store: FileStore, scan: Scan, number: int, height_cm: int | None) -> ClimberRow | None:
     """Return the moves of the body that is next in height, None if it has none on the route."""
-    if MOVES_FILE not in scan.files:
-        return None
-    moves = _version_moves(store, scan.files[MOVES_FILE]["key"])
-    rows = next((one.climbers for one in moves.routes if one.route == number), ())
+    rows = suggested_climbers(store, scan, number)
     height = _USUAL_M if height_cm is None else height_cm / 100
     nearest = min(rows, key=lambda row: abs(row.height - height), default=None)
     return nearest if nearest is not None and nearest.moves else None
-
-
-@lru_cache(maxsize=16)
-def _version_moves(store: FileStore, key: str) -> Moves:
-    """Return the content of a `moves.json`, whose key is the hash of its content."""
-    return msgspec.json.decode(store.read(key), type=Moves)
 
 
 # Those of a published version never change.

@@ -23,6 +23,11 @@ export function filmAddress(gym: string, clip: string): string {
   return `${PREFIX}/gyms/${gym}/clips/${clip}/film`;
 }
 
+/** The address of a clip's moves; another one once they are confirmed. */
+export function movesAddress(gym: string, { id, confirmed }: Clip): string {
+  return `${PREFIX}/gyms/${gym}/clips/${id}/moves.json?${confirmed ? "confirmed" : "read"}`;
+}
+
 export function isHand({ limb }: Pick<Move, "limb">): boolean {
   return limb.endsWith("hand");
 }

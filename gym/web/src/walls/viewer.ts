@@ -41,7 +41,7 @@ export interface WallElement extends HTMLElement {
   showHolds(set: HoldSet | null, options?: { move?: boolean }): void;
   showLines(lines: Point[][]): void;
   showRopes(ropes: Point[][]): void;
-  showHeat(values: Iterable<[number, number]> | null, words?: { title: string; low: string; high: string } | null): void;
+  showHeat(values: Iterable<[number, number]> | null, words?: { title: string; low: string; high: string } | null, of?: "routes" | "holds"): void;
   showMoves(person: Person | null): Promise<Climber | null>;
   hideMoves(): void;
   home(): void;

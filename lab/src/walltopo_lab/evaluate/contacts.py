@@ -8,6 +8,7 @@ from typing import Protocol
 
 from walltopo_climb.beta.contacts import WALL
 from walltopo_climb.beta.in_view import LIMBS
+from walltopo_climb.beta.orders import order_difference
 
 WITHIN_S = 0.5
 
@@ -73,17 +74,9 @@ def count_contacts(
 
 
 def order_distance(found: Sequence[LimbOnHold], true: Sequence[LimbOnHold]) -> float:
-    """Return the edit distance of the hands' moves (limb and hold, in order of time), as a share of
-    the longer sequence."""
+    """Return how much the hands' moves (limb and hold, in order of time) differ."""
     sequences = [
         [(one.limb, one.hold) for one in sorted(side, key=lambda one: one.begin) if one.limb < 2]
         for side in (found, true)
     ]
-    first, second = sequences
-    row = list(range(len(second) + 1))
-    for i, left in enumerate(first, 1):
-        before, row[0] = row[0], i
-        for j, right in enumerate(second, 1):
-            change = before + (left != right)
-            before, row[j] = row[j], min(row[j] + 1, row[j - 1] + 1, change)
-    return row[-1] / max(len(first), len(second), 1)
+    return order_difference(*sequences)

@@ -6,7 +6,9 @@ from datetime import datetime
 from typing import Annotated, Final, Literal
 from uuid import UUID
 
-from fastapi import APIRouter, Query
+import msgspec
+from fastapi import APIRouter, Query, Response
+from fastapi.responses import JSONResponse
 from pydantic import BaseModel, Field
 
 from walltopo.scans.attempt import MovingLimb
@@ -17,6 +19,7 @@ from walltopo_gym.clips.beta import HandOrder, RouteBeta, beta_of
 from walltopo_gym.clips.films import may_publish
 from walltopo_gym.clips.http.uploads import ClimberMay
 from walltopo_gym.clips.models import Clip
+from walltopo_gym.clips.replay import replay_of
 from walltopo_gym.clips.service import (
     MAX_SECONDS,
     ClipState,
@@ -140,6 +143,15 @@ def confirm_own_clip(clip: UUID, body: ConfirmedMoves, session: Db, access: Clim
     row = clip_of(session, access.gym.id, clip, access.actor.known)
     confirm_clip(row, [Correction(one.number, one.hold) for one in body.moves])
     return _clip_out(row)
+
+
+@router.get("/gyms/{gym}/clips/{clip}/moves.json", response_class=JSONResponse)
+def read_clip_moves(clip: UUID, session: Db, services: ServicesOf, access: ReaderMay) -> Response:
+    """Return the moves of one's own clip, as `moves.json` of `walltopo`: the climber "clip", and
+    those whom the model suggests for its route."""
+    row = clip_of(session, access.gym.id, clip, access.actor.known)
+    moves = replay_of(session, services.store, row)
+    return Response(msgspec.json.encode(moves), media_type="application/json")
 
 
 @router.delete("/gyms/{gym}/clips/{clip}", status_code=204)
