@@ -16,7 +16,7 @@ from walltopo_gym import clock, mail, outgoing
 from walltopo_gym.accounts import oidc
 from walltopo_gym.accounts.models import Try
 from walltopo_gym.database import engine, lock
-from walltopo_gym.walls import service as walls
+from walltopo_gym.storage import pictures
 
 _WEDNESDAY = 2
 
@@ -25,7 +25,7 @@ _WEDNESDAY = 2
 def _patient() -> Iterator[None]:
     """The product's limits for what is slow; a loaded machine would pass them."""
     with pytest.MonkeyPatch.context() as patch:
-        for room in (oidc, mail, walls, outgoing):
+        for room in (oidc, mail, pictures, outgoing):
             patch.setattr(room, "_PATIENCE_S", 600)
         patch.setattr(outgoing, "_DEADLINE_S", 600)
         patch.setattr(engine, "_BUSY_S", 600)

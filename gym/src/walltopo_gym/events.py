@@ -117,6 +117,38 @@ class HoldsChanged(GymEvent):
 
 
 @dataclass(frozen=True)
+class HoldMarked(GymEvent):
+    """A setter checked a hold, and marked what was done to it.
+
+    Parameters
+    ----------
+    hold : its id in the version `scan`. mark : "fine", "tightened", "washed" or "removed".
+    at : when it was marked, perhaps some days ago.
+    """
+
+    wall: UUID
+    scan: UUID
+    hold: int
+    mark: str
+    at: datetime
+    person: UUID
+
+
+@dataclass(frozen=True)
+class InspectionDue(GymEvent):
+    """An inspection is due; published several times.
+
+    Parameters
+    ----------
+    level : "visual", "operational" or "annual". on : its day. walls : the names of the due walls.
+    """
+
+    level: str
+    on: date
+    walls: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class RoutesToForerun(GymEvent):
     """The routes of a planned reset are set, or further forerunners were named for them."""
 
@@ -309,6 +341,41 @@ class ComingDates(Question[GymDate]):
 
     gym: UUID
     until: datetime
+
+
+@dataclass(frozen=True)
+class HoldMoment:
+    """Something that happened to a hold.
+
+    Parameters
+    ----------
+    kind : "set", "rescanned", "turned", "moved", "reported", "report-closed", "wall-washed", or a
+        mark as in `HoldMarked`. note : in words; person : a name, if known. fault : of a report,
+        as in `HoldReported.kind`. inspection : of a mark.
+    """
+
+    at: datetime
+    kind: str
+    note: str = ""
+    person: str = ""
+    fault: str = ""
+    inspection: UUID | None = None
+
+
+@dataclass(frozen=True)
+class HoldHistoryOf(Question[HoldMoment]):
+    """The moments of a hold of a wall, in any order.
+
+    Parameters
+    ----------
+    places : its id in each version that has it. since : of the first of these versions.
+    most : maximum number of the latest moments of each kind of answer.
+    """
+
+    wall: UUID
+    places: Mapping[UUID, int]
+    since: datetime
+    most: int
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,16 @@ from walltopo_gym.climbing.counting import queue_recount
 from walltopo_gym.climbing.logged import logged_routes
 from walltopo_gym.climbing.people import took_part
 from walltopo_gym.database.engine import Database, Listener, Listeners
-from walltopo_gym.events import ClimbedBy, ClimbsById, DaysChanged, LoggedClimbs, TookPart
+from walltopo_gym.events import (
+    ClimbedBy,
+    ClimbsById,
+    DaysChanged,
+    HoldHistoryOf,
+    LoggedClimbs,
+    TookPart,
+)
 from walltopo_gym.feature import Feature
+from walltopo_gym.publishing.hold_history import add_versions
 from walltopo_gym.settings import GymSettings, Switch
 
 NAMES: Final = (
@@ -29,6 +37,7 @@ NAMES: Final = (
     "hold_changes",
     "hold_reports",
     "insights",
+    "inspections",
     "lists",
     "notifications",
     "problems",
@@ -39,6 +48,7 @@ _CORE: Final[Listeners] = {
     ClimbedBy: (climbed_routes,),
     ClimbsById: (routes_by_id,),
     DaysChanged: (queue_recount,),
+    HoldHistoryOf: (add_versions,),
     LoggedClimbs: (logged_routes,),
     TookPart: (took_part,),
 }

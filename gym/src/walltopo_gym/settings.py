@@ -25,7 +25,7 @@ PREFIX = "WALLTOPO_GYM_"
 HOME: Final = ("localhost", "127.0.0.1", "::1")  # where browsers take http for secure
 
 # Names of the features that can be turned off.
-Switch = Literal["clips", "competitions", "films", "hall", "insights"]
+Switch = Literal["clips", "competitions", "films", "hall", "insights", "inspections"]
 
 
 class GymSettings(BaseSettings):
@@ -47,7 +47,7 @@ class GymSettings(BaseSettings):
     )
 
     features: tuple[Switch, ...] = Field(
-        ("clips", "competitions", "films", "hall", "insights"),
+        ("clips", "competitions", "films", "hall", "insights", "inspections"),
         description="optional features that are on",
     )
 

@@ -63,7 +63,7 @@ def test_one_open_report_of_a_person_hold_and_kind(world: World, scan: UUID) -> 
 def test_done_closes_all_reports_of_the_hold_and_undo_opens_them(world: World, scan: UUID) -> None:
     report(world, "member", scan)
     report(world, "judge", scan, kind="dirty")
-    report(world, "member", scan, hold=2)
+    assert report(world, "member", scan, hold=2, note="x" * 300).status_code == 201
     first, other = to_check(world, f"?wall={world.wall.id}")
     key = first["reports"][0]["id"]
     for _ in range(2):

@@ -21,6 +21,7 @@ from cryptography.hazmat.primitives.asymmetric.ec import (
 )
 from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 from gym.tests.hurried import do_now, forget_jobs
+from gym.tests.inspections.rounds import begin, save_plan
 from gym.tests.worlds import ORIGIN, Server, Somebody, World, hold, make_world
 from hypothesis import given
 from hypothesis import strategies as st
@@ -35,6 +36,7 @@ from walltopo_gym.competitions.models import Competition
 from walltopo_gym.events import RoutesToForerun, publish_event
 from walltopo_gym.gyms import days
 from walltopo_gym.gyms.models import Gym
+from walltopo_gym.inspections.due import publish_due
 from walltopo_gym.jobs.queue import Task
 from walltopo_gym.mail import Mail
 from walltopo_gym.notifications import due, sending
@@ -57,6 +59,7 @@ EVERYTHING = {
     "competitions": True,
     "hold_reports": True,
     "forerun": True,
+    "inspections": True,
     "quiet_from": 0,
     "quiet_to": 0,
 }
@@ -437,7 +440,15 @@ def test_the_mails_link_turns_messages_off_and_on(gym: World) -> None:
     assert member.id is not None
     wish(gym, member)
     before = gym.server.ask("GET", "/me/messages", member).json()
-    kinds = ("digest", "new_routes", "soon", "competitions", "hold_reports", "forerun")
+    kinds = [
+        "digest",
+        "new_routes",
+        "soon",
+        "competitions",
+        "hold_reports",
+        "forerun",
+        "inspections",
+    ]
     path = f"/unsubscribe/{unsubscribe_token(gym.server.database, member.id)}"
     answer = gym.server.ask("GET", path).json()
     assert answer == {kind: before[kind] for kind in kinds}
@@ -547,3 +558,21 @@ def test_a_hold_report_reaches_setters_and_its_end_the_reporter(
     run(gym)
     run(gym)
     assert [each["title"] for each in service.read()[1:]] == ["Your hold report is done"]
+
+
+def test_setters_hear_once_that_an_inspection_is_due(gym: World, service: Service) -> None:
+    setter = gym.people["setter"]
+    wish(gym, setter, service)
+    wish(gym, gym.people["member"], service)  # no setter
+    save_plan(gym, operational=None, annual=None)
+    for _ in range(2):
+        publish_due(gym.server.database)
+        run(gym)
+    (answer,) = service.read()
+    assert answer["title"] == "Inspection due: routine visual"
+    assert answer["text"] == f"{gym.gym.name}: {gym.wall.name}"
+    assert answer["path"] == f"/g/{gym.gym.slug}/inspections"
+    begin(gym).finish()
+    publish_due(gym.server.database)
+    run(gym)
+    assert len(service.read()) == 1

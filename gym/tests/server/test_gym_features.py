@@ -19,13 +19,14 @@ from walltopo_gym.scans.stages import ScanSteps
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.work import chores_of, tasks_of
 
-FEATURES = ("clips", "competitions", "films", "hall", "insights")
+FEATURES = ("clips", "competitions", "films", "hall", "insights", "inspections")
 # An endpoint of each; films are a part of clips.
 ENDPOINTS = {
     "clips": "/gyms/{gym}/clips",
     "competitions": "/gyms/{gym}/competitions",
     "hall": "/gyms/{gym}/hall",
     "insights": "/gyms/{gym}/insights",
+    "inspections": "/gyms/{gym}/inspections",
 }
 
 
@@ -53,6 +54,7 @@ def test_what_is_off_is_not_there(feature: str, tmp_path: Path) -> None:
     assert "note-messages" in chores
     assert ("clips" in jobs) == ("tidy-clips" in chores) == (feature != "clips")
     assert ("competitions-begin" in chores) == (feature != "competitions")
+    assert ("inspections-due" in chores) == (feature != "inspections")
     server.close()
 
 

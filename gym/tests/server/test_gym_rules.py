@@ -21,6 +21,7 @@ from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 from gym.tests.authenticator import Device
 from gym.tests.clips.attempts import an_attempt
 from gym.tests.competitions import cases as cups
+from gym.tests.inspections.rounds import InspectionOf, begin, photo
 from gym.tests.publishing.test_gym_moves import ENTRIES, reviewed
 from gym.tests.worlds import ORIGIN, PASSWORD, Server, Somebody, World, hold, make_world
 from PIL import Image
@@ -330,6 +331,47 @@ def a_hold_change(world: World) -> dict[str, Any]:
         session.flush()
         session.add(change)
     return {"change": change.id}
+
+
+def _inspection(world: World) -> InspectionOf:
+    _published(world)
+    return begin(world)
+
+
+def an_inspection(world: World) -> dict[str, Any]:
+    return {"inspection": _inspection(world).id}
+
+
+def an_ended_inspection(world: World) -> dict[str, Any]:
+    made = _inspection(world)
+    made.mark()
+    assert made.finish(remarks="fine").is_success
+    return {"inspection": made.id}
+
+
+def an_inspection_entry(world: World) -> dict[str, Any]:
+    return an_inspection(world) | {"entry": uuid4()}
+
+
+def an_inspection_photo(world: World) -> dict[str, Any]:
+    made = _inspection(world)
+    name = made.send_photo(photo()).json()["photo"]
+    return {"inspection": made.id, "photo": name}
+
+
+def an_inspection_code(world: World) -> dict[str, Any]:
+    made = _inspection(world)
+    return {"code": made.finish().json()["code"]}
+
+
+def a_hold(world: World) -> dict[str, Any]:
+    _published(world)
+    return wall(world) | {"scan": world.published()["scan_id"], "hold": 1}
+
+
+def _plan_of_inspections(world: World) -> object:
+    path = f"{world.path}/inspections/plan"
+    return {"levels": world.server.ask("GET", path, world.owner).json()["levels"]}
 
 
 def _problem_body(world: World, share: str = "gym") -> dict[str, Any]:
@@ -1098,6 +1140,31 @@ CASES = {
     "watch_competition_board": Case("guest", Scope.READ, cups.an_ended_competition),
     "read_results_table": Case("guest", Scope.READ, cups.a_competition),
     "read_results_paper": Case("guest", Scope.READ, cups.a_competition),
+    "read_inspection_plan": Case("setter", Scope.READ),
+    "put_inspection_plan": Case("owner", Scope.MANAGE, body=_plan_of_inspections),
+    "list_due_inspections": Case("setter", Scope.READ),
+    "make_inspection": Case(
+        "setter", Scope.MANAGE, body=lambda w: {"level": "visual", "walls": [str(w.wall.id)]}
+    ),
+    "list_inspections": Case("setter", Scope.READ),
+    "read_inspection": Case("setter", Scope.READ, an_inspection),
+    "end_inspection": Case(
+        "setter", Scope.MANAGE, an_inspection, body=lambda w: {"result": "passed"}
+    ),
+    "drop_inspection": Case("setter", Scope.MANAGE, an_inspection),
+    "put_inspection_entry": Case(
+        "setter",
+        Scope.MANAGE,
+        an_inspection_entry,
+        body=lambda w: {"wall_id": str(w.wall.id), "hold": 1, "mark": "washed"},
+    ),
+    "send_inspection_photo": Case("setter", Scope.MANAGE, an_inspection, content=photo()),
+    "read_inspection_photo": Case("setter", Scope.READ, an_inspection_photo),
+    "read_inspection_paper": Case("setter", Scope.READ, an_ended_inspection),
+    "read_inspection_file": Case("setter", Scope.READ, an_ended_inspection),
+    "read_inspection_table": Case("setter", Scope.READ, an_ended_inspection),
+    "verify_inspection": Case("anyone", Scope.READ, an_inspection_code),
+    "read_hold_history": Case("setter", Scope.READ, a_hold),
 }
 
 

@@ -11,7 +11,7 @@ from gym.tests.worlds import World
 from PIL import Image, ImageOps
 from tests.at_once import at_once
 
-from walltopo_gym.walls import service as floor_plans
+from walltopo_gym.storage import pictures
 
 
 def picture(size: tuple[int, int]) -> bytes:
@@ -53,8 +53,8 @@ def test_floor_plans_are_decoded_one_at_a_time(
         return turn(image)
 
     monkeypatch.setattr(ImageOps, "exif_transpose", watched)
-    monkeypatch.setattr(floor_plans, "DECODING", lock)
-    monkeypatch.setattr(floor_plans, "_PATIENCE_S", 600)
+    monkeypatch.setattr(pictures, "DECODING", lock)
+    monkeypatch.setattr(pictures, "_PATIENCE_S", 600)
     path = f"{world.path}/floor-plan/picture"
 
     def put() -> int:
@@ -69,9 +69,9 @@ def test_floor_plans_are_decoded_one_at_a_time(
 def test_waiting_too_long_for_a_floor_plan_is_an_error(
     world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(floor_plans, "_PATIENCE_S", 0.05)
+    monkeypatch.setattr(pictures, "_PATIENCE_S", 0.05)
     path = f"{world.path}/floor-plan/picture"
-    with floor_plans.DECODING:
+    with pictures.DECODING:
         answer = world.server.ask("PUT", path, world.owner, content=picture((90, 60)))
     assert answer.status_code == 429
     bad = world.server.ask("PUT", path, world.owner, content=b"no picture")

@@ -60,6 +60,12 @@ Text = Annotated[
     BeforeValidator(_as_one_line),
     StringConstraints(max_length=120, pattern=_LINE.replace("]+$", "]*$")),
 ]
+# `Text` with its own limit: a `Field` can only lower it.
+Note = Annotated[
+    str,
+    BeforeValidator(_as_one_line),
+    StringConstraints(max_length=300, pattern=_LINE.replace("]+$", "]*$")),
+]
 # Words of several lines: no control characters but tabs and line breaks.
 LongText = r"^[^\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]*$"
 Slug = Annotated[str, Field(pattern=r"^[a-z0-9]+(-[a-z0-9]+)*$", max_length=60)]

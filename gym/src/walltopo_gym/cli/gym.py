@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from walltopo_gym.cli import announce, backups, demo, operator, user
+from walltopo_gym.cli import announce, backups, demo, inspections, operator, user
 from walltopo_gym.cli.options import add_gym_data_options, in_words
 
 _EXAMPLES = """\
@@ -46,6 +46,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     demo.register(inner)
     operator.register(inner)
     backups.register(inner)
+    inspections.register(inner)
     settings = inner.add_parser("settings", help="every setting with its default")
     settings.add_argument("--markdown", action="store_true", help="as the table of the docs")
     settings.set_defaults(run=_settings)

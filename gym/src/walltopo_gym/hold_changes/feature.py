@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from walltopo_gym.database.engine import Database
-from walltopo_gym.events import WallPublished
+from walltopo_gym.events import HoldHistoryOf, WallPublished
 from walltopo_gym.feature import Feature
 from walltopo_gym.hold_changes.comparing import (
     COMPARISONS,
@@ -15,6 +15,7 @@ from walltopo_gym.hold_changes.comparing import (
     record_failure,
     wall_published,
 )
+from walltopo_gym.hold_changes.history import add_changes
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore
 
@@ -30,4 +31,8 @@ def _tasks(
     return [Task(COMPARISONS, HoldComparisons(database, store, stopping).compare, record_failure)]
 
 
-FEATURE = Feature("hold_changes", listeners={WallPublished: (wall_published,)}, tasks=_tasks)
+FEATURE = Feature(
+    "hold_changes",
+    listeners={HoldHistoryOf: (add_changes,), WallPublished: (wall_published,)},
+    tasks=_tasks,
+)

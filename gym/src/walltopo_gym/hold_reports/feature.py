@@ -5,8 +5,9 @@ from __future__ import annotations
 from sqlalchemy import update
 from sqlalchemy.orm import Session
 
-from walltopo_gym.events import OwnTables, PersonDeleted
+from walltopo_gym.events import HoldHistoryOf, HoldMarked, OwnTables, PersonDeleted
 from walltopo_gym.feature import Feature
+from walltopo_gym.hold_reports.marked import add_reports, close_marked
 from walltopo_gym.hold_reports.models import HoldReport
 
 
@@ -22,5 +23,6 @@ def _person_deleted(session: Session, event: PersonDeleted) -> None:
 
 FEATURE = Feature(
     "hold_reports",
+    listeners={HoldHistoryOf: (add_reports,), HoldMarked: (close_marked,)},
     data_listeners={OwnTables: (_own_tables,), PersonDeleted: (_person_deleted,)},
 )

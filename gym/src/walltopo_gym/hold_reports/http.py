@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.audit import log_change
-from walltopo_gym.api.fields import Body, Text
+from walltopo_gym.api.fields import Body, Note
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.gyms.access import Access, SetterMay, gym_rule
 from walltopo_gym.gyms.members import check_not_banned
@@ -44,7 +44,7 @@ class NewHoldReport(Body):
     hold: int | None = Field(None, ge=1, le=65535)
     route_id: UUID | None = None
     kind: Kind
-    note: Text = Field("", max_length=300)
+    note: Note = ""
 
 
 class OwnHoldReport(BaseModel):

@@ -236,6 +236,30 @@ def mark_done(session: Session, gym: UUID, report: HoldReport, *, done: bool) ->
                 publish_event(session, _report_event(HoldReportDone, gym, row))
 
 
+def close_reports_before(
+    session: Session, gym: UUID, wall: UUID, place: tuple[UUID, int], at: datetime
+) -> list[HoldReport]:
+    """Close the open reports of a hold that were made until a moment; return them.
+
+    Parameters
+    ----------
+    place : a version of the wall, and the hold's id in it.
+    """
+    scan, hold = place
+    rows = session.scalars(
+        select(HoldReport)
+        .where(HoldReport.wall_id == wall, HoldReport.hold == hold)
+        .where(HoldReport.scan_id.in_(same_mesh(session, wall, scan)))
+        .where(HoldReport.done_at.is_(None), HoldReport.created_at <= at)
+        .order_by(HoldReport.created_at, HoldReport.id)
+    ).all()
+    closed = now()
+    for row in rows:
+        row.done_at = closed
+        publish_event(session, _report_event(HoldReportDone, gym, row))
+    return list(rows)
+
+
 def _report_event(kind: type[HoldReported], gym: UUID, row: HoldReport) -> HoldReported:
     """Return the event of a report."""
     return kind(

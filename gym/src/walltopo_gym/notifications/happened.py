@@ -12,6 +12,7 @@ from walltopo_gym.events import (
     HoldReportDone,
     HoldReported,
     HoldsChanged,
+    InspectionDue,
     RoutesToForerun,
 )
 from walltopo_gym.gyms.days import zone_of
@@ -87,6 +88,21 @@ def competition_begins(session: Session, event: CompetitionBegins) -> None:
     subject = f"{event.competition} {at.date()}"
     notice = Notice("begins", subject, str(event.competition), "competitions", shown)
     notify(session, gym, notice, event.entered)
+
+
+def inspection_due(session: Session, event: InspectionDue) -> None:
+    """Tell the setters, once for the day on which it is due."""
+    gym = session.get_one(Gym, event.gym)
+
+    def shown(words: Words) -> Shown:
+        level = words.say(f"inspection_{event.level}")
+        title = words.say("push_inspection", level=level)
+        return Shown(title, f"{gym.name}: {', '.join(event.walls)}", f"/g/{gym.slug}/inspections")
+
+    subject = f"{gym.id} {event.level} {event.on}"
+    tag = f"{gym.id} {event.level}"
+    notice = Notice("inspection", subject, tag, "inspections", shown)
+    notify(session, gym, notice, _setters(session, gym))
 
 
 def _setters(session: Session, gym: Gym) -> set[UUID]:

@@ -36,7 +36,8 @@ class NewsKinds(Body):
     """Message preferences: `digest` weekly, the others at once, by push.
 
     `hold_reports`: to setters about new hold reports, to climbers when theirs are done. `forerun`:
-    to forerunners when the routes of a planned reset are set.
+    to forerunners when the routes of a planned reset are set. `inspections`: to setters when one is
+    due.
     """
 
     digest: bool = False
@@ -45,6 +46,7 @@ class NewsKinds(Body):
     competitions: bool = False
     hold_reports: bool = False
     forerun: bool = False
+    inspections: bool = False
 
 
 class NewsIn(NewsKinds):

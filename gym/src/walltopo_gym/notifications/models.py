@@ -36,6 +36,7 @@ class NotificationPreferences(Base):
     competitions: Mapped[bool]
     hold_reports: Mapped[bool]
     forerun: Mapped[bool] = mapped_column(default=False, server_default=false())
+    inspections: Mapped[bool] = mapped_column(default=False, server_default=false())
     quiet_from: Mapped[int]
     quiet_to: Mapped[int]
 

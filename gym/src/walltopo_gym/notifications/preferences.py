@@ -30,6 +30,7 @@ def preferences_of(session: Session, person: UUID) -> NotificationPreferences:
         competitions=False,
         hold_reports=False,
         forerun=False,
+        inspections=False,
         quiet_from=22,
         quiet_to=8,
     )

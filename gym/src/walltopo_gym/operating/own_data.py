@@ -68,6 +68,7 @@ _LEFT_OUT: Final = {
     "person_id",
     "secret",
     "code_hash",
+    "record",  # of an inspection: it names others, and the person's entries are listed
 }
 _COLUMNS: Final = ("climbed_at", "gym_name", "route_name", "grade", "kind", "tries", "note")
 

@@ -99,6 +99,8 @@ class _Owners:
             owners.gyms[str(sha256)].add(gym)
         for sha256, gym in session.execute(select(FloorPlan.sha256, FloorPlan.gym_id)):
             owners.gyms[sha256].add(gym)
+        for gym in session.scalars(select(Gym.id)):  # features keep a gym's files below its id
+            owners.gyms[str(gym)].add(gym)
         for key, gym in session.execute(select(OwnNetwork.key, OwnNetwork.gym_id)):
             owners.gyms[key.partition("/")[2]].add(gym)
         return owners

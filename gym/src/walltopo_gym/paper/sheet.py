@@ -156,6 +156,23 @@ class Sheet:
         table = Table([[shown, side]], [width, self._room - width], style=style, spaceBefore=4)
         self._parts.append(table)
 
+    def pictures(self, pictures: Sequence[tuple[bytes, str]]) -> None:
+        """Add small pictures (JPEG or PNG) in rows of three, each with a line below it."""
+        from reportlab.lib.utils import ImageReader
+        from reportlab.platypus import Image, Table
+
+        side = self._room / 3
+        cells: list[list[Any]] = []
+        for content, note in pictures:
+            across, high = ImageReader(BytesIO(content)).getSize()
+            width = (side - 10) * min(1, across / high)
+            shown = Image(BytesIO(content), width, width * high / across)
+            cells.append([shown, self._paragraph(note, 8, colour=_QUIET)])
+        cells += [[] for _ in range(-len(cells) % 3)]
+        rows = [cells[at : at + 3] for at in range(0, len(cells), 3)]
+        style = [("VALIGN", (0, 0), (-1, -1), "TOP"), ("LEFTPADDING", (0, 0), (-1, -1), 0)]
+        self._parts.append(Table(rows, [side] * 3, style=style, spaceBefore=4))
+
     def pdf(self) -> bytes:
         """Return the document; the same bytes for the same content.
 

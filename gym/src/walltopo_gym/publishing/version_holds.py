@@ -87,17 +87,20 @@ def same_mesh(session: Session, wall: UUID, scan: UUID) -> set[UUID]:
 def current_holds(session: Session, store: FileStore, wall: Wall, scan: UUID) -> Mapping[int, int]:
     """Return the id in the wall's published version of each hold of `scan` that is still there."""
     current = wall.published_scan_id
-    if current is None:
-        return {}
-    known = origins(session, wall.id)
-    return _current_holds(store, scan, current, known[scan] == known[current])
+    return {} if current is None else holds_between(session, store, wall.id, scan, current)
+
+
+def holds_between(
+    session: Session, store: FileStore, wall: UUID, scan: UUID, other: UUID
+) -> Mapping[int, int]:
+    """Return the id in the version `other` of each hold of `scan` that is there, too."""
+    known = origins(session, wall)
+    return _holds_between(store, scan, other, known[scan] == known[other])
 
 
 @lru_cache(maxsize=256)
-def _current_holds(
-    store: FileStore, scan: UUID, current: UUID, same_ids: bool
-) -> Mapping[int, int]:
-    old, new = version_holds(store, scan), version_holds(store, current)
+def _holds_between(store: FileStore, scan: UUID, other: UUID, same_ids: bool) -> Mapping[int, int]:
+    old, new = version_holds(store, scan), version_holds(store, other)
     if same_ids:
         return {hold: hold for hold in old.by_id if hold in new.by_id}
     return match_holds(list(old.by_id.values()), list(new.by_id.values()), new.unit)

@@ -76,6 +76,7 @@ _PLACES: Final = {
     "sign-in",
     "sign-up",
     "unsubscribe",
+    "verify",
 }
 
 

@@ -3,26 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-import threading
-import warnings
-from io import BytesIO
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from walltopo_gym.errors import RequestError, TooManyError
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.storage.files import FileStore
+from walltopo_gym.storage.pictures import encode_picture
 from walltopo_gym.walls.models import FloorPlan
 
-if TYPE_CHECKING:
-    from PIL import Image
-
-
-_FORMATS: Final = ("JPEG", "PNG", "WEBP")
-_MAX_PIXELS: Final = 25_000_000
-_KEPT: Final = 1600  # pixels of the longer side
-_PATIENCE_S: Final = 5.0
-_SOON_S: Final = 60
-DECODING: Final = threading.Lock()
+_LONGEST: Final = 1600  # pixels of the longer side
 
 
 def key_of(sha256: str) -> str:
@@ -31,53 +19,14 @@ def key_of(sha256: str) -> str:
 
 
 def store_plan_picture(store: FileStore, gym: Gym, content: bytes) -> FloorPlan:
-    """Store a picture as the gym's plan: re-encoded from its pixels, at most 1600 across.
-
-    One picture is decoded at a time, because a small file can be a large picture.
+    """Store a picture as the gym's plan: re-encoded from its pixels.
 
     Raises
     ------
     RequestError : the format is not supported, or it is too large. TooManyError : others are being
         decoded.
     """
-    if not DECODING.acquire(timeout=_PATIENCE_S):
-        raise TooManyError("plans-busy", _SOON_S)
-    try:
-        upright = _decode_picture(content)
-        out = BytesIO()
-        upright.save(out, "PNG", optimize=True)
-    finally:
-        DECODING.release()
-    sha256 = hashlib.sha256(out.getvalue()).hexdigest()
-    store.put(key_of(sha256), out.getvalue())
-    return FloorPlan(gym_id=gym.id, sha256=sha256, width=upright.width, height=upright.height)
-
-
-def _decode_picture(content: bytes) -> Image.Image:
-    """Return the picture upright, at most 1600 across."""
-    from PIL import Image, ImageOps, UnidentifiedImageError
-
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", Image.DecompressionBombWarning)
-            with Image.open(BytesIO(content), formats=_FORMATS) as image:
-                if image.width * image.height > _MAX_PIXELS:
-                    raise RequestError(
-                        "floor-too-large",
-                        "floor-smaller",
-                        width=image.width,
-                        height=image.height,
-                        megapixels=_MAX_PIXELS // 1000000,
-                    )
-                upright = ImageOps.exif_transpose(image).convert("RGB")
-    except (
-        UnidentifiedImageError,
-        Image.DecompressionBombError,
-        Image.DecompressionBombWarning,
-        OSError,
-        ValueError,
-        SyntaxError,
-    ) as error:
-        raise RequestError("floor-not-picture", "floor-send") from error
-    upright.thumbnail((_KEPT, _KEPT))
-    return upright
+    picture = encode_picture(content, _LONGEST, "PNG")
+    sha256 = hashlib.sha256(picture.content).hexdigest()
+    store.put(key_of(sha256), picture.content)
+    return FloorPlan(gym_id=gym.id, sha256=sha256, width=picture.width, height=picture.height)

@@ -11,6 +11,7 @@ const PAGES: Record<Feature, RegExp> = {
   films: /(?!)/,
   hall: /^\/g\/[^/]+\/settings\/hall(\/|$)/,
   insights: /^\/g\/[^/]+\/insights(\/|$)/,
+  inspections: /^\/g\/[^/]+\/inspections(\/|$)/,
 };
 
 export const FEATURES = Object.keys(PAGES) as Feature[];

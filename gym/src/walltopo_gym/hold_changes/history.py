@@ -1,0 +1,32 @@
+"""The changes of a hold between scans, for its history."""
+
+from __future__ import annotations
+
+from sqlalchemy import and_, or_, select
+from sqlalchemy.orm import Session
+
+from walltopo_gym.events import HoldHistoryOf, HoldMoment
+from walltopo_gym.hold_changes.models import HoldChange, HoldComparison
+
+
+def add_changes(session: Session, question: HoldHistoryOf) -> None:
+    """Answer with the scans in which a hold has turned or moved."""
+    here = [
+        and_(HoldChange.scan_id == scan, HoldChange.hold == hold)
+        for scan, hold in question.places.items()
+    ]
+    rows = session.execute(
+        select(HoldChange, HoldComparison.created_at)
+        .join(HoldComparison, HoldComparison.scan_id == HoldChange.scan_id)
+        .where(or_(*here), HoldChange.kind.in_(("turned", "moved")))
+        .order_by(HoldComparison.created_at.desc())
+        .limit(question.most)
+    )
+    question.found.extend(HoldMoment(at, row.kind, _amount(row)) for row, at in rows)
+
+
+def _amount(row: HoldChange) -> str:
+    """Return by how much it turned or moved."""
+    if row.kind == "turned" and row.turn_deg is not None:
+        return f"{abs(row.turn_deg):.0f}°"
+    return "" if row.moved_m is None else f"{100 * row.moved_m:.0f} cm"

@@ -1,0 +1,1 @@
+"""Documented inspections of walls: what is due, the checks, and signed records."""

@@ -1,0 +1,43 @@
+"""How long records and photos of inspections are kept."""
+
+from __future__ import annotations
+
+from datetime import timedelta
+from typing import Final
+
+from sqlalchemy import delete, select
+from sqlalchemy.orm import Session
+
+from walltopo_gym.clock import now
+from walltopo_gym.database.engine import Database
+from walltopo_gym.events import RowsExpired
+from walltopo_gym.inspections.models import Inspection, InspectionEntry
+from walltopo_gym.inspections.photos import BELOW, photo_key
+from walltopo_gym.settings import GymSettings
+from walltopo_gym.storage.files import open_store
+
+# After ten years no claim for a defect remains (directive (EU) 2024/2853, article 17).
+_KEPT: Final = timedelta(days=3653)
+# A photo is stored before its entry names it.
+_YOUNG: Final = timedelta(days=1)
+
+
+def drop_old_records(session: Session, question: RowsExpired) -> None:
+    """Delete the finished inspections that no law asks for any more, with their names."""
+    old = delete(Inspection).where(Inspection.finished_at < now() - _KEPT)
+    question.found.append(len(session.scalars(old.returning(Inspection.id)).all()))
+
+
+def drop_unnamed_photos(settings: GymSettings, database: Database) -> None:
+    """Delete the photos that no entry names, but those of the last day."""
+    store = open_store(settings)
+    old = [key for key, _, written in store.entries(BELOW) if written < now() - _YOUNG]
+    named = (
+        select(Inspection.gym_id, Inspection.id, InspectionEntry.photo)
+        .join(InspectionEntry, InspectionEntry.inspection_id == Inspection.id)
+        .where(InspectionEntry.photo.is_not(None))
+    )
+    with database.reading() as session:
+        rows = session.execute(named)
+        kept = {photo_key(gym, inspection, str(photo)) for gym, inspection, photo in rows}
+    store.drop([key for key in old if key not in kept])
