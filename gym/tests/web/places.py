@@ -11,10 +11,11 @@ from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
 from typing import Any
-from uuid import UUID
+from uuid import UUID, uuid4
 
 from gym.tests.clips.attempts import an_attempt
 from gym.tests.hurried import do_all
+from gym.tests.inspections.rounds import photo
 from gym.tests.running import QUICK, Process
 from gym.tests.worlds import PASSWORD, Server, World, make_world
 from sqlalchemy import select
@@ -59,6 +60,16 @@ def publish_wall(world: World, folder: Path) -> UUID:
     answer = world.publish(scan, *entries)
     assert answer.is_success, answer.text
     return scan
+
+
+def report_hold(world: World, scan: UUID, folder: Path) -> Path:
+    """Let the member report hold 1; return a photo for its inspection."""
+    body = {"wall_id": str(world.wall.id), "scan_id": str(scan), "hold": 1, "kind": "spins"}
+    path = f"{world.path}/hold-reports/{uuid4()}"
+    assert world.server.ask("PUT", path, world.people["member"], body).is_success
+    file = folder / "hold.jpg"
+    file.write_bytes(photo((1600, 1200)))
+    return file
 
 
 def confirm_clips(world: World, scan: UUID, number: int) -> None:

@@ -19,6 +19,7 @@ from gym.tests.web.places import (
     new_world,
     playwright,
     publish_wall,
+    report_hold,
     serving,
     set_jobs_aside,
     show_changes,
@@ -48,6 +49,7 @@ PUBLISHED = (
     "log",
     "progress",
     "insights",
+    "inspections",
     "lists",
     "ropes",
     "clips",
@@ -90,6 +92,8 @@ def test_flow(
         places["clip"] = str(once("tiny-clip", tiny_clip) / "clip.mp4")
     if flow == "holds":
         show_changes(world, scan)
+    if flow == "inspections":
+        places["photo"] = str(report_hold(world, scan, tmp_path))
     if flow == "operator":
         set_jobs_aside(world)
     # Browsers keep the cookie of a sign-in over HTTPS and on this name only; a passkey is for the

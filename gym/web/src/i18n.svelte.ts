@@ -7,6 +7,7 @@ import type clips from "./clips/locales/en.json";
 import type competitions from "./competitions/locales/en.json";
 import type hall from "./hall/locales/en.json";
 import type insights from "./insights/locales/en.json";
+import type inspections from "./inspections/locales/en.json";
 import type en from "./locales/en.json";
 import type listening from "./listening/locales/en.json";
 import type lists from "./lists/locales/en.json";
@@ -24,10 +25,10 @@ type Paths<T, Before extends string = ""> = {
   [K in keyof T & string]: T[K] extends string ? `${Before}${Forms<K>}` : Paths<T[K], `${Before}${K}.`>;
 }[keyof T & string];
 /** The key of a text in `locales/en.json`, or in that of an area (`withTexts`); without plural endings. */
-export type Key = Paths<typeof en & typeof climbingLog & typeof clips & typeof competitions & typeof hall & typeof insights & typeof listening & typeof lists & typeof notifications & typeof operator & typeof problems & typeof resets & typeof ropes>;
+export type Key = Paths<typeof en & typeof climbingLog & typeof clips & typeof competitions & typeof hall & typeof insights & typeof inspections & typeof listening & typeof lists & typeof notifications & typeof operator & typeof problems & typeof resets & typeof ropes>;
 
 /** A part of the app with texts of its own, which only its pages load (`routes.ts`). */
-export type Area = "climbingLog" | "clips" | "competitions" | "hall" | "insights" | "listening" | "lists" | "notifications" | "operator" | "problems" | "resets" | "ropes";
+export type Area = "climbingLog" | "clips" | "competitions" | "hall" | "insights" | "inspections" | "listening" | "lists" | "notifications" | "operator" | "problems" | "resets" | "ropes";
 
 const KEPT = "walltopo-language";
 const TEXTS = import.meta.glob<object>(["./locales/*.json", "./*/locales/*.json"], { import: "default" });

@@ -11,6 +11,7 @@ const climbingLog = withTexts("climbingLog");
 const competitions = withTexts("competitions");
 const hall = withTexts("hall");
 const insights = withTexts("insights");
+const inspections = withTexts("inspections");
 const listening = withTexts("listening");
 const lists = withTexts("lists");
 const notifications = withTexts("notifications");
@@ -46,7 +47,7 @@ export const { p, navigate, preload, route } = createRouter({
   "/me/log": () => import("./climbingLog/LogPage.svelte").then(climbingLog),
   "/me/log/import": () => import("./climbingLog/ImportLog.svelte").then(climbingLog),
   "/me/log/year/:year": () => import("./climbingLog/YearPage.svelte").then(climbingLog),
-  "/me/waiting": () => import("./outbox/Waiting.svelte").then(ofProblems).then(lists),
+  "/me/waiting": () => import("./outbox/Waiting.svelte").then(ofProblems).then(lists).then(inspections),
   "/me/messages": () => import("./notifications/Messages.svelte").then(notifications),
   "/unsubscribe": () => import("./notifications/Unsubscribe.svelte").then(notifications),
   "/me/data": () => import("./accounts/MyData.svelte"),
@@ -100,6 +101,9 @@ export const { p, navigate, preload, route } = createRouter({
   "/g/:gym/insights/holds": of("insights", () => import("./insights/Holds.svelte").then(insights)),
   "/g/:gym/insights/w/:wall": of("insights", () => import("./insights/HeatMap.svelte").then(insights)),
   "/g/:gym/insights/w/:wall/resets": of("insights", () => import("./insights/Resets.svelte").then(insights)),
+  "/g/:gym/inspections": of("inspections", () => import("./inspections/InspectionsPage.svelte").then(inspections)),
+  "/g/:gym/inspections/plan": of("inspections", () => import("./inspections/PlanPage.svelte").then(inspections)),
+  "/g/:gym/inspections/:inspection": of("inspections", () => import("./inspections/InspectionPage.svelte").then(inspections)),
   "/g/:gym/w/:wall": wall,
   "/g/:gym/w/:wall/r/:route": wall,
   "/g/:gym/w/:wall/r/:route/listen": () => import("./listening/ListenPage.svelte").then(listening),
@@ -115,6 +119,7 @@ export const { p, navigate, preload, route } = createRouter({
   "/g/:gym/s/:scan/edit": () => import("./editing/Editing.svelte"),
   "/g/:gym/s/:scan": () => import("./scans/ScanPage.svelte"),
   "/kiosk/g/:gym": of("hall", () => import("./hall/Kiosk.svelte").then(hall)),
+  "/verify/:code": of("inspections", () => import("./inspections/VerifyPage.svelte").then(inspections)),
   "/r/:code": of("hall", () => import("./hall/Short.svelte").then(hall)),
   "/embed/g/:gym/new": widget,
   "/embed/g/:gym/board": widget,
@@ -124,6 +129,6 @@ export const { p, navigate, preload, route } = createRouter({
 });
 
 /** A part of the present address; the calling page has it. */
-export function part(name: "gym" | "wall" | "route" | "scan" | "person" | "visit" | "competition" | "list" | "problem" | "code" | "plan" | "year"): string {
+export function part(name: "gym" | "wall" | "route" | "scan" | "person" | "visit" | "competition" | "list" | "problem" | "code" | "plan" | "year" | "inspection"): string {
   return route.params[name] ?? "";
 }

@@ -15,7 +15,7 @@ const MAX_ANSWERS = 400;
 const PATIENCE_MS = 4000;
 const NOT_THE_APP = /^\/(api|embed|health|ready|metrics)(\/|$)/;
 // Streams, and what is too much or too private to lie about.
-const NOT_KEPT = /\/operator\/|\/(events|editor\/.*|me\/data|me\/tokens|clips\/[^/]+\/film|[^/]+\.csv)$/;
+const NOT_KEPT = /\/operator\/|\/(events|editor\/.*|me\/data|me\/tokens|clips\/[^/]+\/film|[^/]+\.csv|record\.json)$/;
 
 self.addEventListener("install", (event) => {
   event.waitUntil(fill());

@@ -15,8 +15,8 @@ class Unreachable extends Error {}
 /** `person`: the item's owner; the server refuses it (401) if another person is signed in by now. */
 async function ask(method: string, path: string, person = "", body?: unknown): Promise<Response> {
   const headers: Record<string, string> = person ? { "x-walltopo-person": person } : {};
-  if (body !== undefined) headers["content-type"] = "application/json";
-  const sent = body === undefined ? undefined : JSON.stringify(body);
+  if (body !== undefined) headers["content-type"] = body instanceof Blob ? body.type : "application/json";
+  const sent = body === undefined || body instanceof Blob ? body : JSON.stringify(body);
   try {
     // "no-store": this answer is the server's own, never a kept one.
     const answer = await fetch(API + path, { method, headers, body: sent, cache: "no-store", signal: AbortSignal.timeout(PATIENCE_MS) });
@@ -44,7 +44,17 @@ async function put(item: Item): Promise<Response> {
   const body = item.edit ? { ...item.body, edit: sentEdit(item.edit) } : item.body;
   if (item.what === "opinion") return ask("PUT", `/gyms/${item.gym}/routes/${item.route}/opinion`, item.person, body);
   if (item.what === "climbed") return ask("PUT", `/gyms/${item.gym}/problems/${item.problem}/climbed`, item.person, body);
+  if (item.what === "inspection") return putMark(item, body);
   return putOwn(item, body);
+}
+
+/** The photo goes first: the mark names it. A photo that was sent twice is stored once. */
+async function putMark({ gym, person, inspection, id, photo }: Extract<Item, { what: "inspection" }>, body: object): Promise<Response> {
+  const path = `/gyms/${gym}/inspections/${inspection}`;
+  if (!photo) return ask("PUT", `${path}/entries/${id}`, person, body);
+  const sent = await ask("POST", `${path}/photos`, person, photo);
+  if (!sent.ok) return sent;
+  return ask("PUT", `${path}/entries/${id}`, person, { ...body, ...((await sent.json()) as { photo: string }) });
 }
 
 /** All rows in one request; a withdrawal follows row by row. */

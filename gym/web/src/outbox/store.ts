@@ -1,6 +1,7 @@
 /**
  * Entries of a climber or judge that the server may not have yet, stored in this browser (IndexedDB): the wanted state
- * of each ascent, opinion, problem and list, and score events and hold reports, which never change. So sending any of it again changes nothing.
+ * of each ascent, opinion, problem and list, and score events, hold reports and marks of inspections, which never change.
+ * So sending any of it again changes nothing.
  */
 
 import { createStore, entries, promisifyRequest, update, type UseStore } from "idb-keyval";
@@ -76,6 +77,15 @@ export interface ScoreIn {
   made_at: string;
 }
 
+/** A mark of an inspection: of an item of its checklist, or of a hold. */
+export interface InspectionMarkIn {
+  wall_id: string;
+  item: number | null;
+  hold: number | null;
+  mark: "fine" | "defect" | "unchecked" | "tightened" | "washed" | "removed";
+  note: string;
+}
+
 /** An ascent of a list that is saved at once. */
 export interface ManyRow {
   id: string;
@@ -102,6 +112,7 @@ export type Words = Common & (
   | { what: "list"; id: string; body: ListIn; takenBack: boolean; known: boolean }
   | { what: "climbed"; problem: string; body: { climbed_at: string | null } }
   | { what: "score"; id: string; competition: string; body: ScoreIn }
+  | { what: "inspection"; id: string; inspection: string; body: InspectionMarkIn; photo: Blob | null }
 );
 
 export type Item = Words & {

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { test } from "vitest";
 import { breath, newBrowser } from "./browser.mjs";
 import { Network, Server } from "./server.mjs";
-import { ascent, body, climbed, many, problem, score } from "./words.mjs";
+import { ascent, body, climbed, many, mark, problem, score } from "./words.mjs";
 
 /** A browser with a tab, and a server behind a network with one fate; the session can be read unless all is down. */
 async function place(fate = "fine") {
@@ -42,6 +42,22 @@ for (const fate of ["fine", "lost", "broken", "twice", "late"]) {
     assert.equal(await tab.send(), "empty");
     while (network.late.length) network.deliver(0);
     assert.deepEqual([...server.ascents.values()].map(({ gone }) => gone), [true, true]);
+  });
+}
+
+for (const fate of ["fine", "lost", "broken", "twice", "late", "down", "portal"]) {
+  test(`a mark whose first sending is ${fate} arrives once, with its photo`, async () => {
+    const { server, network, tab } = await place(fate);
+    await tab.keep(mark("m", { photo: new Blob(["12345"], { type: "image/jpeg" }) }));
+    await tab.keep(mark("n"));
+    await tab.send();
+    network.now = "fine";
+    assert.equal(await tab.send(), "empty");
+    while (network.late.length) network.deliver(0);
+    assert.deepEqual([...server.marks.keys()].sort(), ["m", "n"]);
+    assert.equal(server.marks.get("m").words.photo, "image/jpeg 5");
+    assert.ok(server.marks.get("m").number < server.marks.get("n").number);
+    assert.equal(server.photos.size, 1);
   });
 }
 

@@ -12,6 +12,9 @@ export class Server {
   problems = new Map();
   climbed = new Map();
   lists = new Map();
+  /** Marks of inspections by id, and their photos. */
+  marks = new Map();
+  photos = new Set();
   /** Every request that reached it, in order: method, path, person, and the number of the edit. */
   reached = [];
   /** Ids that it refuses; of the second ones only what is stored, not what is deleted. */
@@ -34,6 +37,8 @@ export class Server {
     if (kind === "problems") return this.#edited(this.problems, id, person, body);
     if (id === "climbed") return this.problems.has(kind) ? this.#edited(this.climbed, `${person}/${kind}`, person, body) : { status: 404, body: {} };
     if (id === "opinion") return this.#edited(this.opinions, `${person}/${kind}`, person, body);
+    if (id === "photos") return this.#photo(body);
+    if (kind === "entries") return this.#mark(id, person, body);
     if (kind === "events") return this.#score(id, person, body);
     throw new Error(`no such endpoint: ${method} ${path}`);
   }
@@ -65,6 +70,20 @@ export class Server {
   #many(person, { ascents, edit }) {
     if (ascents.some(({ id }) => this.wrong.has(id))) return { status: 422, body: { title: "too early", code: "ascent-too-early" } };
     for (const { id, ...words } of ascents) this.#edited(this.ascents, id, person, { edit, ...words });
+    return OK;
+  }
+
+  /** A photo is stored by its content, so that a second copy is the same. */
+  #photo(photo) {
+    const name = `${photo.type} ${photo.size}`;
+    this.photos.add(name);
+    return { status: 201, body: { photo: name } };
+  }
+
+  /** A mark names a photo that is stored already, and never changes. */
+  #mark(id, person, { edit, ...words }) {
+    if (words.photo && !this.photos.has(words.photo)) return { status: 422, body: { code: "inspection-photo-unknown" } };
+    if (!this.marks.has(id)) this.marks.set(id, { person, words, number: edit.number });
     return OK;
   }
 
@@ -101,7 +120,7 @@ export class Network {
 
   async #fetch(address, { method, body, headers }) {
     const path = address.replace("/api/v1", "");
-    const entered = { method, path, body: body && JSON.parse(body), wanted: headers?.["x-walltopo-person"] };
+    const entered = { method, path, body: body instanceof Blob ? body : body && JSON.parse(body), wanted: headers?.["x-walltopo-person"] };
     this.requested.add(path.split("/").at(-1));
     const { fate, pause } = this.fate(entered);
     const request = { ...entered, person: this.server.person };

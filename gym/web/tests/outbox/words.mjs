@@ -34,3 +34,8 @@ export function score(id, target = null, person = "ada") {
   const words = { entry_id: "e", problem_id: "p", kind: target ? "void" : "top", n: 1, target_id: target, text: "", device: "d", number: 1, made_at: "2026-11-20T18:00:00Z" };
   return { what: "score", id, competition: "c", person, gym: GYM, name: "score", body: words };
 }
+
+export function mark(id, { photo = null, person = "ada" } = {}) {
+  const words = { wall_id: "w", item: null, hold: 1, mark: "washed", note: "" };
+  return { what: "inspection", id, inspection: "i", person, gym: GYM, name: "Hold 1", body: words, photo };
+}
