@@ -12,7 +12,7 @@ import pytest
 from gym.tests.worlds import Server, World, make_world
 
 from walltopo_gym.operating.purge import _is_named
-from walltopo_gym.scans import own_network
+from walltopo_gym.scans import commands, own_network
 from walltopo_gym.scans.models import Scan, ScanEdits
 from walltopo_gym.scans.own_network import OwnNetwork, OwnNetworks, network_of, switch_training
 from walltopo_gym.scans.running import WorkerStopsError
@@ -58,7 +58,7 @@ def trainer(monkeypatch: pytest.MonkeyPatch, script: str) -> None:
         assert (module, words[:2]) == ("walltopo_gym.scans.low_priority", ("train", "gym"))
         return [sys.executable, "-c", head + script, *words]
 
-    monkeypatch.setattr(own_network, "python_module", command)
+    monkeypatch.setattr(commands, "python_module", command)
 
 
 def writes(result: dict[str, Any]) -> str:

@@ -14,7 +14,7 @@ export interface HeatmapLegend {
   high: string;
 }
 
-/** What has a value: routes, by route id, or single holds, by hold id. */
+/** The subject of a value: routes, by route id, or single holds, by hold id. */
 export type HeatmapSubject = "routes" | "holds";
 
 export class Heatmap {
@@ -22,7 +22,7 @@ export class Heatmap {
   private of: HeatmapSubject = "routes";
   readonly root = h("div", { class: "heat", part: "heat", hidden: true });
 
-  /** By id, 0 to 1; null: none is shown. What is not named fades. */
+  /** By id, 0 to 1; null: none is shown. The rest fades. */
   set(values: Iterable<[number, number]> | null, words: HeatmapLegend | null, of: HeatmapSubject): void {
     this.values = values && new Map(values);
     this.of = of;
