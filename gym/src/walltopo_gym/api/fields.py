@@ -140,4 +140,4 @@ class Body(BaseModel):
 class Complaint(Body):
     """The reason of a report; may be empty."""
 
-    reason: Text = Field("", max_length=200)
+    reason: Note = Field("", max_length=200)

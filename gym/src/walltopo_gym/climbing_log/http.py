@@ -12,7 +12,7 @@ from pydantic import BaseModel, Field
 
 from walltopo_gym.accounts.access import SignedInMay
 from walltopo_gym.api.error_responses import FaultOut
-from walltopo_gym.api.fields import Body, Day, Digits, LongText, Name, Text
+from walltopo_gym.api.fields import Body, Day, Digits, LongText, Text
 from walltopo_gym.api.services import Db
 from walltopo_gym.api.tables import CsvDialectOf, CsvFile
 from walltopo_gym.climbing_log.entries import (
@@ -130,7 +130,7 @@ class OtherAscentIn(Body):
 
     venue: Venue
     discipline: Discipline = ""
-    name: Name = Field(max_length=MAX_NAME)
+    name: Text = Field(min_length=1, max_length=MAX_NAME)
     location: Text = ""
     grade: Text = Field("", max_length=MAX_GRADE)
     kind: OtherKind

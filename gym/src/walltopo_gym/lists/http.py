@@ -16,7 +16,7 @@ from walltopo_gym.accounts.access import SignedInMay
 from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.models import Person
-from walltopo_gym.api.fields import Body, Name, Text
+from walltopo_gym.api.fields import Body, Name, Note
 from walltopo_gym.api.paging import Cursor, Page, Size, page_of
 from walltopo_gym.api.services import Db
 from walltopo_gym.climbing.ascents import EditOriginIn
@@ -52,7 +52,7 @@ class NewList(Body):
     """A complete list; `items` are ids of routes and problems of the gym, in their order."""
 
     name: Name
-    note: Text = Field("", max_length=300)
+    note: Note = ""
     share: Share = Share.PRIVATE
     circuit: bool = False
     items: Annotated[list[UUID], Field(max_length=MAX_ITEMS)]

@@ -19,7 +19,7 @@ from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.limits import count_estimate, count_report
 from walltopo_gym.accounts.models import Person
-from walltopo_gym.api.fields import Body, Complaint, Moment, Name, Text
+from walltopo_gym.api.fields import Body, Complaint, Moment, Name, Note, Text
 from walltopo_gym.api.grades import GradeBounds
 from walltopo_gym.api.paging import Cursor, Page, Size, page_by
 from walltopo_gym.api.services import Db, ServicesOf
@@ -84,7 +84,7 @@ class NewProblem(Body):
     grade: Text = ""
     share: Share = Share.PRIVATE
     matching: bool = True
-    note: Text = Field("", max_length=300)
+    note: Note = ""
     remix_of: UUID | None = None
     edit: EditOriginIn | None = None
 

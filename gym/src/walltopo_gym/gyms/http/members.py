@@ -16,7 +16,7 @@ from walltopo_gym.accounts.limits import count_mail
 from walltopo_gym.accounts.mails import mail_link
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.accounts.people import normalise_email
-from walltopo_gym.api.fields import Body, Secret, Text
+from walltopo_gym.api.fields import Body, Note, Secret
 from walltopo_gym.api.paging import Cursor, Page, Size, page_by
 from walltopo_gym.api.services import Db, ServicesOf, network_of
 from walltopo_gym.errors import ForbiddenError, NotFoundError
@@ -63,7 +63,7 @@ class RoleChange(Body):
 class NewBan(Body):
     """The reason of a ban, for the gym alone."""
 
-    reason: Text = Field("", max_length=200)
+    reason: Note = Field("", max_length=200)
 
 
 class BanOut(BaseModel):
