@@ -17,6 +17,7 @@ import os
 import subprocess
 import sys
 import tempfile
+from collections import defaultdict
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -27,6 +28,7 @@ MAX_FLAKY = 3
 MAX_RETRIED = 10
 # A quick test that takes longer on a slow machine still passes; the last lines name it.
 QUICK_SECONDS = 15.0
+LONGEST = 25  # files that the whole tier lists by their time
 ROOT = Path(__file__).resolve().parent
 TIERS = {"quick": ["-m", "not slow"], "all": ["--hypothesis-profile", "random"]}
 FAILED, ONLY = "WALLTOPO_TESTS_FAILED", "WALLTOPO_TESTS_ONLY"
@@ -69,6 +71,23 @@ class _Slow:
             terminalreporter.write_line(f"slow in the quick tier: {name} took {seconds:.0f} s")
 
 
+class _Files:
+    """Plugin of the whole tier: lists the files that take longest, set-up included."""
+
+    def __init__(self) -> None:
+        self._seconds: dict[str, float] = defaultdict(float)
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        self._seconds[report.nodeid.split("::")[0]] += report.duration
+
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+        longest = sorted(self._seconds.items(), key=lambda item: -item[1])
+        whole = sum(self._seconds.values())
+        terminalreporter.write_line(f"{whole:.0f} s in all processes; the longest files:")
+        for name, seconds in longest[:LONGEST]:
+            terminalreporter.write_line(f"{seconds:7.0f} s  {name}")
+
+
 def pytest_configure(config: pytest.Config) -> None:
     """Register the plugins in the process that sees the reports of all others."""
     if "PYTEST_XDIST_WORKER" in os.environ:
@@ -78,6 +97,8 @@ def pytest_configure(config: pytest.Config) -> None:
         config.pluginmanager.register(failures)
     if config.getoption("markexpr") == "not slow":
         config.pluginmanager.register(_Slow())
+    else:
+        config.pluginmanager.register(_Files())
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

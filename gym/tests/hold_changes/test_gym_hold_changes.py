@@ -33,11 +33,19 @@ def task(server: Server) -> Task:
     return Task(COMPARISONS, job.compare, record_failure)
 
 
+ROUTES = {1: [1, 2], 2: [3, 4]}
+
+
 def version(
-    world: World, folder: Path, turns: list[float], shifts: Any = STILL, **facts: Any
+    world: World,
+    folder: Path,
+    turns: list[float],
+    shifts: Any = STILL,
+    routes: dict[int, list[int]] = ROUTES,
+    **facts: Any,
 ) -> UUID:
-    """Return a scan in review: wedges 1 and 2 are route 1, wedges 3 and 4 route 2."""
-    scan = world.reviewed({1: [1, 2], 2: [3, 4]}, holds_of(shifts), **facts)
+    """Return a scan in review whose wedges 1 and 2 are route 1, and 3 and 4 route 2."""
+    scan = world.reviewed(routes, holds_of(shifts), **facts)
     made = save_scan(folder, turns, shifts)
     for file in files_below(made.root):
         world.server.services.store.put(
@@ -113,6 +121,17 @@ def test_new_routes_explain_their_holds(world: World, old: UUID, tmp_path: Path)
     publish_later(world, new, kept=("Sun",))
     do_all(world.server, task(world.server))
     assert [(row["kind"], row["route_name"]) for row in changes(world)] == [("moved", "Sun")]
+
+
+def test_a_hold_of_two_routes_is_listed_if_one_of_them_stayed(
+    world: World, old: UUID, tmp_path: Path
+) -> None:
+    turns = [0.0, 45.0, 0.0, 0.0]
+    both = {1: [1, 2], 2: [2, 3, 4]}
+    new = version(world, tmp_path / "new", turns, routes=both, reference_id=old)
+    publish_later(world, new, kept=("Moon",))
+    do_all(world.server, task(world.server))
+    assert [(row["kind"], row["route_name"]) for row in changes(world)] == [("turned", "Moon")]
 
 
 def test_holds_of_kept_routes_that_went_or_came(world: World, old: UUID, tmp_path: Path) -> None:

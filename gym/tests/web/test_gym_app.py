@@ -6,6 +6,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import NoReturn
+from uuid import UUID
 
 import pytest
 from gym.tests.clips.film import tiny_clip
@@ -24,7 +25,7 @@ from gym.tests.web.places import (
     set_jobs_aside,
     show_changes,
 )
-from gym.tests.worlds import Server, make_world
+from gym.tests.worlds import Server, World, make_world
 from msgspec.structs import replace
 
 from walltopo.scans.folder import ScanFolder
@@ -82,20 +83,11 @@ def test_flow(
     places: dict[str, object] = {
         "photos": str(tiny_photos),
         "scan": str(scan),
-        "later": str(world.finished(tiny_scan)),
         "mails_link": unsubscribe_token(world.server.database, member),
-        "crowd": _crowd(world.server),
-        "bare": _bare_wall(world.server, tiny_scan, tmp_path),
+        **_places_of_one_flow(flow, world, scan, tiny_scan, tmp_path),
     }
     if flow == "clips":
-        confirm_clips(world, scan, number=2)
         places["clip"] = str(once("tiny-clip", tiny_clip) / "clip.mp4")
-    if flow == "holds":
-        show_changes(world, scan)
-    if flow == "inspections":
-        places["photo"] = str(report_hold(world, scan, tmp_path))
-    if flow == "operator":
-        set_jobs_aside(world)
     # Browsers keep the cookie of a sign-in over HTTPS and on this name only; a passkey is for the
     # server's own address.
     port = free_port()
@@ -109,6 +101,32 @@ def test_flow(
             serving(world, port, f"http://localhost:{port}", places)
         )
         playwright(environment, f"{flow}.spec.mjs", f"--output={tmp_path / 'failures'}")
+
+
+def _places_of_one_flow(
+    flow: str, world: World, scan: UUID, folder: Path, scratch: Path
+) -> dict[str, object]:
+    """Make what only this flow needs, and return where it is.
+
+    Parameters
+    ----------
+    scan : the first scan of the wall. folder : of a finished scan.
+    """
+    if flow == "account":
+        return {"later": str(world.finished(folder)), "crowd": _crowd(world.server)}
+    if flow == "publishing":
+        return {"later": str(world.finished(folder))}
+    if flow in ("desk", "routes"):
+        return {"bare": _bare_wall(world.server, folder, scratch)}
+    if flow == "inspections":
+        return {"photo": str(report_hold(world, scan, scratch))}
+    if flow == "clips":
+        confirm_clips(world, scan, number=2)
+    if flow == "holds":
+        show_changes(world, scan)
+    if flow == "operator":
+        set_jobs_aside(world)
+    return {}
 
 
 def _crowd(server: Server) -> dict[str, str]:

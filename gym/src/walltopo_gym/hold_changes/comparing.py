@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import tempfile
 import threading
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -38,7 +39,9 @@ COMPARISONS: Final = Job("hold-comparisons", at_once=1, of_one_gym=1, restarts=3
 _LIMIT_S: Final = 3600.0
 _KINDS: Final = {"turned": "turned", "moved": "moved", "went": "gone", "came": "new"}
 
-Routes = Mapping[int, UUID]  # of a hold, by its id
+_NO_ROUTE: Final[frozenset[UUID]] = frozenset()
+
+Routes = Mapping[int, frozenset[UUID]]  # those of a hold, by its id
 
 
 def wall_published(session: Session, event: WallPublished) -> None:
@@ -120,17 +123,8 @@ class HoldComparisons:
                 return [], "the files of a version are not stored any more"
             out = Path(name) / "changes.json"
             old, new = (str(folder.root) for folder in folders)
-            words = [
-                "inventory",
-                new,
-                "--since",
-                old,
-                "--loose",
-                "--format",
-                "json",
-                "--out",
-                str(out),
-            ]
+            words = ["inventory", new, "--since", old, "--loose"]
+            words += ["--format", "json", "--out", str(out)]
             error = run_command(words, _LIMIT_S, self.stopping)
             return ([], error) if error else (read_json(out)["rows"], "")
 
@@ -167,18 +161,27 @@ def _store_result(session: Session, scan: UUID, rows: list[dict[str, Any]], erro
 
 def _is_unplanned(row: dict[str, Any], before: Routes, after: Routes) -> bool:
     """Return whether a row is a change that no new, changed or stripped route explains."""
-    old, new = before.get(row["old_id"]), after.get(row["new_id"])
+    old, new = before.get(row["old_id"], _NO_ROUTE), after.get(row["new_id"], _NO_ROUTE)
     if row["what"] in ("turned", "moved"):
-        return old == new
-    kept = set(before.values()) & set(after.values())
-    return (row["what"] == "went" and old in kept) or (row["what"] == "came" and new in kept)
+        return bool(old & new) or not (old or new)
+    kept = _all_routes(before) & _all_routes(after)
+    return (row["what"] == "went" and bool(old & kept)) or (
+        row["what"] == "came" and bool(new & kept)
+    )
+
+
+def _all_routes(routes: Routes) -> frozenset[UUID]:
+    return frozenset[UUID]().union(*routes.values())
 
 
 def _change(scan: UUID, row: dict[str, Any], before: Routes, after: Routes) -> HoldChange:
+    """Return a row as it is stored; of several routes, it names one that stayed."""
+    routes = after.get(row["new_id"]) or before.get(row["old_id"], _NO_ROUTE)
+    kept = routes & _all_routes(before) & _all_routes(after)
     return HoldChange(
         scan_id=scan,
         hold=row["new_id"],
-        route_id=after.get(row["new_id"], before.get(row["old_id"])),
+        route_id=min(kept, default=None),
         colour=row["colour"][:40],
         kind=_KINDS[row["what"]],
         turn_deg=row["turn_deg"],
@@ -187,5 +190,8 @@ def _change(scan: UUID, row: dict[str, Any], before: Routes, after: Routes) -> H
 
 
 def _routes_of(session: Session, scan: UUID) -> Routes:
-    placed = select(Placement).where(Placement.scan_id == scan)
-    return {hold: row.route_id for row in session.scalars(placed) for hold in row.holds}
+    found: dict[int, set[UUID]] = defaultdict(set)
+    for row in session.scalars(select(Placement).where(Placement.scan_id == scan)):
+        for hold in row.holds:
+            found[hold].add(row.route_id)
+    return {hold: frozenset(routes) for hold, routes in found.items()}
