@@ -129,12 +129,14 @@ class Verified:
 
     Parameters
     ----------
-    is_signed : its signature is of this record. late : number of entries that arrived after it.
+    record : as it was signed. is_signed : code and signature are of this record.
+    late : number of entries that arrived after it.
     corrected_by : code of the latest finished correction, or None.
     """
 
     gym: Gym
     inspection: Inspection
+    record: dict[str, Any]
     is_signed: bool
     late: int
     corrected_by: str | None
@@ -162,7 +164,8 @@ def verify_code(session: Session, given: str) -> Verified:
     return Verified(
         gym=gym,
         inspection=row,
-        is_signed=is_signed(row.record, signature_of(row)),
+        record=json.loads(row.record),
+        is_signed=code_of(row.record) == code and is_signed(row.record, signature_of(row)),
         late=len(entries_of(session, row.id, late=True)),
         corrected_by=session.scalars(corrected.limit(1)).first(),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from datetime import timedelta
 from typing import Final
 
@@ -29,7 +30,10 @@ def drop_old_records(session: Session, question: RowsExpired) -> None:
 
 
 def drop_unnamed_photos(settings: GymSettings, database: Database) -> None:
-    """Delete the photos that no entry names, but those of the last day."""
+    """Delete the photos that neither an entry nor a record names, but those of the last day.
+
+    A record keeps its entries after the deletion of their wall.
+    """
     store = open_store(settings)
     old = [key for key, _, written in store.entries(BELOW) if written < now() - _YOUNG]
     named = (
@@ -40,4 +44,8 @@ def drop_unnamed_photos(settings: GymSettings, database: Database) -> None:
     with database.reading() as session:
         rows = session.execute(named)
         kept = {photo_key(gym, inspection, str(photo)) for gym, inspection, photo in rows}
+        finished = select(Inspection).where(Inspection.finished_at.is_not(None))
+        for row in session.scalars(finished.execution_options(yield_per=100)):
+            photos = (entry["photo"] for entry in json.loads(row.record)["entries"])
+            kept |= {photo_key(row.gym_id, row.id, photo) for photo in photos if photo}
     store.drop([key for key in old if key not in kept])

@@ -27,7 +27,9 @@ _SHOWN: Final = (State.RUNNING, State.QUEUED, State.FAILED)
 _ASIDE: Final = ["ERROR", "MAX_RECOVERY_ATTEMPTS_EXCEEDED"]  # DBOS's words for it
 _MAX: Final = 200  # of each kind
 # Their items were given up in their own rows: another try would find nothing to do.
-GIVEN_UP: Final = frozenset({"clips", "mails", "photos", "publications", "pushes", "scans"})
+GIVEN_UP: Final = frozenset(
+    {"backups", "clips", "mails", "photos", "publications", "pushes", "scans"}
+)
 
 
 @dataclass(frozen=True)

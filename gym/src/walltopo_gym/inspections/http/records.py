@@ -137,14 +137,14 @@ def verify_inspection(
 ) -> VerifiedInspection:
     """Check the code of a printed record."""
     found = verify_code(session, code)
-    row = found.inspection
-    assert row.finished_at is not None
+    row, record = found.inspection, found.record
     assert row.code is not None
+    finished = datetime.fromisoformat(record["finished"]["at"])
     return VerifiedInspection(
-        gym=found.gym.name,
-        level=Level(row.level),
-        finished_on=gym_day(row.finished_at, zone_of(found.gym)),
-        result=Result(row.result),
+        gym=record["gym"]["name"],
+        level=Level(record["level"]),
+        finished_on=gym_day(finished, zone_of(found.gym)),
+        result=Result(record["result"]),
         code=row.code,
         key=key_name(row.public_key),
         is_signed=found.is_signed,
