@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import stat
 import tarfile
 from pathlib import Path
@@ -168,3 +169,27 @@ def test_one_at_a_time(world: World, tmp_path: Path) -> None:
     with lock_data_folder(world.server.settings.data), pytest.raises(ConflictError):
         backed_up(world, tmp_path / "gym.tar")
     assert not (tmp_path / "gym.tar").exists()
+
+
+def test_settings_behind_a_link_are_backed_up(tmp_path: Path) -> None:
+    """Deployments link `gym.toml` to a file that they manage."""
+    managed = tmp_path / "managed.toml"
+    managed.write_text("port = 8123\n")
+    (tmp_path / "data").mkdir()
+    server = Server(tmp_path / "data")
+    (server.settings.data / "gym.toml").symlink_to(managed)
+    back_up(server.settings, server.database, server.services.store, tmp_path / "gym.tar")
+    server.close()
+    there = load_settings({"data": tmp_path / "new"}, {})
+    restore(there, open_store(there), tmp_path / "gym.tar")
+    assert (tmp_path / "new" / "gym.toml").read_text() == managed.read_text()
+
+
+def test_a_compressed_file_is_no_backup(world: World, tmp_path: Path) -> None:
+    """It could expand beyond any limit."""
+    plain = backed_up(world, tmp_path / "gym.tar")
+    packed = tmp_path / "gym.tar.gz"
+    packed.write_bytes(gzip.compress(plain.read_bytes(), 1))
+    there = load_settings({"data": tmp_path / "new"}, {})
+    with pytest.raises(InputError, match="cannot be read as a backup"):
+        restore(there, open_store(there), packed)

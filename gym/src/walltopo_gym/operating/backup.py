@@ -96,7 +96,7 @@ def write_backup(
     with (
         tempfile.TemporaryDirectory(dir=to.parent) as name,
         _private_file(to).open("wb") as out,
-        tarfile.open(fileobj=out, mode="w") as tar,
+        tarfile.open(fileobj=out, mode="w", dereference=True) as tar,
     ):
         tables = Path(name) / tables_entry(database)
         contents.tables = dump_tables(database, tables)
@@ -188,7 +188,7 @@ def load_backup(
     private_folder(settings.data)
     _refuse_used(database, store, settings)
     contents = check_backup(source, tables_entry(database))
-    with tempfile.TemporaryDirectory(dir=settings.data) as name, tarfile.open(source) as tar:
+    with tempfile.TemporaryDirectory(dir=settings.data) as name, tarfile.open(source, "r:") as tar:
         tables = Path(name) / tables_entry(database)
         _write_file(_entry_content(tar, tar.getmember(tables.name)).read, tables)
         check_tables(database, source, tables)

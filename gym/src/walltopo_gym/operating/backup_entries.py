@@ -93,7 +93,7 @@ def check_backup(source: Path, tables: str) -> Contents:
     hashes: dict[str, str] = {}
     listed: Contents | None = None
     try:
-        with tarfile.open(source) as tar:
+        with tarfile.open(source, "r:") as tar:
             for entry in tar:
                 content = _content(source, tar, entry)
                 if entry.name in hashes or (entry.name == CONTENTS and listed is not None):
