@@ -13,7 +13,7 @@ from datetime import date, datetime
 from typing import TYPE_CHECKING, Any, Final, Generic, Literal, TypeVar
 from uuid import UUID
 
-from sqlalchemy import ColumnElement
+from sqlalchemy import ColumnElement, and_, false, or_
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from walltopo_gym.database.engine import Database
@@ -376,6 +376,13 @@ class HoldHistoryOf(Question[HoldMoment]):
     places: Mapping[UUID, int]
     since: datetime
     most: int
+
+    def rows_of(
+        self, scan: InstrumentedAttribute[Any], hold: InstrumentedAttribute[Any]
+    ) -> ColumnElement[bool]:
+        """Return the condition of this hold on a table's columns."""
+        here = (and_(scan == version, hold == number) for version, number in self.places.items())
+        return or_(false(), *here)
 
 
 @dataclass(frozen=True)

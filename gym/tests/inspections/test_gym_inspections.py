@@ -20,6 +20,7 @@ from walltopo_gym.hold_reports.models import HoldReport
 from walltopo_gym.inspections import entries, photos, service
 from walltopo_gym.inspections.models import Inspection, InspectionEntry
 from walltopo_gym.inspections.retention import drop_unnamed_photos
+from walltopo_gym.inspections.tables import latest_facts
 from walltopo_gym.languages import LANGUAGES
 from walltopo_gym.operating.purge import purge
 from walltopo_gym.operating.storage_use import measure_storage
@@ -83,9 +84,7 @@ def test_the_latest_mark_counts_and_all_are_kept(world: World, scan: UUID) -> No
     made.mark("owner", item=1, mark="defect", note="a gap of 3 cm")
     marks = [(row["by"], row["hold"], row["mark"]) for row in made.read()["entries"]]
     assert marks == [("owner", 1, "fine"), ("setter", 1, "washed"), ("owner", None, "defect")]
-    with world.server.database.reading() as session:
-        rows = entries.entries_of(session, UUID(made.id))
-        latest = {(row.hold, row.mark) for row in entries.latest_entries(rows)}
+    latest = {(row["hold"], row["mark"]) for row in latest_facts(made.read()["entries"])}
     assert latest == {(1, "washed"), (None, "defect")}
 
 

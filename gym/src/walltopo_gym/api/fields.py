@@ -22,6 +22,7 @@ from walltopo_gym.texts import UNPRINTABLE, one_line
 
 # Printable, of one line: no control or bidirectional override characters, no lone surrogates.
 _LINE: Final = rf"^[^{UNPRINTABLE}]+$"
+_LINE_OR_EMPTY: Final = rf"^[^{UNPRINTABLE}]*$"
 _UNPRINTABLE: Final = re.compile(f"[{UNPRINTABLE}]")
 
 _MAX_DEPTH: Final = 20  # no body is nested deeper; what is, is refused by its fields
@@ -58,13 +59,13 @@ Name = Annotated[
 Text = Annotated[
     str,
     BeforeValidator(_as_one_line),
-    StringConstraints(max_length=120, pattern=_LINE.replace("]+$", "]*$")),
+    StringConstraints(max_length=120, pattern=_LINE_OR_EMPTY),
 ]
 # `Text` with its own limit: a `Field` can only lower it.
 Note = Annotated[
     str,
     BeforeValidator(_as_one_line),
-    StringConstraints(max_length=300, pattern=_LINE.replace("]+$", "]*$")),
+    StringConstraints(max_length=300, pattern=_LINE_OR_EMPTY),
 ]
 # Words of several lines: no control characters but tabs and line breaks.
 LongText = r"^[^\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]*$"

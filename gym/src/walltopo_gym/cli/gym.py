@@ -6,7 +6,7 @@ import argparse
 import sys
 
 from walltopo_gym.cli import announce, backups, demo, inspections, operator, user
-from walltopo_gym.cli.options import add_gym_data_options, in_words
+from walltopo_gym.cli.options import add_gym_data_options, in_words, print_help
 
 _EXAMPLES = """\
 examples:
@@ -27,7 +27,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         epilog=_EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    gym.set_defaults(run=lambda args: _help(gym))
+    gym.set_defaults(run=lambda args: print_help(gym))
     inner = gym.add_subparsers(title="commands", metavar="COMMAND")
     serve = inner.add_parser("serve", help="serve the platform until Ctrl-C")
     add_gym_data_options(serve)
@@ -59,11 +59,6 @@ _NO_HTTPS = (
     "with a certificate in front (caddy reverse-proxy --from walls.example --to :8080, or "
     "tailscale serve 8080) and set `address` to its https address."
 )
-
-
-def _help(parser: argparse.ArgumentParser) -> int:
-    parser.print_help()
-    return 2
 
 
 def _serve(args: argparse.Namespace) -> int:

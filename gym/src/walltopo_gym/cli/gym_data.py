@@ -8,12 +8,15 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from uuid import UUID
 
-from sqlalchemy import make_url
+from sqlalchemy import make_url, select
+from sqlalchemy.orm import Session
 
 from walltopo.core import InputError
 from walltopo_gym.database.engine import Database
 from walltopo_gym.features import open_database
+from walltopo_gym.gyms.models import Gym
 from walltopo_gym.migrations.run import migrate
 from walltopo_gym.operating.replacement import finish_switch
 from walltopo_gym.settings import GymSettings, load_settings
@@ -39,6 +42,19 @@ def check_there(settings: GymSettings) -> None:
     url = make_url(settings.database_url)
     if url.get_backend_name() == "sqlite" and url.database and not Path(url.database).is_file():
         raise InputError(f"{settings.data}: no gym there", "Give the folder of one by --data.")
+
+
+def gym_named(session: Session, slug: str) -> UUID:
+    """Return the id of a gym by its name in addresses.
+
+    Raises
+    ------
+    InputError : there is no such gym.
+    """
+    found = session.scalar(select(Gym.id).where(Gym.slug == slug))
+    if found is None:
+        raise InputError(f"there is no gym {slug!r}", "`walltopo gym gym list` lists them.")
+    return found
 
 
 @contextmanager

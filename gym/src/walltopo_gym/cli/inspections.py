@@ -5,14 +5,9 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
-from uuid import UUID
 
 from walltopo.core import InputError
-from walltopo_gym.cli.options import add_gym_data_options
-
-if TYPE_CHECKING:
-    from sqlalchemy.orm import Session
+from walltopo_gym.cli.options import add_gym_data_options, print_help
 
 
 def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -20,7 +15,7 @@ def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     inspections = inner.add_parser(
         "inspections", help="list, export and verify records of inspections"
     )
-    inspections.set_defaults(run=lambda args: _help(inspections))
+    inspections.set_defaults(run=lambda args: print_help(inspections))
     commands = inspections.add_subparsers(title="commands", metavar="COMMAND")
     listed = commands.add_parser("list", help="the last 200 inspections of a gym")
     listed.add_argument("gym", metavar="GYM", help="its name in addresses")
@@ -38,19 +33,19 @@ def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     verify.set_defaults(run=_verify)
 
 
-def _help(parser: argparse.ArgumentParser) -> int:
-    parser.print_help()
-    return 2
-
-
 def _list(args: argparse.Namespace) -> int:
-    from walltopo_gym.cli.gym_data import check_there, database_of_options, settings_of
+    from walltopo_gym.cli.gym_data import (
+        check_there,
+        database_of_options,
+        gym_named,
+        settings_of,
+    )
     from walltopo_gym.inspections.models import Inspection
     from walltopo_gym.inspections.service import inspections_of
 
     check_there(settings_of(args))
     with database_of_options(args) as database, database.reading() as session:
-        rows = inspections_of(_gym_id(session, args.gym)).order_by(Inspection.created_at.desc())
+        rows = inspections_of(gym_named(session, args.gym)).order_by(Inspection.created_at.desc())
         for row in session.scalars(rows.limit(200)):
             end = "not finished" if row.finished_at is None else f"{row.result} {row.code}"
             _print(f"{row.created_at:%Y-%m-%d} {row.level:<12} {row.id} {end}")
@@ -59,7 +54,12 @@ def _list(args: argparse.Namespace) -> int:
 
 def _export(args: argparse.Namespace) -> int:
     from walltopo.core.files import atomic_path
-    from walltopo_gym.cli.gym_data import check_there, database_of_options, settings_of
+    from walltopo_gym.cli.gym_data import (
+        check_there,
+        database_of_options,
+        gym_named,
+        settings_of,
+    )
     from walltopo_gym.inspections.models import Inspection
     from walltopo_gym.inspections.record import record_file
     from walltopo_gym.inspections.service import inspections_of
@@ -68,7 +68,7 @@ def _export(args: argparse.Namespace) -> int:
     args.folder.mkdir(parents=True, exist_ok=True)
     number = 0
     with database_of_options(args) as database, database.reading() as session:
-        rows = inspections_of(_gym_id(session, args.gym)).where(Inspection.record != "")
+        rows = inspections_of(gym_named(session, args.gym)).where(Inspection.record != "")
         for row in session.scalars(rows.order_by(Inspection.finished_at)).yield_per(20):
             text = json.dumps(record_file(session, row), ensure_ascii=False, indent=1)
             name = f"{row.finished_at:%Y-%m-%d}-{row.level}-{row.code}.json"
@@ -98,23 +98,6 @@ def _verify(args: argparse.Namespace) -> int:
     _print(f"result: {record['result']}, by {record['finished']['by']}")
     _print(f"code: {spaced_code(found.code)}; the paper and the server's page show the same")
     return 0
-
-
-def _gym_id(session: Session, slug: str) -> UUID:
-    """Return the id of a gym.
-
-    Raises
-    ------
-    InputError : there is no such gym.
-    """
-    from sqlalchemy import select
-
-    from walltopo_gym.gyms.models import Gym
-
-    found = session.scalar(select(Gym.id).where(Gym.slug == slug))
-    if found is None:
-        raise InputError(f"{slug}: no such gym", "Give its name as addresses have it.")
-    return found
 
 
 def _print(text: str) -> None:

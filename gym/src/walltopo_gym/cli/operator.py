@@ -184,15 +184,11 @@ def _gym(args: argparse.Namespace) -> int:
 def _limit_gym(session: Session, args: argparse.Namespace) -> None:
     from typing import get_args
 
-    from sqlalchemy import select
-
-    from walltopo_gym.gyms.models import Gym
+    from walltopo_gym.cli.gym_data import gym_named
     from walltopo_gym.operating.gyms import limit_gym
     from walltopo_gym.settings import Switch
 
-    gym = session.scalar(select(Gym.id).where(Gym.slug == args.name))
-    if gym is None:
-        raise InputError(f"there is no gym {args.name!r}", "`walltopo gym gym list` lists them.")
+    gym = gym_named(session, args.name)
     unknown = set(args.off) - set(get_args(Switch))
     if unknown:
         known = ", ".join(get_args(Switch))

@@ -31,3 +31,9 @@ def in_words(run: Callable[[argparse.Namespace], int]) -> Callable[[argparse.Nam
             raise found from error
 
     return run_it
+
+
+def print_help(parser: argparse.ArgumentParser) -> int:
+    """Print the help of a command that lacks its subcommand; exit code 2."""
+    parser.print_help()
+    return 2

@@ -26,7 +26,7 @@ from walltopo_gym.events import HoldsChanged, WallPublished, publish_event
 from walltopo_gym.hold_changes.models import HoldChange, HoldComparison
 from walltopo_gym.jobs.queue import Failure, Job, enqueue
 from walltopo_gym.publishing.models import Placement
-from walltopo_gym.publishing.version_holds import same_mesh
+from walltopo_gym.publishing.version_holds import frames, same_mesh
 from walltopo_gym.scans.artifacts import download_surface
 from walltopo_gym.scans.commands import run_command
 from walltopo_gym.scans.models import Scan
@@ -63,7 +63,7 @@ def _scan_before(session: Session, wall: UUID, scan: UUID, same: set[UUID]) -> S
     ----------
     same : versions that number holds as `scan` does.
     """
-    own, frames = session.get_one(Scan, scan), _frames(session, wall)
+    own, frame_of = session.get_one(Scan, scan), frames(session, wall)
     former = select(Scan).where(
         Scan.wall_id == wall,
         Scan.state == State.SUPERSEDED,
@@ -71,20 +71,7 @@ def _scan_before(session: Session, wall: UUID, scan: UUID, same: set[UUID]) -> S
         Scan.id.not_in(same),
     )
     rows = session.scalars(former.order_by(Scan.published_at.desc()))
-    return next((row for row in rows if frames[row.id] == frames[scan]), None)
-
-
-def _frames(session: Session, wall: UUID) -> dict[UUID, UUID]:
-    """Return for each scan of a wall the scan whose coordinates it has."""
-    rows = session.scalars(select(Scan).where(Scan.wall_id == wall))
-    given_by = {row.id: row.amends_id or row.reference_id for row in rows}
-
-    def frame(of: UUID) -> UUID:
-        while (before := given_by.get(of)) is not None:
-            of = before
-        return of
-
-    return {scan: frame(scan) for scan in given_by}
+    return next((row for row in rows if frame_of[row.id] == frame_of[scan]), None)
 
 
 @dataclass(frozen=True)
@@ -151,37 +138,55 @@ def _store_result(session: Session, scan: UUID, rows: list[dict[str, Any]], erro
     comparison.compared = sum(
         row["old_id"] is not None and row["new_id"] is not None for row in rows
     )
-    routes = _routes_of(session, comparison.since_id), _routes_of(session, scan)
-    changes = [_change(scan, row, *routes) for row in rows if _is_unplanned(row, *routes)]
+    routes = _KeptRoutes.of(session, comparison.since_id, scan)
+    changes = [_change(scan, row, routes) for row in rows if routes.have_unplanned(row)]
     if changes:
         session.add_all(changes)
         wall = session.get_one(Wall, session.get_one(Scan, scan).wall_id)
         publish_event(session, HoldsChanged(wall.gym_id, wall.id, scan, len(changes)))
 
 
-def _is_unplanned(row: dict[str, Any], before: Routes, after: Routes) -> bool:
-    """Return whether a row is a change that no new, changed or stripped route explains."""
-    old, new = before.get(row["old_id"], _NO_ROUTE), after.get(row["new_id"], _NO_ROUTE)
-    if row["what"] in ("turned", "moved"):
-        return bool(old & new) or not (old or new)
-    kept = _all_routes(before) & _all_routes(after)
-    return (row["what"] == "went" and bool(old & kept)) or (
-        row["what"] == "came" and bool(new & kept)
-    )
+@dataclass(frozen=True)
+class _KeptRoutes:
+    """The routes of the holds in both versions, and the routes that both have.
+
+    Parameters
+    ----------
+    before, after : by the hold's id.
+    """
+
+    before: Routes
+    after: Routes
+    kept: frozenset[UUID]
+
+    @classmethod
+    def of(cls, session: Session, since: UUID, scan: UUID) -> _KeptRoutes:
+        before, after = _routes_of(session, since), _routes_of(session, scan)
+        kept = _NO_ROUTE.union(*before.values()) & _NO_ROUTE.union(*after.values())
+        return cls(before, after, kept)
+
+    def of_row(self, row: dict[str, Any]) -> tuple[frozenset[UUID], frozenset[UUID]]:
+        """Return the routes of a row's hold before and after."""
+        return (
+            self.before.get(row["old_id"], _NO_ROUTE),
+            self.after.get(row["new_id"], _NO_ROUTE),
+        )
+
+    def have_unplanned(self, row: dict[str, Any]) -> bool:
+        """Return whether a row is a change that no new, changed or stripped route explains."""
+        old, new = self.of_row(row)
+        if row["what"] in ("turned", "moved"):
+            return bool(old & new) or not (old or new)
+        return row["what"] in ("went", "came") and bool((old | new) & self.kept)
 
 
-def _all_routes(routes: Routes) -> frozenset[UUID]:
-    return frozenset[UUID]().union(*routes.values())
-
-
-def _change(scan: UUID, row: dict[str, Any], before: Routes, after: Routes) -> HoldChange:
+def _change(scan: UUID, row: dict[str, Any], routes: _KeptRoutes) -> HoldChange:
     """Return a row as it is stored; of several routes, it names one that stayed."""
-    routes = after.get(row["new_id"]) or before.get(row["old_id"], _NO_ROUTE)
-    kept = routes & _all_routes(before) & _all_routes(after)
+    old, new = routes.of_row(row)
     return HoldChange(
         scan_id=scan,
         hold=row["new_id"],
-        route_id=min(kept, default=None),
+        route_id=min((new or old) & routes.kept, default=None),
         colour=row["colour"][:40],
         kind=_KINDS[row["what"]],
         turn_deg=row["turn_deg"],

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sqlalchemy import and_, or_, select
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.events import HoldHistoryOf, HoldMoment
@@ -11,14 +11,11 @@ from walltopo_gym.hold_changes.models import HoldChange, HoldComparison
 
 def add_changes(session: Session, question: HoldHistoryOf) -> None:
     """Answer with the scans in which a hold has turned or moved."""
-    here = [
-        and_(HoldChange.scan_id == scan, HoldChange.hold == hold)
-        for scan, hold in question.places.items()
-    ]
+    here = question.rows_of(HoldChange.scan_id, HoldChange.hold)
     rows = session.execute(
         select(HoldChange, HoldComparison.created_at)
         .join(HoldComparison, HoldComparison.scan_id == HoldChange.scan_id)
-        .where(or_(*here), HoldChange.kind.in_(("turned", "moved")))
+        .where(here, HoldChange.kind.in_(("turned", "moved")))
         .order_by(HoldComparison.created_at.desc())
         .limit(question.most)
     )

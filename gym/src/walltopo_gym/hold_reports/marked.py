@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from sqlalchemy import and_, or_, select
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.audit import log_change
@@ -34,11 +34,8 @@ def close_marked(session: Session, event: HoldMarked) -> None:
 
 def add_reports(session: Session, question: HoldHistoryOf) -> None:
     """Answer with the latest reports of a hold, and when they were closed."""
-    here = [
-        and_(HoldReport.scan_id == scan, HoldReport.hold == hold)
-        for scan, hold in question.places.items()
-    ]
-    rows = select(HoldReport).where(or_(*here)).order_by(HoldReport.created_at.desc())
+    here = question.rows_of(HoldReport.scan_id, HoldReport.hold)
+    rows = select(HoldReport).where(here).order_by(HoldReport.created_at.desc())
     for report in session.scalars(rows.limit(question.most)):
         kind = report.kind
         made = HoldMoment(report.created_at, "reported", report.note, fault=kind)

@@ -6,7 +6,7 @@ latest one of an item or hold counts. Phones send the age of an entry, so a wron
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from enum import StrEnum
@@ -183,11 +183,9 @@ def entries_of(
     return session.scalars(rows.order_by(*order)).all()
 
 
-def latest_entries(entries: Iterable[InspectionEntry]) -> list[InspectionEntry]:
-    """Return the latest entry of each item and hold of each wall.
-
-    Parameters
-    ----------
-    entries : in the order of `entries_of`.
-    """
-    return list({(row.wall_id, row.item, row.hold): row for row in entries}.values())
+def late_entries(session: Session, inspection: UUID) -> int:
+    """Return the number of entries that came after the end of an inspection."""
+    rows = select(func.count()).where(
+        InspectionEntry.inspection_id == inspection, InspectionEntry.late.is_(True)
+    )
+    return session.scalar(rows) or 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sqlalchemy import and_, or_, select
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Person
@@ -12,16 +12,10 @@ from walltopo_gym.inspections.models import InspectionEntry
 
 def add_marks(session: Session, question: HoldHistoryOf) -> None:
     """Answer with the latest marks of a hold."""
-    here = [
-        and_(InspectionEntry.scan_id == scan, InspectionEntry.hold == hold)
-        for scan, hold in question.places.items()
-    ]
-    if not here:
-        return
     rows = session.execute(
         select(InspectionEntry, Person.name)
         .outerjoin(Person, Person.id == InspectionEntry.person_id)
-        .where(or_(*here))
+        .where(question.rows_of(InspectionEntry.scan_id, InspectionEntry.hold))
         .order_by(InspectionEntry.made_at.desc())
         .limit(question.most)
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Final
@@ -16,7 +16,7 @@ from walltopo_gym.accounts.models import Person
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
 from walltopo_gym.gyms.models import Gym
-from walltopo_gym.inspections.entries import ItemMark, entries_of, latest_entries
+from walltopo_gym.inspections.entries import ItemMark, entries_of, late_entries
 from walltopo_gym.inspections.models import Inspection, InspectionEntry
 from walltopo_gym.inspections.service import inspected_walls
 from walltopo_gym.inspections.signing import (
@@ -27,6 +27,7 @@ from walltopo_gym.inspections.signing import (
     read_code,
     sign_text,
 )
+from walltopo_gym.inspections.tables import latest_facts
 
 FORMAT: Final = "walltopo-inspection/1"
 
@@ -56,13 +57,15 @@ def finish_inspection(
     if row.finished_at is not None:
         raise ConflictError("inspection-finished", "inspection-correct")
     entries = entries_of(session, row.id)
+    names = names_by_id(session, [row.person_id, person, *(entry.person_id for entry in entries)])
+    facts = [entry_facts(entry, names) for entry in entries]
     if result == Result.PASSED and any(
-        entry.mark == ItemMark.DEFECT for entry in latest_entries(entries)
+        entry["mark"] == ItemMark.DEFECT for entry in latest_facts(facts)
     ):
         raise RequestError("inspection-has-defects", "inspection-other-result")
     row.finished_at, row.finished_by = now(), person
     row.result, row.remarks = result.value, remarks
-    row.record = canonical_text(_record(session, gym, row, entries))
+    row.record = canonical_text(_record(session, gym, row, facts, names))
     signed = sign_text(session, person, row.record)
     row.public_key, row.signature = signed.public_key, signed.signature
     row.code = code_of(row.record)
@@ -70,9 +73,12 @@ def finish_inspection(
 
 
 def _record(
-    session: Session, gym: Gym, row: Inspection, entries: Sequence[InspectionEntry]
+    session: Session,
+    gym: Gym,
+    row: Inspection,
+    facts: list[dict[str, Any]],
+    names: Mapping[UUID | None, str],
 ) -> dict[str, Any]:
-    names = names_of(session, row, entries)
     assert row.finished_at is not None
     return {
         "format": FORMAT,
@@ -89,7 +95,7 @@ def _record(
         "result": row.result,
         "remarks": row.remarks,
         "corrects": None if row.corrects_id is None else str(row.corrects_id),
-        "entries": [entry_facts(entry, names) for entry in entries],
+        "entries": facts,
     }
 
 
@@ -166,7 +172,7 @@ def verify_code(session: Session, given: str) -> Verified:
         inspection=row,
         record=json.loads(row.record),
         is_signed=code_of(row.record) == code and is_signed(row.record, signature_of(row)),
-        late=len(entries_of(session, row.id, late=True)),
+        late=late_entries(session, row.id),
         corrected_by=session.scalars(corrected.limit(1)).first(),
     )
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from datetime import timedelta
 from typing import Final
+from uuid import UUID
 
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
@@ -44,8 +45,10 @@ def drop_unnamed_photos(settings: GymSettings, database: Database) -> None:
     with database.reading() as session:
         rows = session.execute(named)
         kept = {photo_key(gym, inspection, str(photo)) for gym, inspection, photo in rows}
-        finished = select(Inspection).where(Inspection.finished_at.is_not(None))
-        for row in session.scalars(finished.execution_options(yield_per=100)):
+        left = {key for key in old if key not in kept}
+        of_left = {UUID(key.split("/")[-2]) for key in left}
+        finished = Inspection.id.in_(of_left) & Inspection.finished_at.is_not(None)
+        for row in session.scalars(select(Inspection).where(finished)):
             photos = (entry["photo"] for entry in json.loads(row.record)["entries"])
-            kept |= {photo_key(row.gym_id, row.id, photo) for photo in photos if photo}
-    store.drop([key for key in old if key not in kept])
+            left -= {photo_key(row.gym_id, row.id, photo) for photo in photos if photo}
+    store.drop(sorted(left))

@@ -26,7 +26,8 @@ def _rows(file: dict[str, Any]) -> Iterator[dict[str, object]]:
     record = file["record"]
     walls = {wall["id"]: wall["name"] for wall in record["walls"]}
     latest = {id(entry) for entry in latest_facts(record["entries"])}
-    for entry in [*record["entries"], *file["late"]]:
+    entries = [(entry, False) for entry in record["entries"]]
+    for entry, is_late in entries + [(entry, True) for entry in file["late"]]:
         item = entry["item"]
         yield {
             "at": entry["at"],
@@ -38,7 +39,7 @@ def _rows(file: dict[str, Any]) -> Iterator[dict[str, object]]:
             "by": entry["by"],
             "photo": entry["photo"] or "",
             "counts": "yes" if id(entry) in latest else "",
-            "late": "yes" if entry in file["late"] else "",
+            "late": "yes" if is_late else "",
         }
 
 

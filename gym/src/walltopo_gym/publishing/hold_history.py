@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 from walltopo_gym.database.lock import check_unlocked
 from walltopo_gym.errors import RequestError
 from walltopo_gym.events import HoldHistoryOf, HoldMoment, collect_answers
-from walltopo_gym.publishing.version_holds import holds_between, version_holds
+from walltopo_gym.publishing.version_holds import holds_between, origins, version_holds
 from walltopo_gym.publishing.versions import versions_of
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.storage.files import FileStore
@@ -47,10 +47,10 @@ def _places_of(
     session: Session, store: FileStore, wall: Wall, scan: UUID, hold: int
 ) -> Mapping[UUID, int]:
     """Return the hold's id in each of the latest versions that has it, this one included."""
-    places = {scan: hold}
+    places, known = {scan: hold}, origins(session, wall.id)
     for version in versions_of(session, wall.id)[-_MAX_VERSIONS:]:
         if version.id != scan:
-            there = holds_between(session, store, wall.id, scan, version.id).get(hold)
+            there = holds_between(store, known, scan, version.id).get(hold)
             if there is not None:
                 places[version.id] = there
     return places

@@ -6,7 +6,7 @@ Amendments keep the ids of holds. A new scan numbers its holds anew.
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -67,15 +67,27 @@ version_holds = lru_cache(maxsize=64)(read_holds)
 
 def origins(session: Session, wall: UUID) -> dict[UUID, UUID]:
     """Return for each version of a wall the scan that it amends, through all amendments."""
-    rows = session.scalars(select(Scan).where(Scan.wall_id == wall))
-    amends = {row.id: row.amends_id for row in rows}
+    return _first_scans(session, wall, lambda row: row.amends_id)
 
-    def origin(of: UUID) -> UUID:
-        while (before := amends.get(of)) is not None:
-            of = before
+
+def frames(session: Session, wall: UUID) -> dict[UUID, UUID]:
+    """Return for each scan of a wall the scan whose coordinates it has."""
+    return _first_scans(session, wall, lambda row: row.amends_id or row.reference_id)
+
+
+def _first_scans(
+    session: Session, wall: UUID, before: Callable[[Scan], UUID | None]
+) -> dict[UUID, UUID]:
+    """Return for each scan of a wall the first one that is reached by going back."""
+    rows = session.scalars(select(Scan).where(Scan.wall_id == wall))
+    known = {row.id: before(row) for row in rows}
+
+    def first(of: UUID) -> UUID:
+        while (earlier := known.get(of)) is not None:
+            of = earlier
         return of
 
-    return {one: origin(one) for one in amends}
+    return {one: first(one) for one in known}
 
 
 def same_mesh(session: Session, wall: UUID, scan: UUID) -> set[UUID]:
@@ -87,14 +99,20 @@ def same_mesh(session: Session, wall: UUID, scan: UUID) -> set[UUID]:
 def current_holds(session: Session, store: FileStore, wall: Wall, scan: UUID) -> Mapping[int, int]:
     """Return the id in the wall's published version of each hold of `scan` that is still there."""
     current = wall.published_scan_id
-    return {} if current is None else holds_between(session, store, wall.id, scan, current)
+    if current is None:
+        return {}
+    return holds_between(store, origins(session, wall.id), scan, current)
 
 
 def holds_between(
-    session: Session, store: FileStore, wall: UUID, scan: UUID, other: UUID
+    store: FileStore, known: Mapping[UUID, UUID], scan: UUID, other: UUID
 ) -> Mapping[int, int]:
-    """Return the id in the version `other` of each hold of `scan` that is there, too."""
-    known = origins(session, wall)
+    """Return the id in the version `other` of each hold of `scan` that is there, too.
+
+    Parameters
+    ----------
+    known : the `origins` of the versions.
+    """
     return _holds_between(store, scan, other, known[scan] == known[other])
 
 

@@ -102,9 +102,7 @@ def _present_files(store: FileStore, scan: UUID, *names: str) -> Iterator[ScanFo
     """
     with tempfile.TemporaryDirectory() as name:
         folder = ScanFolder(Path(name))
-        for path in (getattr(folder, attribute) for attribute in names):
-            if store.has(_key(scan, folder, path)):
-                download_files(store, scan, folder, path)
+        _download_present(store, scan, folder, *(getattr(folder, name) for name in names))
         yield folder
 
 
@@ -160,9 +158,7 @@ def download_wall(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
     needed = (folder.mesh, folder.instances, folder.holds, folder.routes)
     download_files(store, scan, folder, *needed)
     kept = landmarks_of(folder)
-    for path in (folder.relabelled, kept):
-        if store.has(_key(scan, folder, path)):
-            download_files(store, scan, folder, path)
+    _download_present(store, scan, folder, folder.relabelled, kept)
     if landmarks_fit(kept, landmarks_basis(folder)):
         return
     prefix = f"{_key(scan, folder, folder.photos)}/"
@@ -179,8 +175,7 @@ def download_surface(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
     """
     needed = (folder.mesh, folder.texture, folder.texture_uv, folder.instances)
     download_files(store, scan, folder, *needed, folder.holds, folder.scale)
-    if store.has(_key(scan, folder, folder.relabelled)):
-        download_files(store, scan, folder, folder.relabelled)
+    _download_present(store, scan, folder, folder.relabelled)
 
 
 def upload_landmarks(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
@@ -198,6 +193,11 @@ def download_files(store: FileStore, scan: UUID, folder: ScanFolder, *files: Pat
     """
     for path in files:
         store.fetch(_key(scan, folder, path), path)
+
+
+def _download_present(store: FileStore, scan: UUID, folder: ScanFolder, *files: Path) -> None:
+    """Download those of some files that the store has."""
+    download_files(store, scan, folder, *(f for f in files if store.has(_key(scan, folder, f))))
 
 
 def store_public_file(store: FileStore, file: Path) -> dict[str, Any]:

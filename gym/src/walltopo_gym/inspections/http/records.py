@@ -3,6 +3,7 @@ history of a hold."""
 
 from __future__ import annotations
 
+from contextlib import suppress
 from datetime import date, datetime
 from typing import Annotated, Any
 from uuid import UUID
@@ -17,14 +18,14 @@ from walltopo_gym.api.documents import DocumentTurn, document_response
 from walltopo_gym.api.fields import Digits
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.api.tables import CsvDialectOf, CsvFile
-from walltopo_gym.errors import ConflictError
+from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.gyms.days import gym_day, zone_of
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.inspections.http.plans import InspectorMay
 from walltopo_gym.inspections.levels import Level
 from walltopo_gym.inspections.models import Inspection
 from walltopo_gym.inspections.paper import RecordPaper
-from walltopo_gym.inspections.photos import has_photo, read_photo
+from walltopo_gym.inspections.photos import read_photo
 from walltopo_gym.inspections.record import Result, record_file, verify_code
 from walltopo_gym.inspections.service import inspection_of
 from walltopo_gym.inspections.signing import key_name
@@ -97,9 +98,9 @@ def read_inspection_paper(
         gym = session.get_one(Gym, access.gym.id)
 
     def photo(name: str) -> bytes | None:
-        return (
-            read_photo(services.store, row, name) if has_photo(services.store, row, name) else None
-        )
+        with suppress(NotFoundError):
+            return read_photo(services.store, row, name)
+        return None
 
     paper = RecordPaper(
         file=file,
