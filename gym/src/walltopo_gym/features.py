@@ -26,6 +26,7 @@ from walltopo_gym.events import (
 from walltopo_gym.feature import Feature
 from walltopo_gym.publishing.hold_history import add_versions
 from walltopo_gym.settings import GymSettings, Switch
+from walltopo_gym.storage.switch_note import check_whole
 
 NAMES: Final = (
     "announcements",
@@ -84,5 +85,11 @@ def listeners_of(switches: Collection[Switch]) -> Listeners:
 
 
 def open_database(settings: GymSettings) -> Database:
-    """Return the platform's database, with all listeners."""
+    """Return the platform's database, with all listeners.
+
+    Raises
+    ------
+    EnvironmentLacksError : as in `check_whole`.
+    """
+    check_whole(settings.data)
     return Database(settings.database_url, listeners_of(settings.features))

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import errno
+import os
+import shutil
+import tempfile
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -28,9 +32,10 @@ from walltopo_gym.operating.backup_runs import (
     record_failure,
     run_now,
 )
-from walltopo_gym.operating.backup_target import FACTS, WORK, open_target
+from walltopo_gym.operating.backup_target import FACTS, WORK, backup_name, open_target
 from walltopo_gym.operating.backup_trial import compare_restored
 from walltopo_gym.operating.doctor import Finding, examine
+from walltopo_gym.operating.restored import server_id
 from walltopo_gym.scans.running import WorkerStopsError
 from walltopo_gym.scans.stages import ScanSteps
 from walltopo_gym.settings import GymSettings, load_settings
@@ -54,6 +59,14 @@ def runs(server: Server, tmp_path: Path) -> BackupRuns:
 def runs_to(server: Server, url: str, **settings: object) -> BackupRuns:
     changed = server.settings.model_copy(update={"backup_to": url, **settings})
     return BackupRuns(changed, server.database, server.services.store, Outbox())
+
+
+LAST = datetime(2999, 12, 31, tzinfo=UTC)
+
+
+def set_clock(monkeypatch: pytest.MonkeyPatch, at: datetime) -> None:
+    """Let the names of new backups have this time."""
+    monkeypatch.setattr(backup_runs, "backup_name", lambda server, _: backup_name(server, at))
 
 
 def tasks(runs: BackupRuns) -> tuple[Task, Task]:
@@ -104,7 +117,7 @@ def test_a_bucket_takes_backups_as_a_folder_does(
     assert (made.name, made.is_equal) == (name, True)
     assert run_now(there, "try", name) == name
     assert [row.kind for row in rows(world.server)] == ["make", "try"]
-    assert not (there.settings.data / WORK).exists()
+    assert list(there.settings.data.glob(f"{WORK}*")) == []
 
 
 def test_a_bucket_of_its_own_address_and_keys(
@@ -132,15 +145,17 @@ def test_an_old_backup_goes_after_an_equal_newer_one(
     (folder / "mine.tar").write_bytes(b"not made here")
     (folder / f"{first}{FACTS}").rename(folder / "kept")
     # The newest one was not tried: nothing goes.
-    for name in ("walltopo-20200101T000000Z.tar", "walltopo-20200102T000000Z.tar"):
+    server = server_id(runs.database)
+    old = [f"walltopo-{server}-2020010{day}T000000Z.tar" for day in (1, 2)]
+    for name in old:
         (folder / name).write_bytes(b"old")
-    assert open_target(runs.settings).drop_old(2) == []
+    assert open_target(runs.settings).drop_old(server, 2) == []
     (folder / "kept").rename(folder / f"{first}{FACTS}")
-    for name in ("walltopo-20200101T000000Z.tar", "walltopo-20200102T000000Z.tar"):
+    for name in old:
         facts = open_target(runs.settings).find(first).facts
         assert facts is not None
         open_target(runs.settings).save_facts(name, facts)
-    monkeypatch.setattr(backup_runs, "backup_name", lambda at: "walltopo-29991231T000000Z.tar")
+    set_clock(monkeypatch, LAST)
     second = run_now(runs, "make")
     assert set(names(runs.settings)) == {first, second, "mine.tar"}
 
@@ -155,7 +170,7 @@ def test_a_backup_that_is_not_equal_replaces_none(
         return replace(compare_restored(*given), differences=("table people: missing",))
 
     monkeypatch.setattr(backup_runs, "compare_restored", differ)
-    monkeypatch.setattr(backup_runs, "backup_name", lambda at: "walltopo-29991231T000000Z.tar")
+    set_clock(monkeypatch, LAST)
     with pytest.raises(EnvironmentLacksError, match="table people: missing"):
         run_now(runs, "make")
     assert first in names(runs.settings)
@@ -199,12 +214,37 @@ def test_operators_get_one_mail_until_a_backup_succeeds(world: World, runs: Back
 
 def test_a_killed_run_leaves_no_part_of_a_backup(world: World, runs: BackupRuns) -> None:
     folder = Path(runs.settings.backup_to)
-    (folder / WORK).mkdir()
-    (folder / WORK / "walltopo-20200101T000000Z.tar").write_bytes(b"half")
+    own, other = (folder / f"{WORK}{one}" for one in (server_id(runs.database), "another"))
+    for work in (own, other):
+        work.mkdir()
+        (work / "walltopo-20200101T000000Z.tar").write_bytes(b"half")
     assert names(runs.settings) == []
     run_now(runs, "make")
-    assert not (folder / WORK).exists()
-    assert len(list(folder.iterdir())) == 2
+    assert not own.exists()
+    assert other.exists()
+    assert len(list(folder.iterdir())) == 3
+
+
+def test_two_servers_share_a_target(
+    world: World, runs: BackupRuns, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "second").mkdir()
+    second = Server(tmp_path / "second")
+    both = [
+        replace(one, settings=one.settings.model_copy(update={"backups_kept": 1}))
+        for one in (runs, runs_to(second, runs.settings.backup_to))
+    ]
+    set_clock(monkeypatch, datetime(2999, 12, 30, tzinfo=UTC))
+    first = [run_now(one, "make") for one in both]
+    assert len(set(first)) == 2
+    set_clock(monkeypatch, LAST)
+    last = run_now(both[0], "make")
+    assert set(names(runs.settings)) == {last, first[1]}
+    # That the other one's backups are made says nothing about its own.
+    (Path(runs.settings.backup_to) / first[1]).unlink()
+    assert finding(both[0].settings).state == "well"
+    assert finding(both[1].settings).state == "look"
+    second.close()
 
 
 def test_a_run_that_was_killed_before_its_trial_goes_on_with_it(
@@ -214,7 +254,7 @@ def test_a_run_that_was_killed_before_its_trial_goes_on_with_it(
     file = Path(runs.settings.backup_to) / name
     (file.parent / f"{name}{FACTS}").unlink()
     before = file.stat().st_ino, file.stat().st_mtime_ns
-    monkeypatch.setattr(backup_runs, "backup_name", lambda at: name)
+    monkeypatch.setattr(backup_runs, "backup_name", lambda server, at: name)
     run_now(runs, "make")
     assert (file.stat().st_ino, file.stat().st_mtime_ns) == before
     assert open_target(runs.settings).find(name).is_equal
@@ -238,7 +278,7 @@ def test_a_disk_that_is_full_in_the_middle_leaves_no_part_of_a_backup(
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(backup, "_add_contents", fill)
-    monkeypatch.setattr(backup_runs, "backup_name", lambda at: "walltopo-29991231T000000Z.tar")
+    set_clock(monkeypatch, LAST)
     runs.queue_daily()
     do_all(world.server, *tasks(runs))
     assert (rows(world.server)[-1].state, "No space left" in rows(world.server)[-1].error) == (
@@ -246,14 +286,14 @@ def test_a_disk_that_is_full_in_the_middle_leaves_no_part_of_a_backup(
         True,
     )
     assert names(runs.settings) == [before]
-    assert not (Path(runs.settings.backup_to) / WORK).exists()
+    assert list(Path(runs.settings.backup_to).glob(f"{WORK}*")) == []
 
 
 def test_one_run_at_a_time(world: World, runs: BackupRuns) -> None:
     with world.server.database.writing() as session:
-        queue_run(session, "make")
+        queue_run(session, "make", "gym.tar")
     with pytest.raises(ConflictError), world.server.database.writing() as session:
-        queue_run(session, "make")
+        queue_run(session, "make", "gym.tar")
 
 
 def test_an_empty_server_lists_the_backups_at_the_target(
@@ -287,6 +327,25 @@ def test_the_command_makes_and_tries_a_backup_at_the_target(
     assert main(["gym", "backups", "try", name, *place]) == 0
     assert main(["gym", "backups", "try", *place]) == 3
     assert main(["gym", "backups", "try", "none.tar", *place]) == 3
+
+
+def test_a_folder_at_the_target_that_nobody_may_enter_is_not_entered(runs: BackupRuns) -> None:
+    name = run_now(runs, "make")
+    folder = Path(tempfile.mkdtemp())
+    try:
+        (folder / name).write_bytes(b"a backup")
+        (folder / "lost+found").mkdir(mode=0o700)
+        folder.chmod(0o755)
+        if os.geteuid() == 0:
+            os.seteuid(65534)  # nobody; root enters everything
+        else:
+            (folder / "lost+found").chmod(0)
+        there = runs.settings.model_copy(update={"backup_to": str(folder)})
+        assert names(there) == [name]
+    finally:
+        if os.getuid() == 0:
+            os.seteuid(0)
+        shutil.rmtree(folder)
 
 
 def test_places_that_are_no_targets_are_refused(server: Server, tmp_path: Path) -> None:

@@ -169,5 +169,5 @@ def test_a_restoration_needs_the_servers_name_and_no_other_worker(
     assert server.ask("POST", path, operator, {"server": name.upper()}).status_code == 202
     again = server.ask("POST", path, operator, {"server": name})
     assert (again.status_code, code(again)) == (409, "upkeep-busy")
-    assert (restoration.wanted, stopped) == ("gym.tar", [True])
+    assert (restoration.wanted, stopped) == (("gym.tar", operator.id), [True])
     assert logged(server, operator)[0] == ("backup.begin-restore", "gym.tar")

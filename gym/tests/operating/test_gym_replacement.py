@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import sqlite3
+from collections.abc import Collection
 from contextlib import closing
 from itertools import count
 from multiprocessing import get_context
@@ -17,16 +18,23 @@ from sqlalchemy import select, text
 
 from walltopo.cli import main
 from walltopo.core import EnvironmentLacksError, InputError
+from walltopo_gym.accounts.models import AuditEntry
 from walltopo_gym.database.engine import Database
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.migrations.run import migrate, revisions
-from walltopo_gym.operating import replacement
+from walltopo_gym.operating import backup, replacement
 from walltopo_gym.operating.backup import back_up
-from walltopo_gym.operating.replacement import NEW, NOTE, finish_switch, replace_data
+from walltopo_gym.operating.postgres_databases import name_beside
+from walltopo_gym.operating.replacement import NEW, Switch, finish_switch, replace_data
+from walltopo_gym.operating.restoration import WantedRestoration, carry_out
+from walltopo_gym.operating.restored import known_server_id, server_id
+from walltopo_gym.operating.setup import UPLOADED
 from walltopo_gym.operating.upkeep import lock_data_folder
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import open_store
+from walltopo_gym.storage.models import BackupRun
+from walltopo_gym.storage.switch_note import NOTE
 
 pytestmark = pytest.mark.both_databases("the switch moves files, or renames databases")
 
@@ -103,10 +111,9 @@ STEPS = {
     "restored": ("_write_note", 1, "before"),
     "decided": ("_write_note", 1, "after"),
     "one part aside": ("_move_part", 1, "after"),
-    "all parts aside": ("_move_parts", 1, "after"),
-    "aside noted": ("_write_note", 2, "after"),
+    "one part new": ("_move_part", 2, "after"),
+    "all parts new": ("_exchange", 1, "before"),
     "database exchanged": ("_exchange", 1, "after"),
-    "all parts new": ("_move_parts", 2, "after"),
 }
 
 
@@ -149,6 +156,128 @@ def test_a_kill_leaves_the_old_or_the_new_data_whole(
     assert is_restored(settings)
     assert not finish_switch(settings)
     assert not (settings.data / NEW).exists()
+
+
+MOVES = 14  # of seven parts, aside and in
+
+
+def refuse_moves(monkeypatch: pytest.MonkeyPatch, numbers: Collection[int]) -> None:
+    """Let moves fail by their number, as the disk refuses that of a mount point."""
+    move, calls = replacement._move_part, count(1)
+
+    def refuse(source: Path, target: Path) -> None:
+        if next(calls) in numbers:
+            raise EnvironmentLacksError(f"{source}: cannot be moved (Device or resource busy)")
+        move(source, target)
+
+    monkeypatch.setattr(replacement, "_move_part", refuse)
+
+
+@pytest.mark.parametrize("number", [1, 2, 8, MOVES])
+def test_a_move_that_the_disk_refuses_is_taken_back(
+    gym: tuple[GymSettings, Path], number: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settings, file = gym
+    with monkeypatch.context() as patched:
+        refuse_moves(patched, {number})
+        with pytest.raises(EnvironmentLacksError, match="cannot be moved"):
+            replace_data(settings, file)
+    assert not (settings.data / NOTE).exists()
+    assert not (settings.data / NEW).exists()
+    assert list(settings.data.glob("replaced-*")) == []
+    assert state(settings) == LATER
+
+
+def test_a_move_that_cannot_be_taken_back_is_ended_by_the_next_start(
+    gym: tuple[GymSettings, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settings, file = gym
+    (settings.data / UPLOADED).write_bytes(file.read_bytes())
+    with monkeypatch.context() as patched:
+        refuse_moves(patched, range(8, 12))
+        with pytest.raises(EnvironmentLacksError, match="cannot be moved"):
+            carry_out(settings, WantedRestoration(UPLOADED, None))
+    # Nothing made an empty database in the place of the former one, and nothing serves a half.
+    assert (settings.data / NOTE).exists()
+    with pytest.raises(EnvironmentLacksError, match="half replaced"):
+        state(settings)
+    assert finish_switch(settings)
+    assert is_restored(settings)
+    (aside,) = settings.data.glob("replaced-*")
+    assert (aside / "files" / "content" / "later").read_bytes() == b"of later"
+
+
+def test_what_lies_in_a_parts_place_is_kept(gym: tuple[GymSettings, Path]) -> None:
+    settings, _ = gym
+    aside, new = settings.data / "replaced-before", settings.data / NEW
+    for folder in (aside, new):
+        (folder / "files").mkdir(parents=True)
+        (folder / "files" / "mine").write_bytes(b"mine")
+    replacement._write_note(settings, Switch(aside.name, ["files"]))
+    with pytest.raises(EnvironmentLacksError, match="is taken"):
+        finish_switch(settings)
+    assert (aside / "files" / "mine").read_bytes() == b"mine"
+    assert (settings.data / "files" / "content" / "later").read_bytes() == b"of later"
+
+
+def test_a_switch_waits_until_nobody_uses_the_gym(gym: tuple[GymSettings, Path]) -> None:
+    settings, _ = gym
+    server = Server(settings.data, settings.database)
+    with server.database.reading() as session:
+        session.scalars(select(Gym.name)).one()
+    replacement._write_note(settings, Switch("replaced-now", []))
+    with pytest.raises(ConflictError, match="uses this gym"):
+        finish_switch(settings)
+    server.close()
+    (settings.data / NOTE).unlink()
+    assert state(settings) == LATER
+
+
+def test_a_damaged_database_is_replaced(gym: tuple[GymSettings, Path]) -> None:
+    settings, file = gym
+    if settings.database:
+        pytest.skip("PostgreSQL watches its own files")
+    (settings.data / "gym.sqlite").write_bytes(b"no database at all" * 1000)
+    replace_data(settings, file)
+    assert is_restored(settings)
+
+
+def test_an_error_of_sqlite_itself_leaves_the_data_and_is_the_result(
+    gym: tuple[GymSettings, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settings, file = gym
+
+    def fail(*_: object) -> None:
+        raise sqlite3.OperationalError("disk I/O error")
+
+    monkeypatch.setattr(backup, "load_tables", fail)
+    (settings.data / UPLOADED).write_bytes(file.read_bytes())
+    server = Server(settings.data, settings.database)
+    operator = server.person("operator").id
+    server.close()
+    carry_out(settings, WantedRestoration(UPLOADED, operator))
+    assert state(settings) == LATER
+    with closing(Database(settings.database_url)) as database, database.reading() as session:
+        run = session.scalars(select(BackupRun).where(BackupRun.kind == "restore")).one()
+        entry = session.scalars(
+            select(AuditEntry).where(AuditEntry.action == "backup.restore")
+        ).one()
+    assert (run.state, "disk I/O error" in run.error) == ("failed", True)
+    assert entry.person_id == operator
+
+
+def test_a_copy_of_a_gym_is_another_server(gym: tuple[GymSettings, Path]) -> None:
+    settings, _ = gym
+    with closing(Database(settings.database_url)) as database:
+        first = server_id(database)
+        assert server_id(database) == first
+        file = settings.data.parent / "known.tar"
+        back_up(settings, database, open_store(settings), file)
+    replace_data(settings, file)
+    with closing(Database(settings.database_url)) as database:
+        with database.reading() as session:
+            assert known_server_id(session) == ""
+        assert server_id(database) != first
 
 
 def test_an_older_backup_gets_the_tables_of_this_version(
@@ -212,3 +341,10 @@ def test_of_two_at_once_one_replaces_the_data(gym: tuple[GymSettings, Path]) -> 
     with lock_data_folder(settings.data), pytest.raises(ConflictError):
         replace_data(settings, file)
     assert state(settings) == LATER
+
+
+def test_the_name_of_a_database_beside_the_gyms_own_fits_in_postgresql(tmp_path: Path) -> None:
+    settings = GymSettings(data=tmp_path, database="postgresql+psycopg://localhost/" + "ü" * 31)
+    name = name_beside(settings, "_walltopo_restored")
+    assert name == "ü" * 22 + "_walltopo_restored"
+    assert len(name.encode()) <= 63

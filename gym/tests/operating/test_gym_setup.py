@@ -92,7 +92,7 @@ def test_an_uploaded_backup_is_restored_next(empty: Server) -> None:
     assert (empty.settings.data / UPLOADED).read_bytes() == b"a backup"
     assert (empty.settings.data / UPLOADED).stat().st_mode & 0o077 == 0
     assert post(empty, "restore", {"code": secret, "name": None}).status_code == 202
-    assert restoration.wanted == UPLOADED
+    assert restoration.wanted == (UPLOADED, None)
     for name in ("../gym.tar", UPLOADED, "/etc/passwd.tar"):
         assert post(empty, "restore", {"code": secret, "name": name}).status_code == 422
 

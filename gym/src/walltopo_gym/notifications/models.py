@@ -6,7 +6,7 @@ from datetime import datetime
 from typing import Any, Literal
 from uuid import UUID
 
-from sqlalchemy import JSON, ForeignKey, String, Text, UniqueConstraint, false
+from sqlalchemy import JSON, ForeignKey, String, UniqueConstraint, false
 from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.database.base import Base, Keyed
@@ -72,12 +72,3 @@ class Message(Keyed, Base):
     body: Mapped[dict[str, Any]] = mapped_column(JSON)
     sent_at: Mapped[datetime | None]
     error: Mapped[str] = mapped_column(String(300), default="")
-
-
-class ServerSecret(Base):
-    """A secret of the server, created once and shared by all of its processes."""
-
-    __tablename__ = "server_secrets"
-
-    name: Mapped[str] = mapped_column(String(40), primary_key=True)
-    content: Mapped[str] = mapped_column(Text)

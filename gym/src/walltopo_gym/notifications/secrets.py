@@ -1,5 +1,4 @@
-"""Secrets of the server, created when first needed and shared by all of its processes: they are in
-the database, and so in its backups."""
+"""The server's secrets for push messages and for the links that unsubscribe."""
 
 from __future__ import annotations
 
@@ -7,14 +6,10 @@ import base64
 import hashlib
 import hmac
 import secrets
-from collections.abc import Callable
 from uuid import UUID
 
-from sqlalchemy import select
-from sqlalchemy.exc import IntegrityError
-
 from walltopo_gym.database.engine import Database
-from walltopo_gym.notifications.models import ServerSecret
+from walltopo_gym.storage.server_secrets import stored_secret
 
 _PUSH = "push"
 _UNSUBSCRIBE = "unsubscribe"
@@ -22,7 +17,7 @@ _UNSUBSCRIBE = "unsubscribe"
 
 def push_key(database: Database) -> str:
     """Return the private key that signs push messages (RFC 8292), as PEM."""
-    return _stored_secret(database, _PUSH, _new_push_key)
+    return stored_secret(database, _PUSH, _new_push_key)
 
 
 def public_push_key(database: Database) -> str:
@@ -40,7 +35,7 @@ def public_push_key(database: Database) -> str:
 
 def unsubscribe_token(database: Database, person: UUID) -> str:
     """Return the token of a person's unsubscribe link, which needs no sign-in."""
-    key = _stored_secret(database, _UNSUBSCRIBE, lambda: secrets.token_urlsafe(32))
+    key = stored_secret(database, _UNSUBSCRIBE, lambda: secrets.token_urlsafe(32))
     digest = hmac.digest(key.encode(), person.bytes, hashlib.sha256)[:16]
     return base64.urlsafe_b64encode(person.bytes + digest).decode().rstrip("=")
 
@@ -63,18 +58,3 @@ def _new_push_key() -> str:
     key.generate_keys()
     pem: bytes = key.private_pem()
     return pem.decode()
-
-
-def _stored_secret(database: Database, name: str, make: Callable[[], str]) -> str:
-    query = select(ServerSecret.content).where(ServerSecret.name == name)
-    with database.reading() as session:
-        content = session.scalar(query)
-    if content is None:
-        try:
-            with database.writing() as session:
-                session.add(ServerSecret(name=name, content=make()))
-        except IntegrityError:
-            pass  # another process made it at the same moment
-        with database.reading() as session:
-            content = session.scalars(query).one()
-    return content

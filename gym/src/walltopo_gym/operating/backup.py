@@ -27,7 +27,6 @@ from walltopo.core.outputs import Target, written_file
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
 from walltopo_gym.errors import NotFoundError
-from walltopo_gym.migrations.run import migrate
 from walltopo_gym.operating.backup_entries import CONTENTS, FILES, Contents, check_backup
 from walltopo_gym.operating.backup_tables import (
     check_tables,
@@ -35,6 +34,7 @@ from walltopo_gym.operating.backup_tables import (
     load_tables,
     tables_entry,
 )
+from walltopo_gym.operating.restored import prepare_restored
 from walltopo_gym.operating.upkeep import lock_data_folder
 from walltopo_gym.settings import FILE, GymSettings
 from walltopo_gym.storage.files import FileStore, hash_of_file, private_folder
@@ -160,7 +160,7 @@ def restore(settings: GymSettings, store: FileStore, source: Path) -> int:
     """
     with closing(Database(settings.database_url)) as database:
         contents = load_backup(settings, database, store, source)
-        migrate(database)
+        prepare_restored(database)
     return len(contents.hashes)
 
 

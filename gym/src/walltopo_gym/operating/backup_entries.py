@@ -113,6 +113,16 @@ def check_backup(source: Path, tables: str) -> Contents:
     return listed
 
 
+def tables_size(source: Path) -> int:
+    """Return the number of bytes of a backup's tables, its first entry; 0 for a damaged one."""
+    try:
+        with tarfile.open(source, "r:") as tar:
+            first = tar.next()
+    except _DAMAGE:
+        return 0
+    return first.size if first is not None and first.name in TABLES.values() else 0
+
+
 def _content(source: Path, tar: tarfile.TarFile, entry: tarfile.TarInfo) -> IO[bytes]:
     """Return the content of an entry of a backup.
 

@@ -38,6 +38,7 @@ from walltopo_gym.operating.backup_target import (
     open_target,
 )
 from walltopo_gym.operating.backup_trial import Trial, compare_restored
+from walltopo_gym.operating.restored import OPEN_STATES, server_id
 from walltopo_gym.operating.upkeep import lock_data_folder
 from walltopo_gym.scans.running import WorkerStopsError
 from walltopo_gym.settings import GymSettings
@@ -49,15 +50,19 @@ ALERTS: Final = Job("backup-alerts", at_once=1, of_one_gym=None)
 Kind = Literal["make", "try", "restore"]
 _EVERY_S: Final = 1.0  # between two notes of the progress
 _KEPT: Final = timedelta(days=90)
-_OPEN: Final = ("queued", "running", "waiting")
 
 
-def queue_run(session: Session, kind: Kind, name: str = "", *, by: UUID | None = None) -> BackupRun:
+def new_backup_name(database: Database) -> str:
+    """Return the name of a backup that this server begins now."""
+    return backup_name(server_id(database), now())
+
+
+def queue_run(session: Session, kind: Kind, name: str, *, by: UUID | None = None) -> BackupRun:
     """Queue a run.
 
     Parameters
     ----------
-    name : (try) of the backup. by : the operator; None: by schedule.
+    name : of the backup. by : the operator; None: by schedule.
 
     Raises
     ------
@@ -74,27 +79,23 @@ def queue_run(session: Session, kind: Kind, name: str = "", *, by: UUID | None =
 
 
 def _new_run(kind: Kind, name: str) -> BackupRun:
-    at = now()
-    return BackupRun(id=uuid4(), created_at=at, kind=kind, name=name or backup_name(at))
+    return BackupRun(id=uuid4(), created_at=now(), kind=kind, name=name)
 
 
-def add_ended_run(session: Session, kind: Kind, name: str, error: str) -> None:
+def add_ended_run(
+    session: Session, kind: Kind, name: str, error: str, *, by: UUID | None = None
+) -> None:
     """Add the row of a run that was not queued and ended now.
 
     Parameters
     ----------
-    error : empty if it succeeded.
+    error : empty if it succeeded. by : the operator, if a restored backup has the account.
     """
     row = _new_run(kind, name)
     _end_run(session, row, error)
     session.add(row)
-    log_change(session, f"backup.{kind}", person=None, subject=name, error=error[:200])
-
-
-def end_open_runs(session: Session) -> None:
-    """End the runs that were open when a backup was made, so that no worker resumes them."""
-    for row in session.scalars(select(BackupRun).where(BackupRun.state.in_(_OPEN))):
-        row.state, row.ended_at = "done", now()
+    person = None if by is None or session.get(Person, by) is None else by
+    log_change(session, f"backup.{kind}", person=person, subject=name, error=error[:200])
 
 
 def _end_run(session: Session, row: BackupRun, error: str) -> None:
@@ -111,7 +112,10 @@ def _end_run(session: Session, row: BackupRun, error: str) -> None:
 def open_run(session: Session) -> BackupRun | None:
     """Return the run that waits or is at work."""
     return session.scalar(
-        select(BackupRun).where(BackupRun.state.in_(_OPEN)).order_by(BackupRun.created_at).limit(1)
+        select(BackupRun)
+        .where(BackupRun.state.in_(OPEN_STATES))
+        .order_by(BackupRun.created_at)
+        .limit(1)
     )
 
 
@@ -133,9 +137,10 @@ class BackupRuns:
 
     def queue_daily(self) -> None:
         """Queue the daily backup, unless a run waits or is at work."""
+        name = new_backup_name(self.database)
         with self.database.writing() as session:
             if open_run(session) is None:
-                queue_run(session, "make")
+                queue_run(session, "make", name)
 
     def run(self, run: str) -> None:
         """Carry out a queued run.
@@ -157,15 +162,16 @@ class BackupRuns:
         EnvironmentLacksError : the restored gym differs from the backup's list.
         InputError, SettingsError, ConflictError : as in `open_target` and `try_backup`.
         """
-        target = open_target(self.settings)
-        with lock_data_folder(self.settings.data), work_folder(target, self.settings) as work:
+        target, server = open_target(self.settings), server_id(self.database)
+        folder = target.work_folder(self.settings, server)
+        with lock_data_folder(self.settings.data), work_folder(folder) as work:
             there = target.get(row.name) if row.kind == "make" else target.find(row.name)
             # A run that was killed after it stored its backup goes on with the trial.
             if there is None or (row.kind == "make" and there.facts and not there.is_equal):
                 self._write(target, work, row)
             trial = self._try(target, work, row)
             if trial.is_equal and row.kind == "make":
-                target.drop_old(self.settings.backups_kept)
+                target.drop_old(server, self.settings.backups_kept)
         if not trial.is_equal:
             raise EnvironmentLacksError(f"{row.name} is not equal: {trial.differences[0]}")
 
@@ -248,11 +254,15 @@ class BackupRuns:
 def run_now(runs: BackupRuns, kind: Kind, name: str = "") -> str:
     """Carry out a run in this process, without a worker; return the backup's name.
 
+    Parameters
+    ----------
+    name : (try) of the backup.
+
     Raises
     ------
     WalltopoError : as in `BackupRuns.carry_out`.
     """
-    row, error = _new_run(kind, name), "interrupted"
+    row, error = _new_run(kind, name or new_backup_name(runs.database)), "interrupted"
     try:
         runs.carry_out(row)
         error = ""
@@ -291,9 +301,8 @@ def _facts(trial: Trial, found: StoredBackup) -> BackupFacts:
 
 
 @contextmanager
-def work_folder(target: BackupTarget, settings: GymSettings) -> Iterator[Path]:
+def work_folder(folder: Path) -> Iterator[Path]:
     """Yield an empty folder for unfinished backups; one that a killed run left is removed."""
-    folder = target.work_folder(settings)
     shutil.rmtree(folder, ignore_errors=True)
     try:
         yield private_folder(folder)

@@ -25,10 +25,10 @@ from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore
 
 FACTS: Final = ".json"  # after the name of the backup
-WORK: Final = ".walltopo-partial"  # in the folder, or in the data folder
+WORK: Final = ".walltopo-partial-"  # and the server; in the folder, or in the data folder
 MAX_LISTED: Final = 100
 NAME_PATTERN: Final = r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,95}\.tar$"
-_MADE_HERE: Final = re.compile(r"walltopo-\d{8}T\d{6}Z\.tar")
+_TIME: Final = r"\d{8}T\d{6}Z"
 
 
 class BackupFacts(msgspec.Struct, frozen=True):
@@ -82,7 +82,7 @@ class StoredBackup:
 
 @dataclass(frozen=True)
 class BackupTarget:
-    """The backups at one place.
+    """The backups at one place, which several servers may share.
 
     Parameters
     ----------
@@ -93,9 +93,9 @@ class BackupTarget:
     store: FileStore
     folder: Path | None
 
-    def work_folder(self, settings: GymSettings) -> Path:
-        """Return the folder of unfinished backups, on the disk of the folder of backups."""
-        return (self.folder or settings.data) / WORK
+    def work_folder(self, settings: GymSettings, server: str) -> Path:
+        """Return a server's folder of unfinished backups, on the disk of the folder of backups."""
+        return (self.folder or settings.data) / f"{WORK}{server}"
 
     def newest(self, count: int = MAX_LISTED) -> list[StoredBackup]:
         """Return the newest backups, the newest first."""
@@ -142,19 +142,22 @@ class BackupTarget:
         """Store the facts about a backup."""
         self.store.put(name + FACTS, msgspec.json.encode(facts))
 
-    def drop_old(self, kept: int) -> list[str]:
-        """Delete the backups that were made here and are older than the newest `kept` equal ones.
+    def newest_of(self, server: str) -> StoredBackup | None:
+        """Return the newest backup that a server made."""
+        made = self._made_by(server)
+        return replace(made[0], facts=self._facts(made[0].name)) if made else None
 
-        Nothing is deleted unless the newest backup is equal.
+    def drop_old(self, server: str, kept: int) -> list[str]:
+        """Delete a server's backups that are older than its newest `kept` equal ones.
+
+        Nothing is deleted unless its newest backup is equal.
 
         Returns
         -------
         names : of the deleted backups.
         """
-        made = [one for one in self._listed() if _MADE_HERE.fullmatch(one.name)]
-        made.sort(key=lambda one: one.name, reverse=True)  # the name has the time
         equal, dropped = 0, []
-        for at, one in enumerate(made):
+        for at, one in enumerate(self._made_by(server)):
             if equal >= kept:
                 self.store.drop([one.name, one.name + FACTS])
                 dropped.append(one.name)
@@ -165,11 +168,17 @@ class BackupTarget:
             equal += is_equal
         return dropped
 
+    def _made_by(self, server: str) -> list[StoredBackup]:
+        """Return the backups that a server made without their facts, the newest first."""
+        own = re.compile(rf"walltopo-{re.escape(server)}-{_TIME}\.tar")
+        made = [one for one in self._listed() if own.fullmatch(one.name)]
+        return sorted(made, key=lambda one: one.name, reverse=True)  # the name has the time
+
     def _listed(self) -> list[StoredBackup]:
         """Return all backups without their facts, the newest first."""
         found = [
             StoredBackup(key, size, at, None)
-            for key, size, at in self.store.entries("")
+            for key, size, at in self.store.top_entries()
             if re.fullmatch(NAME_PATTERN, key) and not self._is_link(key)
         ]
         return sorted(found, key=lambda one: (one.stored_at, one.name), reverse=True)
@@ -238,6 +247,6 @@ def _open_bucket(settings: GymSettings) -> ObjectStore:
         raise SettingsError(f"backup_to: {error}") from error
 
 
-def backup_name(made_at: datetime) -> str:
-    """Return the name of a backup that begins at this time."""
-    return f"walltopo-{made_at:%Y%m%dT%H%M%SZ}.tar"
+def backup_name(server: str, made_at: datetime) -> str:
+    """Return the name of a backup that a server begins at this time."""
+    return f"walltopo-{server}-{made_at:%Y%m%dT%H%M%SZ}.tar"

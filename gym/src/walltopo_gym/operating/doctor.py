@@ -24,6 +24,7 @@ from walltopo_gym.mail import SmtpMailer
 from walltopo_gym.migrations.run import NEWER_HINT, Age, age_of
 from walltopo_gym.operating.backup_runs import last_run
 from walltopo_gym.operating.backup_target import open_target
+from walltopo_gym.operating.restored import known_server_id
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.service import State
 from walltopo_gym.settings import GymSettings
@@ -180,10 +181,10 @@ def _backups(settings: GymSettings) -> Finding:
         if not settings.backup_to:
             return "look", "none are made; set `backup_to`"
         with closing(Database(settings.database_url)) as database, database.reading() as session:
-            last = last_run(session)
+            last, server = last_run(session), known_server_id(session)
         if last is not None and last.state == "failed":
             return "bad", f"the last one failed: {last.error}"
-        newest = next(iter(open_target(settings).newest(1)), None)
+        newest = open_target(settings).newest_of(server)
         if newest is None:
             return "look", f"none yet; the first one is made at {settings.backup_hour:02}:07 UTC"
         result = "equal" if newest.is_equal else "not tried, or not equal"

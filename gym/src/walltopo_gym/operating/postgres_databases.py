@@ -25,8 +25,8 @@ def is_postgres(settings: GymSettings) -> bool:
 
 def name_beside(settings: GymSettings, ending: str) -> str:
     """Return the name of a database beside the gym's own; one of this name may be dropped."""
-    own = make_url(settings.database_url).database or ""
-    return own[: _MAX_NAME - len(ending)] + ending
+    own = (make_url(settings.database_url).database or "").encode()
+    return own[: _MAX_NAME - len(ending.encode())].decode(errors="ignore") + ending
 
 
 def url_of(settings: GymSettings, name: str) -> str:

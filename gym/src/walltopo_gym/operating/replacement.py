@@ -1,30 +1,32 @@
 """The replacement of a gym's data by a backup: whole, in one step.
 
 The new data are restored beside the present ones. Then a note (`switch.json`) decides for the new
-ones: the present ones are moved aside, and the new ones take their place. Each move can be
-repeated, so a start after a kill ends what the note says. Before the note nothing has changed.
+ones: part by part, the present one is moved aside, and the new one takes its place. Where the parts
+lie says how far it came, so a start after a kill ends it. Before the note nothing has changed; a
+move that the disk refuses is taken back, with all before it.
 """
 
 from __future__ import annotations
 
+import logging
 import os
 import shutil
 import sqlite3
 import time
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final
 
 import msgspec
 from sqlalchemy import make_url
+from sqlalchemy.exc import SQLAlchemyError
 
-from walltopo.core import InputError
+from walltopo.core import EnvironmentLacksError, InputError, WalltopoError
 from walltopo.core.files import read_json, write_json
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
 from walltopo_gym.errors import ConflictError
-from walltopo_gym.migrations.run import migrate
 from walltopo_gym.operating.backup import Progress, load_backup, no_report
 from walltopo_gym.operating.postgres_databases import (
     connected,
@@ -37,12 +39,15 @@ from walltopo_gym.operating.postgres_databases import (
     name_beside,
     url_of,
 )
+from walltopo_gym.operating.restored import prepare_restored
 from walltopo_gym.operating.scratch_place import check_room
 from walltopo_gym.operating.upkeep import lock_data_folder
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import open_store, private_folder
+from walltopo_gym.storage.switch_note import NOTE
 
-NOTE: Final = "switch.json"
+_LOG = logging.getLogger("walltopo_gym.operating")
+
 NEW: Final = "restored"
 _PATIENCE_S: Final = 5
 _NEW_DATABASE: Final = "_walltopo_restored"
@@ -64,11 +69,11 @@ class Switch(msgspec.Struct):
     Parameters
     ----------
     aside : name of the folder, and ending of the name of the database, of the former data.
-    step : "aside": the former data are being moved; "new": all of them were.
+    parts : names of the new parts.
     """
 
     aside: str
-    step: Literal["aside", "new"]
+    parts: list[str]
 
 
 def replace_data(settings: GymSettings, source: Path, report: Progress = no_report) -> list[str]:
@@ -89,19 +94,22 @@ def replace_data(settings: GymSettings, source: Path, report: Progress = no_repo
     InputError : no backup, a damaged one, one of the other kind of database, or a gym whose files
         are not in its data folder.
     ConflictError : a server, a worker, or another backup, purge or restoration is at work.
-    EnvironmentLacksError : as in `restore`, or the disk has no room.
+    EnvironmentLacksError : as in `restore`, the disk has no room, or a part cannot be moved. If the
+        note is still there, the next start goes on.
     """
     check_places(settings)
     with lock_data_folder(settings.data):
         check_unused(settings)
         with _staged(settings, source, report):
             check_unused(settings)
-            aside = f"replaced-{now():%Y%m%dT%H%M%SZ}"
+            new = settings.data / NEW
+            parts = [name for name in _PARTS if os.path.lexists(new / name)]
+            switch = Switch(f"replaced-{now():%Y%m%dT%H%M%SZ}", parts)
             os.sync()
-            _write_note(settings, Switch(aside, "aside"))
-            _carry_out(settings)
-    database = [_former_name(settings, aside)] if is_postgres(settings) else []
-    return [str(settings.data / aside), *database]
+            _write_note(settings, switch)
+            _carry_out_or_undo(settings, switch)
+    database = [_former_name(settings, switch.aside)] if is_postgres(settings) else []
+    return [str(settings.data / switch.aside), *database]
 
 
 def finish_switch(settings: GymSettings) -> bool:
@@ -109,12 +117,14 @@ def finish_switch(settings: GymSettings) -> bool:
 
     Raises
     ------
-    ConflictError : as in `lock_data_folder`: another process is at it.
+    ConflictError : as in `lock_data_folder`: another process is at it; or as in `check_unused`.
+    EnvironmentLacksError : a part cannot be moved.
     """
     if not (settings.data / NOTE).is_file():
         return False
     with lock_data_folder(settings.data):
-        _carry_out(settings)
+        check_unused(settings)
+        _carry_out(settings, msgspec.convert(read_json(settings.data / NOTE), Switch))
     return True
 
 
@@ -141,7 +151,8 @@ def _is_used(settings: GymSettings) -> bool:
 def _is_open(file: Path) -> bool:
     """Return whether another connection has an SQLite database open.
 
-    Only the last one may leave the mode in which many read while one writes.
+    Only the last one may leave the mode in which many read while one writes. Nobody serves a
+    damaged file.
     """
     if not file.is_file():
         return False
@@ -150,6 +161,8 @@ def _is_open(file: Path) -> bool:
             connection.execute("PRAGMA journal_mode = DELETE")
         except sqlite3.OperationalError:
             return True
+        except sqlite3.DatabaseError:
+            return False
     return False
 
 
@@ -188,7 +201,7 @@ def _staged(settings: GymSettings, source: Path, report: Progress) -> Iterator[N
         there = settings.model_copy(update={"data": folder, "database": url})
         with closing(Database(there.database_url)) as database:
             load_backup(there, database, open_store(there), source, report)
-            migrate(database)
+            prepare_restored(database)
         yield
     finally:
         if not (settings.data / NOTE).is_file():
@@ -198,44 +211,88 @@ def _staged(settings: GymSettings, source: Path, report: Progress) -> Iterator[N
                     drop_database(connection, name)
 
 
-def _carry_out(settings: GymSettings) -> None:
+def _carry_out_or_undo(settings: GymSettings, switch: Switch) -> None:
+    """Carry out a switch; if a part cannot be moved, restore the former state and remove the note.
+
+    Raises
+    ------
+    EnvironmentLacksError, SQLAlchemyError : why it was not carried out.
+    """
+    try:
+        _carry_out(settings, switch)
+    except (OSError, SQLAlchemyError, WalltopoError):
+        try:
+            _undo(settings, switch)
+        except (OSError, SQLAlchemyError, WalltopoError):
+            _LOG.exception("%s: the next start goes on", settings.data / NOTE)
+        raise
+
+
+def _carry_out(settings: GymSettings, switch: Switch) -> None:
     """Do what the note says; each step may have been done before a kill."""
-    note = msgspec.convert(read_json(settings.data / NOTE), Switch)
-    aside, new = private_folder(settings.data / note.aside), settings.data / NEW
-    if note.step == "aside":
-        _move_parts(settings.data, aside)
-        note.step = "new"
-        _write_note(settings, note)
-    _exchange(settings, note)
-    _move_parts(new, settings.data)
+    aside, new = private_folder(settings.data / switch.aside), settings.data / NEW
+    for name in _PARTS:
+        if name not in switch.parts or os.path.lexists(new / name):
+            _move_part(settings.data / name, aside / name)
+        _move_part(new / name, settings.data / name)
+    _exchange(settings, switch)
+    os.sync()
     (settings.data / NOTE).unlink()
     shutil.rmtree(new, ignore_errors=True)
 
 
-def _exchange(settings: GymSettings, note: Switch) -> None:
-    """Exchange PostgreSQL's databases, unless that was done."""
-    if not is_postgres(settings):
+def _undo(settings: GymSettings, switch: Switch) -> None:
+    """Move all parts back, unless the databases were exchanged."""
+    if is_postgres(settings) and not _has_new_database(settings):
         return
-    new = name_beside(settings, _NEW_DATABASE)
+    aside, new = settings.data / switch.aside, settings.data / NEW
+    for name in reversed(_PARTS):
+        if name in switch.parts and not os.path.lexists(new / name):
+            _move_part(settings.data / name, new / name)
+        _move_part(aside / name, settings.data / name)
+    os.sync()
+    (settings.data / NOTE).unlink()
+    with suppress(OSError):
+        aside.rmdir()
+
+
+def _exchange(settings: GymSettings, switch: Switch) -> None:
+    """Exchange PostgreSQL's databases, unless that was done."""
+    if is_postgres(settings) and _has_new_database(settings):
+        new = name_beside(settings, _NEW_DATABASE)
+        exchange_databases(settings, new, _former_name(settings, switch.aside))
+
+
+def _has_new_database(settings: GymSettings) -> bool:
     with connected(settings, "postgres") as connection:
-        is_new = has_database(connection, new)
-    if is_new:
-        exchange_databases(settings, new, _former_name(settings, note.aside))
+        return has_database(connection, name_beside(settings, _NEW_DATABASE))
 
 
 def _former_name(settings: GymSettings, aside: str) -> str:
     return name_beside(settings, f"_{aside}")
 
 
-def _move_parts(source: Path, target: Path) -> None:
-    for name in _PARTS:
-        _move_part(source / name, target / name)
-
-
 def _move_part(source: Path, target: Path) -> None:
-    if source.exists():
-        source.replace(target)
+    """Move a file or folder, if it is there.
+
+    Raises
+    ------
+    EnvironmentLacksError : it cannot be moved, or something is in its place.
+    """
+    if not os.path.lexists(source):
+        return
+    if os.path.lexists(target):
+        raise EnvironmentLacksError(
+            f"{source}: its new place {target} is taken", "Move that elsewhere and start again."
+        )
+    try:
+        source.rename(target)
+    except OSError as error:
+        raise EnvironmentLacksError(
+            f"{source}: cannot be moved ({error.strerror})",
+            "All of a data folder must be on one disk, with nothing mounted inside of it.",
+        ) from error
 
 
-def _write_note(settings: GymSettings, note: Switch) -> None:
-    write_json(settings.data / NOTE, msgspec.to_builtins(note))
+def _write_note(settings: GymSettings, switch: Switch) -> None:
+    write_json(settings.data / NOTE, msgspec.to_builtins(switch))

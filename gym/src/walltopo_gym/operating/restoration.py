@@ -7,11 +7,14 @@ The server stops its workers and closes its database first. Meanwhile it answers
 from __future__ import annotations
 
 import logging
+import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from threading import Lock
+from typing import Final, NamedTuple
 from urllib.parse import urlsplit
+from uuid import UUID
 
 from obstore.exceptions import BaseError
 from sqlalchemy.exc import SQLAlchemyError
@@ -23,13 +26,22 @@ from walltopo_gym.features import open_database
 from walltopo_gym.jobs.queue import reason_of
 from walltopo_gym.jobs.worker_slot import count_living_workers
 from walltopo_gym.migrations.run import migrate
-from walltopo_gym.operating.backup_runs import add_ended_run, end_open_runs, work_folder
+from walltopo_gym.operating.backup_runs import add_ended_run, work_folder
 from walltopo_gym.operating.backup_target import open_target
 from walltopo_gym.operating.replacement import check_places, replace_data
 from walltopo_gym.operating.setup import UPLOADED, drop_upload
 from walltopo_gym.settings import GymSettings
+from walltopo_gym.storage.switch_note import NOTE
 
 _LOG = logging.getLogger("walltopo_gym.operating")
+_FETCHED: Final = ".fetched"  # in the data folder: a backup from S3
+
+
+class WantedRestoration(NamedTuple):
+    """The name of a backup, and who wants it restored; None: an empty server has no account."""
+
+    name: str
+    by: UUID | None
 
 
 class Restoration:
@@ -41,14 +53,14 @@ class Restoration:
     def __init__(self) -> None:
         self.stop: Callable[[], None] | None = None
         self._lock = Lock()
-        self._wanted = ""
+        self._wanted: WantedRestoration | None = None
 
     @property
-    def wanted(self) -> str:
-        """Return the name of the backup; empty: none."""
+    def wanted(self) -> WantedRestoration | None:
+        """Return the restoration that is wanted."""
         return self._wanted
 
-    def begin(self, name: str) -> None:
+    def begin(self, name: str, by: UUID | None) -> None:
         """Stop the server, so that it restores a backup.
 
         Raises
@@ -58,7 +70,7 @@ class Restoration:
         with self._lock:
             if self._wanted or self.stop is None:
                 raise ConflictError("upkeep-busy", "upkeep-wait")
-            self._wanted = name
+            self._wanted = WantedRestoration(name, by)
             self.stop()
 
 
@@ -89,25 +101,29 @@ def check_restorable(settings: GymSettings, database: Database, name: str, typed
         raise ConflictError("gym-in-use", "gym-stop-first")
 
 
-def carry_out(settings: GymSettings, name: str) -> None:
+def carry_out(settings: GymSettings, wanted: WantedRestoration) -> None:
     """Replace the data by a backup at the target; note the result in the database that stands then.
 
     A failure leaves the present data.
+
+    Raises
+    ------
+    WalltopoError, SQLAlchemyError : the data are half replaced, and the next start goes on.
     """
     error = ""
     try:
-        with _source(settings, name) as file:
+        with _source(settings, wanted.name) as file:
             replace_data(settings, file)
-    except (WalltopoError, BaseError, OSError, SQLAlchemyError) as why:
+    except (WalltopoError, BaseError, OSError, SQLAlchemyError, sqlite3.Error) as why:
+        if (settings.data / NOTE).exists():
+            raise
         error = reason_of(why)
-        _LOG.error("%s was not restored: %s", name, error)
+        _LOG.error("%s was not restored: %s", wanted.name, error)
     database = open_database(settings)
     try:
         migrate(database)
         with database.writing() as session:
-            if not error:
-                end_open_runs(session)
-            add_ended_run(session, "restore", name, error)
+            add_ended_run(session, "restore", wanted.name, error, by=wanted.by)
     finally:
         database.close()
 
@@ -122,5 +138,5 @@ def _source(settings: GymSettings, name: str) -> Iterator[Path]:
             drop_upload(settings)
         return
     target = open_target(settings)
-    with work_folder(target, settings) as work, target.local_copy(name, work) as file:
+    with work_folder(settings.data / _FETCHED) as work, target.local_copy(name, work) as file:
         yield file

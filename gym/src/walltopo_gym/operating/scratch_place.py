@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from walltopo.core import EnvironmentLacksError
+from walltopo_gym.operating.backup_entries import tables_size
 from walltopo_gym.operating.postgres_databases import (
     connected,
     create_database,
@@ -48,13 +49,13 @@ def scratch_place(settings: GymSettings) -> Iterator[GymSettings]:
 
 
 def check_room(settings: GymSettings, file: Path) -> None:
-    """Check that the disk can take what a backup contains.
+    """Check that the disk can take what a backup contains; the tables are written twice.
 
     Raises
     ------
     EnvironmentLacksError : it cannot.
     """
-    needed = file.stat().st_size + settings.keep_free_mb * 1_000_000
+    needed = file.stat().st_size + tables_size(file) + settings.keep_free_mb * 1_000_000
     free = shutil.disk_usage(settings.data).free
     if free < needed:
         raise EnvironmentLacksError(

@@ -15,7 +15,7 @@ from walltopo_gym.accounts.secrets import new_secret
 from walltopo_gym.api.services import Services
 from walltopo_gym.migrations.run import migrate
 from walltopo_gym.operating.replacement import finish_switch
-from walltopo_gym.operating.restoration import Restoration, carry_out
+from walltopo_gym.operating.restoration import Restoration, WantedRestoration, carry_out
 from walltopo_gym.operating.setup import Setup, drop_upload, is_empty
 from walltopo_gym.scans.incoming import Incoming
 from walltopo_gym.scans.receiving import finish_all
@@ -47,11 +47,11 @@ def serve(settings: GymSettings, tell: Callable[[str], None]) -> None:
     with closing(listener):
         finish_switch(settings)
         drop_upload(settings)
-        name = _serve_until_stopped(settings, listener, code, partial(tell, address))
-        while name:
+        wanted = _serve_until_stopped(settings, listener, code, partial(tell, address))
+        while wanted is not None:
             with in_maintenance(listener):
-                carry_out(settings, name)
-            name = _serve_until_stopped(settings, listener, code, _tell_nothing)
+                carry_out(settings, wanted)
+            wanted = _serve_until_stopped(settings, listener, code, _tell_nothing)
 
 
 def _tell_nothing() -> None:
@@ -60,7 +60,7 @@ def _tell_nothing() -> None:
 
 def _serve_until_stopped(
     settings: GymSettings, listener: socket.socket, code: str, ready: Callable[[], None]
-) -> str:
+) -> WantedRestoration | None:
     """Serve until a signal arrives, or until somebody wants a backup to be restored.
 
     Parameters
@@ -69,7 +69,7 @@ def _serve_until_stopped(
 
     Returns
     -------
-    name : of that backup; empty after a signal.
+    wanted : that restoration; None after a signal.
     """
     services = open_services(settings)
     try:

@@ -124,6 +124,12 @@ class FileStore:
             for item in page:
                 yield str(item["path"]), int(item["size"]), item["last_modified"]
 
+    def top_entries(self) -> Iterator[tuple[str, int, datetime]]:
+        """Return the same of the files in no folder; no folder is entered."""
+        check_unlocked(_WORK)
+        for item in obstore.list_with_delimiter(self.objects)["objects"]:
+            yield str(item["path"]), int(item["size"]), item["last_modified"]
+
     def drop(self, keys: list[str]) -> None:
         """Delete files; missing ones are ignored."""
         check_unlocked(_WORK)

@@ -1,11 +1,11 @@
-"""Tables of the measured use of the file store, and of runs of backups."""
+"""Tables of the measured use of the file store, of runs of backups, and of the server's secrets."""
 
 from __future__ import annotations
 
 from datetime import datetime
 from uuid import UUID
 
-from sqlalchemy import BigInteger, ForeignKey, String
+from sqlalchemy import BigInteger, ForeignKey, String, Text
 from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.clock import now
@@ -50,3 +50,12 @@ class BackupRun(Keyed, Base):
     total: Mapped[int] = mapped_column(default=0)
     ended_at: Mapped[datetime | None] = mapped_column(index=True)
     error: Mapped[str] = mapped_column(String(500), default="")
+
+
+class ServerSecret(Base):
+    """A secret of the server, created once and shared by all of its processes."""
+
+    __tablename__ = "server_secrets"
+
+    name: Mapped[str] = mapped_column(String(40), primary_key=True)
+    content: Mapped[str] = mapped_column(Text)

@@ -19,7 +19,7 @@ from walltopo_gym.api.ranges import ranged_file
 from walltopo_gym.api.services import ServicesOf
 from walltopo_gym.api.turns import turn_for
 from walltopo_gym.errors import without_folders
-from walltopo_gym.operating.backup_runs import last_run, open_run, queue_run
+from walltopo_gym.operating.backup_runs import last_run, new_backup_name, open_run, queue_run
 from walltopo_gym.operating.backup_target import (
     MAX_LISTED,
     NAME_PATTERN,
@@ -120,8 +120,9 @@ def list_backups(services: ServicesOf, actor: OperatorMay) -> BackupsOut:
 def make_backup(services: ServicesOf, actor: OperatorMay) -> BackupRunOut:
     """Queue a backup to the target."""
     open_target(services.settings)
+    name = new_backup_name(services.database)
     with services.database.writing() as session:
-        return _run_out(queue_run(session, "make", by=actor.known))
+        return _run_out(queue_run(session, "make", name, by=actor.known))
 
 
 @router.post("/{name}/try", status_code=202)
@@ -143,7 +144,7 @@ def restore_backup(
     check_restorable(services.settings, services.database, name, body.server)
     with services.database.writing() as session:
         log_change(session, "backup.begin-restore", person=actor.known, subject=name)
-    services.get(Restoration).begin(name)
+    services.get(Restoration).begin(name, actor.known)
 
 
 @router.get("/{name}/file", response_class=StreamingResponse)

@@ -98,7 +98,7 @@ def restore_into_empty(body: SetupRestoreIn, services: ServicesOf, actor: Anyone
         drop_upload(services.settings)
     elif not (services.settings.data / UPLOADED).is_file():
         raise NotFoundError("not-there-backup", name="")
-    services.get(Restoration).begin(body.name or UPLOADED)
+    services.get(Restoration).begin(body.name or UPLOADED, None)
 
 
 def _check_code(services: Services, code: str) -> None:
