@@ -140,7 +140,8 @@ class InspectionDue(GymEvent):
 
     Parameters
     ----------
-    level : "visual", "operational" or "annual". on : its day. walls : the names of the due walls.
+    level : "visual", "operational" or "annual". walls : the names of the due walls.
+    on : the day on which the last of them became due.
     """
 
     level: str

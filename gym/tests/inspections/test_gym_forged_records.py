@@ -8,7 +8,8 @@ from typing import Any
 from uuid import UUID
 
 import pytest
-from gym.tests.inspections.rounds import InspectionOf, begin, photo, publish_holds
+from gym.tests.inspections.rounds import InspectionOf, add_wall, begin, photo, publish_holds
+from gym.tests.printed import words_of
 from gym.tests.worlds import NOBODY, World
 
 from walltopo_gym.inspections import photos, retention
@@ -67,3 +68,38 @@ def test_a_photo_is_sent_again_at_the_limit(world: World, monkeypatch: pytest.Mo
     again = made.send_photo(photo())
     assert (again.status_code, again.json()) == (first.status_code, first.json())
     assert made.send_photo(photo((32, 32))).status_code == 409
+
+
+def test_a_defect_outlives_its_wall(world: World) -> None:
+    attic = add_wall(world, "Attic")
+    made = begin(world, walls=[str(world.wall.id), attic])
+    made.mark(wall_id=attic, mark="defect", note="loose panel")
+    address = f"{world.path}/walls/{attic}"
+    assert world.server.ask("DELETE", address, world.owner).status_code == 204
+    refused = made.finish("passed")
+    assert (refused.status_code, refused.json()["code"]) == (422, "inspection-has-defects")
+    assert made.finish("defects").is_success
+    assert made.mark(wall_id=attic, mark="fine").json()["late"] is True
+    record = made.ask("GET", "/record.json").json()["record"]
+    assert [wall["name"] for wall in record["walls"]] == ["Attic", world.wall.name]
+    assert record["entries"][0]["note"] == "loose panel"
+    (listed,) = world.server.ask("GET", f"{world.path}/inspections", world.owner).json()["items"]
+    assert listed["walls"] == ["Attic", world.wall.name]
+    again = begin(world, walls=[attic], corrects_id=made.id)
+    assert again.mark(wall_id=attic, mark="defect", note="it was 2 cm").is_success
+    unknown = {"level": "visual", "walls": [attic]}
+    refused = world.server.ask("POST", f"{world.path}/inspections", world.owner, unknown)
+    assert refused.status_code == 404
+
+
+def test_late_marks_of_a_hold_outlive_its_wall(world: World) -> None:
+    publish_holds(world)
+    made = begin(world)
+    assert made.finish().is_success
+    assert made.mark(hold=1, mark="removed").is_success
+    wall = f"{world.path}/walls/{world.wall.id}"
+    assert world.server.ask("DELETE", wall, world.owner).status_code == 204
+    (late,) = made.ask("GET", "/record.json").json()["late"]
+    assert (late["hold"], late["mark"]) == (1, "removed")
+    words = words_of(made.ask("GET", "/record.pdf").content)
+    assert words.count(world.wall.name) == 3  # in the list, over its marks, beside the late mark

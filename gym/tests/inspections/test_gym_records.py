@@ -17,7 +17,7 @@ from sqlalchemy import update
 from walltopo.cli import main
 from walltopo_gym.clock import now
 from walltopo_gym.inspections import paper
-from walltopo_gym.inspections.models import Inspection, InspectionEntry, InspectionKey
+from walltopo_gym.inspections.models import Inspection, InspectionKey
 from walltopo_gym.inspections.record import check_file
 from walltopo_gym.languages import LANGUAGES
 from walltopo_gym.operating.own_data import all_of, delete_account
@@ -222,14 +222,3 @@ def test_the_command_lists_exports_and_verifies(
     file.write_text("[]")
     assert main(["gym", "inspections", "verify", str(file)]) == 3
     assert main(["gym", "inspections", "list", "nowhere", *data]) == 3
-
-
-def test_entries_refer_to_nothing_of_a_deleted_wall(world: World, ended: InspectionOf) -> None:
-    path = f"{world.path}/walls/{world.wall.id}"
-    assert world.server.ask("DELETE", path, world.owner).status_code == 204
-    with world.server.database.reading() as session:
-        of = InspectionEntry.inspection_id == UUID(ended.id)
-        assert session.query(InspectionEntry).filter(of).count() == 0
-    # The record has its own copy of the wall's name and marks.
-    assert check_file(file_of(ended)) is not None
-    assert world.wall.name in words_of(ended.ask("GET", "/record.pdf").content)

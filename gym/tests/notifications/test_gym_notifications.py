@@ -21,7 +21,7 @@ from cryptography.hazmat.primitives.asymmetric.ec import (
 )
 from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 from gym.tests.hurried import do_now, forget_jobs
-from gym.tests.inspections.rounds import begin, save_plan
+from gym.tests.inspections.rounds import add_wall, begin, save_plan
 from gym.tests.worlds import ORIGIN, Server, Somebody, World, hold, make_world
 from hypothesis import given
 from hypothesis import strategies as st
@@ -37,6 +37,7 @@ from walltopo_gym.events import RoutesToForerun, publish_event
 from walltopo_gym.gyms import days
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.inspections.due import publish_due
+from walltopo_gym.inspections.models import Inspection, InspectionPlan
 from walltopo_gym.jobs.queue import Task
 from walltopo_gym.mail import Mail
 from walltopo_gym.notifications import due, sending
@@ -576,3 +577,24 @@ def test_setters_hear_once_that_an_inspection_is_due(gym: World, service: Servic
     publish_due(gym.server.database)
     run(gym)
     assert len(service.read()) == 1
+
+
+def test_setters_hear_of_another_wall_while_one_is_overdue(gym: World, service: Service) -> None:
+    wish(gym, gym.people["setter"], service)
+    save_plan(gym, visual=1, operational=None, annual=None)
+    begin(gym).finish()
+    add_wall(gym, "Attic")
+    with gym.server.database.writing() as session:
+        plans = update(InspectionPlan).where(InspectionPlan.gym_id == gym.gym.id)
+        session.execute(plans.values(created_at=now() - timedelta(days=9)))
+    publish_due(gym.server.database)
+    run(gym)
+    assert [each["text"] for each in service.read()] == [f"{gym.gym.name}: Attic"]
+    with gym.server.database.writing() as session:
+        made = update(Inspection).where(Inspection.gym_id == gym.gym.id)
+        session.execute(made.values(finished_at=now() - timedelta(days=2)))
+    for _ in range(2):
+        publish_due(gym.server.database)
+        run(gym)
+    texts = [each["text"] for each in service.read()]
+    assert texts[1:] == [f"{gym.gym.name}: Attic, {gym.wall.name}"]

@@ -64,6 +64,7 @@ KEPT = {
     "hold_changes": {"colour", "kind"},
     "hold_comparisons": {"error"},
     "hold_reports": {"colour", "kind"},
+    "inspected_walls": {"name"},
     "inspection_entries": {"mark", "note", "photo"},
     "inspection_plans": {"levels"},
     # A finished record keeps its authors' names (docs/gym-security.md).

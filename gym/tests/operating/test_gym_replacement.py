@@ -31,7 +31,7 @@ from walltopo_gym.operating.restoration import WantedRestoration, carry_out
 from walltopo_gym.operating.restored import known_server_id, server_id
 from walltopo_gym.operating.setup import UPLOADED
 from walltopo_gym.operating.upkeep import lock_data_folder
-from walltopo_gym.settings import GymSettings
+from walltopo_gym.settings import GymSettings, load_settings
 from walltopo_gym.storage.files import open_store
 from walltopo_gym.storage.models import BackupRun
 from walltopo_gym.storage.switch_note import NOTE
@@ -344,7 +344,8 @@ def test_of_two_at_once_one_replaces_the_data(gym: tuple[GymSettings, Path]) -> 
 
 
 def test_the_name_of_a_database_beside_the_gyms_own_fits_in_postgresql(tmp_path: Path) -> None:
-    settings = GymSettings(data=tmp_path, database="postgresql+psycopg://localhost/" + "ü" * 31)
+    url = "postgresql+psycopg://localhost/" + "ü" * 31
+    settings = load_settings({"data": tmp_path, "database": url}, {})
     name = name_beside(settings, "_walltopo_restored")
     assert name == "ü" * 22 + "_walltopo_restored"
     assert len(name.encode()) <= 63

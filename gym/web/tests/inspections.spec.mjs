@@ -20,6 +20,14 @@ function tapHold(page, hold) {
   }, hold);
 }
 
+/** Let the server of this page refuse photos, as above the gym's quota; the service worker sends nothing meanwhile. */
+function refusePhotos() {
+  const send = window.fetch;
+  const body = JSON.stringify({ title: "the gym's storage is full", hint: "Ask the operator for more." });
+  Object.defineProperty(ServiceWorkerRegistration.prototype, "sync", { value: undefined });
+  window.fetch = (what, how) => (String(what.url ?? what).endsWith("/photos") ? Promise.resolve(new Response(body, { status: 413 })) : send(what, how));
+}
+
 test("a round of the wall becomes a signed record", async ({ browser, places }) => {
   const owner = await visit(browser, places);
   const { page, go, context } = owner;
@@ -89,8 +97,26 @@ test("a round of the wall becomes a signed record", async ({ browser, places }) 
   assert.equal(entries.filter(({ photo }) => photo).length, 1);
   assert.deepEqual(await read(page, `/gyms/${gym}/hold-reports`), []);
 
-  // A defect cannot pass; the end signs the record.
   await page.getByText("waiting to sync").waitFor({ state: "detached" });
+
+  // A mark whose photo is refused still counts here, and nothing is signed without it.
+  await page.evaluate(refusePhotos);
+  await items.nth(2).getByRole("button", { name: "Defect" }).click();
+  await items.nth(2).getByLabel("Note").fill("a loose bolt");
+  await items.nth(2).getByLabel("Take a photo").setInputFiles(places.photo);
+  await items.nth(2).getByRole("img", { name: "Photo" }).waitFor();
+  await page.getByRole("button", { name: "Save defect" }).click();
+  await page.getByText("A mark was refused").scrollIntoViewIfNeeded();
+  assert.ok(await page.getByRole("button", { name: "Finish and sign" }).isDisabled());
+  await check(owner, "inspection-refused");
+  await page.getByRole("alert").getByRole("link", { name: "1 change was rejected" }).click();
+  await page.getByText("storage is full").waitFor();
+  await check(owner, "inspection-refused-waiting");
+  await page.getByRole("button", { name: "Send without photo" }).click();
+  await becomes(async () => (await read(page, path)).entries.length, 6);
+  await go(`/g/${gym}/inspections/${inspection}`);
+
+  // A defect cannot pass; the end signs the record.
   assert.ok(await page.getByLabel("Passed", { exact: true }).isDisabled());
   await page.getByLabel("Passed with defects").setChecked(true);
   await page.getByLabel("Remarks").fill("Mats ordered.");

@@ -252,6 +252,7 @@ def close_reports_before(
         .where(HoldReport.scan_id.in_(same_mesh(session, wall, scan)))
         .where(HoldReport.done_at.is_(None), HoldReport.created_at <= at)
         .order_by(HoldReport.created_at, HoldReport.id)
+        .with_for_update()  # two marks at once close a report once
     ).all()
     closed = now()
     for row in rows:

@@ -104,7 +104,7 @@ def _events_of(session: Session, gym: Gym) -> list[InspectionDue]:
         with session.begin_nested():
             due = [(each.level, each.due_walls(today(gym))) for each in due_levels(session, gym)]
         return [
-            InspectionDue(gym.id, level.value, walls[0].on, tuple(one.wall.name for one in walls))
+            InspectionDue(gym.id, level.value, walls[-1].on, tuple(one.wall.name for one in walls))
             for level, walls in due
             if walls
         ]

@@ -68,25 +68,25 @@ class Inspection(Keyed, Base):
 
 
 class InspectedWall(Base):
-    """A wall of an inspection; `scan_id`: its published version at the start, which has the ids of
-    the marked holds, null without one."""
+    """A wall of an inspection, which outlives it: its id, name and place are copied at the start.
+    `scan_id`: its published version then, which has the ids of the marked holds, null without one.
+    """
 
     __tablename__ = "inspected_walls"
 
     inspection_id: Mapped[UUID] = mapped_column(
         ForeignKey(_INSPECTION, ondelete="CASCADE"), primary_key=True
     )
-    wall_id: Mapped[UUID] = mapped_column(
-        ForeignKey("walls.id", ondelete="CASCADE"), primary_key=True, index=True
-    )
-    scan_id: Mapped[UUID | None] = mapped_column(
-        ForeignKey("scans.id", ondelete="SET NULL"), index=True
-    )
+    wall_id: Mapped[UUID] = mapped_column(primary_key=True, index=True)
+    scan_id: Mapped[UUID | None]
+    name: Mapped[str] = mapped_column(String(80))
+    place: Mapped[int]
 
 
 class InspectionEntry(Keyed, Base):
-    """A mark of an item of the checklist at a wall, or of a hold. It never changes: the latest one
-    of an item or hold counts. The phone makes `id`, so that it is stored once.
+    """A mark of an item of the checklist at a wall, or of a hold. It never changes, and outlives
+    its wall: the latest one of an item or hold counts. The phone makes `id`, so that it is stored
+    once.
 
     `item`: number in the checklist, null for a hold; `hold`: its id in the version `scan_id`, null
     for an item. `mark`: one of `entries.ItemMark` or `entries.HoldMark`. `photo`: hash of its
@@ -102,8 +102,8 @@ class InspectionEntry(Keyed, Base):
     )
 
     inspection_id: Mapped[UUID] = mapped_column(ForeignKey(_INSPECTION, ondelete="CASCADE"))
-    wall_id: Mapped[UUID] = mapped_column(ForeignKey("walls.id", ondelete="CASCADE"), index=True)
-    scan_id: Mapped[UUID | None] = mapped_column(ForeignKey("scans.id", ondelete="CASCADE"))
+    wall_id: Mapped[UUID]
+    scan_id: Mapped[UUID | None]
     person_id: Mapped[UUID | None] = mapped_column(
         ForeignKey(_PERSON, ondelete="SET NULL"), index=True
     )

@@ -64,7 +64,7 @@ class RecordPaper:
         self._add_photos(sheet, latest, texts)
         if self.file["late"]:
             sheet.heading(texts["late"])
-            self._add_entries(sheet, self.file["late"], texts, words)
+            self._add_late(sheet, texts, words)
         sheet.text(texts["limits"], quiet=True)
         signed = texts["signed"].format(
             key=key_name(self.file["public_key"]),
@@ -128,20 +128,28 @@ class RecordPaper:
     def _add_entries(
         self, sheet: Sheet, entries: list[dict[str, Any]], texts: dict[str, str], words: Words
     ) -> None:
-        checklist = self.file["record"]["checklist"]
-        rows = [
-            [
-                checklist[entry["item"]]
-                if entry["hold"] is None
-                else texts["hold_number"].format(number=entry["hold"]),
-                texts[entry["mark"]],
-                entry["note"],
-                self._by(entry, words),
-            ]
-            for entry in entries
-        ]
         heads = [texts["hold"], texts["mark"], texts["note"], texts["who"]]
+        rows = [self._entry_row(entry, texts, words) for entry in entries]
         sheet.table(heads, rows, widths=[2, 2, 4, 4], bold={1})
+
+    def _add_late(self, sheet: Sheet, texts: dict[str, str], words: Words) -> None:
+        walls = {wall["id"]: wall["name"] for wall in self.file["record"]["walls"]}
+        heads = [texts[name] for name in ("wall", "hold", "mark", "note", "who")]
+        rows = [
+            [walls.get(entry["wall_id"], ""), *self._entry_row(entry, texts, words)]
+            for entry in self.file["late"]
+        ]
+        sheet.table(heads, rows, widths=[2, 2, 2, 3, 3], bold={2})
+
+    def _entry_row(self, entry: dict[str, Any], texts: dict[str, str], words: Words) -> list[str]:
+        place = self._place(entry, texts)
+        return [place, texts[entry["mark"]], entry["note"], self._by(entry, words)]
+
+    def _place(self, entry: dict[str, Any], texts: dict[str, str]) -> str:
+        """Return the hold of an entry, or its item of the checklist."""
+        if entry["hold"] is not None:
+            return texts["hold_number"].format(number=entry["hold"])
+        return str(self.file["record"]["checklist"][entry["item"]])
 
     def _add_photos(
         self, sheet: Sheet, entries: list[dict[str, Any]], texts: dict[str, str]
@@ -151,10 +159,7 @@ class RecordPaper:
         for entry in named[:_MAX_PHOTOS]:
             content = self.photo(entry["photo"])
             if content is not None:
-                place = texts["hold_number"].format(number=entry["hold"])
-                if entry["hold"] is None:
-                    place = self.file["record"]["checklist"][entry["item"]]
-                shown.append((content, f"{place}: {texts[entry['mark']]}"))
+                shown.append((content, f"{self._place(entry, texts)}: {texts[entry['mark']]}"))
         if shown:
             sheet.heading(texts["photos"], below=60)
             sheet.pictures(shown)

@@ -87,8 +87,12 @@ def _record(
         "level": row.level,
         "checklist": row.checklist,
         "walls": [
-            {"id": str(wall.id), "name": wall.name, "scan_id": None if scan is None else str(scan)}
-            for wall, scan in inspected_walls(session, row.id)
+            {
+                "id": str(wall.wall_id),
+                "name": wall.name,
+                "scan_id": None if wall.scan_id is None else str(wall.scan_id),
+            }
+            for wall in inspected_walls(session, row.id)
         ],
         "started": {"at": row.created_at.isoformat(), "by": names.get(row.person_id, "")},
         "finished": {"at": row.finished_at.isoformat(), "by": names.get(row.finished_by, "")},

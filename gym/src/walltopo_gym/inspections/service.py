@@ -31,7 +31,7 @@ def begin_inspection(
 
     Parameters
     ----------
-    corrects : the finished inspection that it corrects.
+    corrects : the finished inspection that it corrects, perhaps with walls that are gone.
 
     Raises
     ------
@@ -43,10 +43,12 @@ def begin_inspection(
         raise RequestError("inspection-wall-twice")
     if len(open_inspections(session, gym)) >= _MAX_OPEN:
         raise ConflictError("inspections-open", "inspections-finish-some", most=_MAX_OPEN)
+    known: dict[UUID, InspectedWall] = {}
     if corrects is not None:
         corrected = inspection_of(session, gym, corrects)
         if corrected.finished_at is None or corrected.level != plan.level:
             raise RequestError("inspection-corrects")
+        known = {row.wall_id: row for row in inspected_walls(session, corrects)}
     row = Inspection(
         gym_id=gym,
         level=plan.level.value,
@@ -56,12 +58,28 @@ def begin_inspection(
     )
     session.add(row)
     session.flush()
-    for each in walls:
-        wall = wall_of(session, gym, each)
-        scan = wall.published_scan_id
-        session.add(InspectedWall(inspection_id=row.id, wall_id=wall.id, scan_id=scan))
+    session.add_all(_inspected_wall(session, row, each, known.get(each)) for each in walls)
     session.flush()
     return row
+
+
+def _inspected_wall(
+    session: Session, inspection: Inspection, wall: UUID, known: InspectedWall | None
+) -> InspectedWall:
+    """Return the row of a wall: as it is now, or of the corrected inspection if it is gone.
+
+    Raises
+    ------
+    NotFoundError : this gym has no such wall.
+    """
+    if known is not None and session.get(Wall, wall) is None:
+        scan, name, place = known.scan_id, known.name, known.place
+    else:
+        present = wall_of(session, inspection.gym_id, wall)
+        scan, name, place = present.published_scan_id, present.name, present.place
+    return InspectedWall(
+        inspection_id=inspection.id, wall_id=wall, scan_id=scan, name=name, place=place
+    )
 
 
 def inspections_of(gym: UUID, level: Level | None = None) -> Select[Inspection]:
@@ -96,15 +114,10 @@ def inspection_of(
     return row
 
 
-def inspected_walls(session: Session, inspection: UUID) -> list[tuple[Wall, UUID | None]]:
-    """Return the walls of an inspection from left to right, each with its version."""
-    rows = session.execute(
-        select(Wall, InspectedWall.scan_id)
-        .join(InspectedWall, InspectedWall.wall_id == Wall.id)
-        .where(InspectedWall.inspection_id == inspection)
-        .order_by(Wall.place, Wall.name)
-    )
-    return [(wall, scan) for wall, scan in rows]
+def inspected_walls(session: Session, inspection: UUID) -> Sequence[InspectedWall]:
+    """Return the walls of an inspection from left to right."""
+    rows = select(InspectedWall).where(InspectedWall.inspection_id == inspection)
+    return session.scalars(rows.order_by(InspectedWall.place, InspectedWall.name)).all()
 
 
 def discard_inspection(session: Session, inspection: Inspection) -> None:

@@ -16,6 +16,7 @@ from uuid import UUID
 
 from sqlalchemy.orm import Session
 
+from walltopo_gym.database.engine import take_turn
 from walltopo_gym.inspections.models import InspectionKey
 
 # Crockford's base 32: no I, L, O and U.
@@ -44,6 +45,8 @@ def sign_text(session: Session, person: UUID, text: str) -> Signature:
     """Sign a text with a person's key, which is made when it is first needed."""
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
+    if session.get(InspectionKey, person) is None:
+        take_turn(session, f"inspection key {person}")
     row = session.get(InspectionKey, person)
     if row is None:
         made = Ed25519PrivateKey.generate()

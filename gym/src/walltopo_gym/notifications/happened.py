@@ -91,7 +91,7 @@ def competition_begins(session: Session, event: CompetitionBegins) -> None:
 
 
 def inspection_due(session: Session, event: InspectionDue) -> None:
-    """Tell the setters, once for the day on which it is due."""
+    """Tell the setters, once for each day on which walls became due."""
     gym = session.get_one(Gym, event.gym)
 
     def shown(words: Words) -> Shown:

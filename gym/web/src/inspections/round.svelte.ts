@@ -26,7 +26,7 @@ const keyOf = ({ wall_id, item, hold }: Place): string => `${wall_id} ${item ?? 
 
 export class Round {
   readonly loaded: Loaded<Inspection>;
-  private readonly waitingHere = $derived.by(() => mine().filter((item) => this.isOurs(item) && !item.refused));
+  private readonly waitingHere = $derived.by(() => mine().filter((item) => this.isOurs(item)));
   private readonly all = $derived.by(() => this.gather());
   private readonly latest = $derived(new Map(this.all.map((mark) => [keyOf(mark), mark])));
 
@@ -44,7 +44,12 @@ export class Round {
 
   /** Number of marks that the server has not accepted yet. */
   get waiting(): number {
-    return this.waitingHere.filter(({ done }) => done === null).length;
+    return this.waitingHere.filter(({ done, refused }) => done === null && !refused).length;
+  }
+
+  /** Number of marks that the server refused. They count here until their author decides. */
+  get refused(): number {
+    return this.waitingHere.filter(({ refused }) => refused).length;
   }
 
   mark(place: Place): Mark | undefined {

@@ -69,6 +69,11 @@ export async function tryAgain(item: Item): Promise<void> {
   await flush();
 }
 
+export async function sendWithoutPhoto(item: Item): Promise<void> {
+  await revise(item, (now) => ("photo" in now ? { ...now, photo: null, refused: null } : now));
+  await flush();
+}
+
 export async function discard(item: Item): Promise<void> {
   await revise(item, () => null);
 }

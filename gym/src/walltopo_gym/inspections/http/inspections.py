@@ -41,7 +41,6 @@ from walltopo_gym.inspections.service import (
 )
 from walltopo_gym.inspections.signing import key_name
 from walltopo_gym.languages import Language
-from walltopo_gym.walls.models import Wall
 
 router = APIRouter(tags=["inspections"])
 
@@ -193,10 +192,9 @@ def _listed_inspections(session: Session, rows: Sequence[Inspection]) -> list[In
     ids = [row.id for row in rows]
     walls: defaultdict[UUID, list[str]] = defaultdict(list)
     inspected = (
-        select(InspectedWall.inspection_id, Wall.name)
-        .join(Wall, Wall.id == InspectedWall.wall_id)
+        select(InspectedWall.inspection_id, InspectedWall.name)
         .where(InspectedWall.inspection_id.in_(ids))
-        .order_by(Wall.place, Wall.name)
+        .order_by(InspectedWall.place, InspectedWall.name)
     )
     for inspection, name in session.execute(inspected):
         walls[inspection].append(name)
@@ -263,7 +261,8 @@ def _present_facts(session: Session, row: Inspection) -> dict[str, Any]:
     walls = inspected_walls(session, row.id)
     return {
         "walls": [
-            InspectedWallOut(id=wall.id, name=wall.name, scan_id=scan) for wall, scan in walls
+            InspectedWallOut(id=wall.wall_id, name=wall.name, scan_id=wall.scan_id)
+            for wall in walls
         ],
         "started_by": names.get(row.person_id, ""),
         "finished_by": "",
