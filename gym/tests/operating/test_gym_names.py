@@ -56,6 +56,8 @@ KEPT = {
         "time_zone",
         "visibility",
         "joining",
+        "units",
+        "paper",
         "boards",
         "features_off",
         "features_barred",

@@ -185,3 +185,44 @@ test("what the server refuses is kept and shown", async ({ browser, places }) =>
   expected(answered(403), OFFLINE);
   await climber.close();
 });
+
+test("what is logged without an account stays on the device, and moves into one", async ({ browser, places }) => {
+  const guest = await visit(browser, places);
+  const { page, go, shot } = guest;
+  const wall = `/g/${places.gym}/w/${places.wall}`;
+  await go(wall);
+  await page.locator("main .about li a").first().click();
+  await page.getByText("Stays on this device only.").waitFor();
+  await tap(page, "Try");
+  await tap(page, "Top");
+  await tap(page, "Project");
+  await page.getByText("My ascents").scrollIntoViewIfNeeded();
+  assert.deepEqual(await grave(page), []);
+  assert.ok((await tooWide(page)) <= 0);
+  await shot("guest-ascent");
+  // A project that is taken back is gone at once; the rest is here after a reload.
+  const chips = page.locator("article li .chip");
+  await counted(chips, 2);
+  await tap(page, "Project");
+  await counted(chips, 1);
+  await page.reload();
+  await counted(chips, 1);
+
+  // Signing in takes nothing over by itself: the device may be somebody else's.
+  await go("/sign-in");
+  await page.getByText("1 ascent on this device has no account.").waitFor();
+  await shot("guest-sign-in");
+  await signIn(guest, places, places.owner);
+  const before = (await arrived(page)).length;
+  await page.getByRole("link", { name: "1 ascent on this device has no account" }).click();
+  await page.getByRole("heading", { name: "On this device" }).waitFor();
+  assert.deepEqual(await grave(page), []);
+  await shot("guest-takes-over");
+  assert.equal((await arrived(page)).length, before);
+  await page.getByRole("button", { name: "Add to my account" }).click();
+  await until(async () => (await arrived(page)).length === before + 1);
+  const [{ kind, tries }] = await arrived(page);
+  assert.deepEqual([kind, tries], ["top", 2]);
+  await page.getByText("Everything is synced.").waitFor();
+  await guest.close();
+});

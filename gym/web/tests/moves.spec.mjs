@@ -39,8 +39,8 @@ test("a route shows its moves for one's own body", async ({ browser, places }) =
   const shown = (height) => page.getByText(`For a body of ${height} m.`).waitFor();
   await show.click();
   await shown("1.75");
-  await page.getByLabel("Height in cm").fill("158");
-  await page.getByLabel("Reach in cm").press("Tab");
+  await page.getByLabel(/^Height/).fill("158");
+  await page.getByLabel(/^Reach, /).press("Tab");
   await shown("1.55");
   const player = page.locator("wall-topo .player");
   for (let move = 0; move < 2; move++) await player.getByRole("button", { name: "Next move" }).click();
@@ -48,6 +48,31 @@ test("a route shows its moves for one's own body", async ({ browser, places }) =
   assert.equal(await player.getByRole("combobox").inputValue(), "short");
   await page.getByText("For a body of").scrollIntoViewIfNeeded();
   await check(climber, "moves");
+  // In feet and inches: the page, the figure's card, and what is entered.
+  const measureIn = async (units) => {
+    await go(`/g/${places.gym}`);
+    await page.getByLabel("Units").selectOption(units);
+    await go(address);
+    await wallDrawn(page);
+    await show.click();
+  };
+  await measureIn("imperial");
+  await page.getByText("For a body of 5 ft 1 in.").waitFor();
+  const own = page.getByRole("group", { name: /^Height/ });
+  await own.getByLabel("feet").fill("6");
+  await own.getByLabel("inches").fill("3");
+  await own.getByLabel("inches").press("Tab");
+  await page.getByText("For a body of 6 ft 3 in.").waitFor();
+  await player.getByRole("option", { name: "6 ft 3 in" }).waitFor({ state: "attached" });
+  await page.getByText("For a body of").scrollIntoViewIfNeeded();
+  await check(climber, "moves-in-feet");
+  await own.getByLabel("feet").fill("20");
+  await own.getByLabel("feet").press("Tab");
+  await page.getByText("Out of range.").waitFor();
+  await measureIn("metric");
+  await page.getByLabel(/^Height/).fill("158");
+  await page.getByLabel(/^Reach, /).press("Tab");
+  await shown("1.55");
   // Another body in the viewer itself, then away.
   await player.getByRole("combobox").selectOption("tall");
   await shown("1.90");
@@ -72,7 +97,7 @@ test("a route shows its moves for one's own body", async ({ browser, places }) =
   await wallDrawn(page);
   await show.click();
   await shown("1.90");
-  assert.equal(await page.getByLabel("Height in cm").count(), 0);
+  assert.equal(await page.getByLabel(/^Height/).count(), 0);
   await check(climber, "moves-profile");
   await climber.close();
 

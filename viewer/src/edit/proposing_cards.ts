@@ -1,9 +1,11 @@
 /** The parts of the panel that proposes problems: the requested properties, and rows of what was found. */
 
+import { inMetres } from "../data/lengths";
 import type { Hold } from "../data/types";
 import type { ClimberRow, Proposal, Tweak, ProblemSpec as WireSpec } from "../data/wire";
 import { decimal, say } from "../languages";
 import { holdName } from "../languages/format";
+import { measures } from "../languages/units";
 import { h } from "../panels/dom";
 import { choice } from "./form";
 
@@ -39,7 +41,7 @@ export function specFields(first: ProblemSpec, changed: (spec: ProblemSpec) => v
     choice(proposing.kind, [any, ...KINDS.map((one): [ProblemSpec["holds"], string] => [one, proposing.kinds[one]])], spec.holds, (holds) => set({ holds })),
     choice(
       proposing.body,
-      BODIES.map(([name, height]): [string, string] => [String(height), `${people[name]}, ${decimal(height, 2)} m`]),
+      BODIES.map(([name, height]): [string, string] => [String(height), `${people[name]}, ${inMetres(height, measures())}`]),
       String(spec.height_m),
       (height) => set({ height_m: Number(height) }),
     ),
@@ -73,7 +75,7 @@ export function peopleWords(climbers: readonly ClimberRow[]): HTMLElement[] {
   const { people, unreached, leap, proposing } = say();
   return climbers.flatMap(({ climber, moves, reached }) => {
     const far = Math.max(0, ...moves.map(({ beyond_m }) => beyond_m ?? 0));
-    const why = moves.length === 0 ? proposing.noStart : !reached ? unreached : far > 0 ? leap(decimal(far, 2)) : "";
+    const why = moves.length === 0 ? proposing.noStart : !reached ? unreached : far > 0 ? leap(inMetres(far, measures())) : "";
     const name = people[climber as keyof typeof people] ?? climber;
     return why ? [h("p", { class: "doubt warn" }, `${name}: ${why}`)] : [];
   });

@@ -5,7 +5,7 @@ import { looksLike } from "../data/colour_vision";
 import type { Hold, HoldSet, Route, Vec3 } from "../data/types";
 import type { Editor } from "../edit/editor";
 import { say } from "../languages";
-import { holdName, metres, routeName } from "../languages/format";
+import { holdName, lengthText, routeName } from "../languages/format";
 import { holdCard, routeCard } from "../panels/cards";
 import type { CardActions } from "../panels/cards";
 import { h } from "../panels/dom";
@@ -125,7 +125,7 @@ export class Selection {
 
   private heightOf(z: number): string {
     const { tables, stage } = this.parts;
-    return metres(z - (stage?.rig.framing?.floor ?? 0), tables.metric);
+    return lengthText(z - (stage?.rig.framing?.floor ?? 0), tables.metric);
   }
 
   /** Draw lit and faded holds, outlines, flags, lines and ropes anew. */

@@ -5,6 +5,7 @@ import type { Vision } from "../data/colour_vision";
 import type { Hold, HoldSet, Route, Vec3 } from "../data/types";
 import type { ClimberRow } from "../data/wire";
 import { say, speak } from "../languages";
+import { measureIn } from "../languages/units";
 import type { Person } from "../moves/moves_file";
 import { h } from "../panels/dom";
 import { keptVision } from "../panels/vision";
@@ -58,6 +59,7 @@ export class WallTopo extends HTMLElement {
     this.gone = new AbortController();
     const { code, words } = speak([this.lang, ...navigator.languages]);
     parts.shell.lang = code;
+    measureIn(this.getAttribute("units"));
     // A canvas whose context was given back cannot draw again: each life has its own.
     parts.canvas = h("canvas", { tabindex: 0, role: "img", part: "canvas", "aria-label": words.picture });
     if (this.getAttribute("loading") !== "lazy") return void this.begin();

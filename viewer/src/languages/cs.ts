@@ -205,7 +205,7 @@ export const cs: Language = {
     "left foot": "Levá noha",
     "right foot": "Pravá noha",
   },
-  leap: (metres) => `o ${metres} m mimo dosah: skok`,
+  leap: (length) => `o ${length} mimo dosah: skok`,
   unreached: "top je mimo dosah",
   gradeRange: (low, high, graded) =>
     `asi ${low} až ${high}, ${graded ? `podle ${graded} klasifikací této stěny` : "odhad podle tréninkové desky"}`,

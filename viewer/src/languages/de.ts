@@ -205,7 +205,7 @@ export const de: Language = {
     "left foot": "Linker Fuß",
     "right foot": "Rechter Fuß",
   },
-  leap: (metres) => `${metres} m außer Reichweite: ein Sprung`,
+  leap: (length) => `${length} außer Reichweite: ein Sprung`,
   unreached: "das Top ist außer Reichweite",
   gradeRange: (low, high, graded) =>
     `etwa ${low} bis ${high}, ${graded ? `nach ${graded} Graden dieser Wand` : "geschätzt nach einem Trainingsboard"}`,

@@ -38,7 +38,7 @@ export interface Language {
   visions: Record<Vision | "usual", string>;
   people: Record<"child" | "short" | "adult" | "tall" | "you" | "clip", string>;
   limbs: Record<"start" | "left hand" | "right hand" | "left foot" | "right foot", string>;
-  leap: (metres: string) => string;
+  leap: (length: string) => string;
   unreached: string;
   gradeRange: (low: string, high: string, graded: number) => string;
   holdName: (colour: string, type: string) => string;
@@ -217,7 +217,7 @@ export const en: Language = {
     "left foot": "Left foot",
     "right foot": "Right foot",
   },
-  leap: (metres) => `${metres} m beyond reach: a leap`,
+  leap: (length) => `${length} beyond reach: a leap`,
   unreached: "the top is out of reach",
   gradeRange: (low, high, graded) =>
     `about ${low} to ${high}, ${graded ? `by ${graded} grades of this wall` : "guessed from a training board"}`,

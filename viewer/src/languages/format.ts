@@ -1,17 +1,20 @@
 /** Numbers and names as people read them. */
 
 import { counted, day, decimal, say } from ".";
+import { inCentimetres, inMetres } from "../data/lengths";
 import { lean, whole } from "../data/steepness";
 import type { Hold, Route, Tables } from "../data/types";
+import { measures } from "./units";
 
 export function capital(text: string): string {
   return text.slice(0, 1).toUpperCase() + text.slice(1);
 }
 
-export function metres(value: number | null | undefined, metric: boolean): string {
+/** `metric`: whether the scan has metres; else the length is in units of its own. */
+export function lengthText(value: number | null | undefined, metric: boolean): string {
   if (value == null || !Number.isFinite(value)) return "–";
   if (!metric) return `${decimal(value, 2)} ${say().words.units}`;
-  return value < 1 ? `${Math.round(value * 100)} cm` : `${decimal(value, 1)} m`;
+  return value < 1 ? inCentimetres(value, measures()) : inMetres(value, measures(), 1);
 }
 
 /** "12° overhang": positive leans towards the climber. */
@@ -47,7 +50,7 @@ export function wallFacts(tables: Tables): string {
 export function routeFacts(route: Route, metric: boolean): string {
   const length = route.length_m ?? 0;
   const facts = [route.grade ?? "", counted(route.holds.length, "hold")].filter(Boolean);
-  if (length > 0) facts.push(metres(length, metric));
+  if (length > 0) facts.push(lengthText(length, metric));
   if (route.steepness_deg != null) facts.push(steepness(route.steepness_deg));
   return facts.join(" · ");
 }

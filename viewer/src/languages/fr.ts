@@ -205,7 +205,7 @@ export const fr: Language = {
     "left foot": "Pied gauche",
     "right foot": "Pied droit",
   },
-  leap: (metres) => `hors de portée de ${metres} m : un jeté`,
+  leap: (length) => `hors de portée de ${length} : un jeté`,
   unreached: "le top est hors de portée",
   gradeRange: (low, high, graded) =>
     `environ ${low} à ${high}, ${graded ? `d’après ${graded} cotations de ce mur` : "estimé d’après un pan d’entraînement"}`,

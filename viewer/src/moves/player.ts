@@ -1,9 +1,11 @@
 /** Plays the likely moves of a route: a figure that climbs, step by step or at its own pace. */
 
 import { Vector3 } from "three";
+import { inMetres } from "../data/lengths";
 import type { Tables } from "../data/types";
 import type { ClimberRow, MoveRow, RouteMoves } from "../data/wire";
-import { decimal, say } from "../languages";
+import { say } from "../languages";
+import { measures } from "../languages/units";
 import { h, icon } from "../panels/dom";
 import type { Stage } from "../scene/stage";
 import { Figure } from "./figure";
@@ -119,7 +121,7 @@ export class Player {
     for (const one of able) {
       const known = PEOPLE.find((name) => name === one.climber);
       const name = known ? people[known] : one.climber;
-      choose.append(h("option", { value: one.climber }, `${name}, ${decimal(one.height_m, 2)} m`));
+      choose.append(h("option", { value: one.climber }, `${name}, ${inMetres(one.height_m, measures())}`));
     }
     choose.value = this.climber.climber;
     choose.addEventListener("change", () => {
@@ -225,7 +227,7 @@ export class Player {
     const move = moves[now]!;
     const parts = [`${now + 1}/${moves.length}`, limbs[move.limb]];
     if (now === crux && now > 0) parts.push(words.crux);
-    if (move.beyond_m) parts.push(leap(decimal(move.beyond_m, 2)));
+    if (move.beyond_m) parts.push(leap(inMetres(move.beyond_m, measures())));
     if (!reached && now === moves.length - 1) parts.push(unreached);
     const text = parts.join(" · ");
     if (this.status.textContent !== text) this.status.textContent = text;

@@ -9,7 +9,7 @@ import {
   colourName,
   holdColours,
   holdName,
-  metres,
+  lengthText,
   routeFacts,
   routeName,
   routeOrigin,
@@ -106,7 +106,7 @@ export function holdCard(hold: Hold, tables: Tables, act: CardActions): HTMLElem
     facts([
       [words.colour, capital(holdColours(hold) || colourName(null))],
       [words.type, kind],
-      [words.size, metres(hold.size_m, tables.metric)],
+      [words.size, lengthText(hold.size_m, tables.metric)],
       [words.steepness, capital(steepness(hold.steepness_deg))],
     ]),
   ];

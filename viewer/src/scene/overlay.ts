@@ -4,7 +4,9 @@ import { Vector3 } from "three";
 import type { CameraRig } from "../camera/camera_rig";
 import type { Hold, Route, Tables, Vec3 } from "../data/types";
 import { say } from "../languages";
-import { metres } from "../languages/format";
+import { measured } from "../data/lengths";
+import { lengthText } from "../languages/format";
+import { measures } from "../languages/units";
 import { h } from "../panels/dom";
 import { RouteNames } from "./route_names";
 
@@ -116,7 +118,7 @@ export class Overlay {
     this.root.append(element);
     if (this.ends.length < 2) return null;
     const length = this.ends[0]!.distanceTo(this.ends[1]!);
-    const text = metric ? `${length.toFixed(length < 1 ? 3 : 2)} m` : metres(length, false);
+    const text = metric ? measured(length, measures()) : lengthText(length, false);
     this.label.textContent = text;
     this.label.hidden = false;
     this.line.style.display = "";

@@ -31,7 +31,8 @@ class Gym(Keyed, Base):
     its members. `joining`: "open" or "invitation". `boards`: "off", "one" for everybody, or
     "categories" too. `features_off`: optional features of the server that the gym has turned off;
     their data stays. `features_barred`: those that an operator has turned off for it.
-    `storage_quota_mb`: uploads are refused above it; null: no limit.
+    `storage_quota_mb`: uploads are refused above it; null: no limit. `units`: "metric" or
+    "imperial", in which lengths are shown. `paper`: "a4" or "letter", for what is printed.
     """
 
     __tablename__ = "gyms"
@@ -46,6 +47,8 @@ class Gym(Keyed, Base):
     features_off: Mapped[list[Switch]] = mapped_column(JSON, default=list, server_default="[]")
     features_barred: Mapped[list[Switch]] = mapped_column(JSON, default=list, server_default="[]")
     storage_quota_mb: Mapped[int | None]
+    units: Mapped[str] = mapped_column(String(8), default="metric", server_default="metric")
+    paper: Mapped[str] = mapped_column(String(6), default="a4", server_default="a4")
 
     def features(self, of: Iterable[Switch]) -> list[Switch]:
         """Return those of a server's features that the gym has."""

@@ -55,7 +55,7 @@ def open_gym(session: Session, owner: UUID, name: str, slug: str = "", **facts: 
 
     Parameters
     ----------
-    facts : place, time_zone, visibility, joining.
+    facts : place, time_zone, visibility, joining, units, paper.
 
     Raises
     ------

@@ -13,7 +13,7 @@ from walltopo_gym.inspections.levels import texts_in
 from walltopo_gym.inspections.signing import code_of, key_name
 from walltopo_gym.inspections.tables import latest_facts
 from walltopo_gym.languages import Language
-from walltopo_gym.paper.sheet import Sheet
+from walltopo_gym.paper.sheet import Paper, Sheet
 from walltopo_gym.words import Words, words_in
 
 _MAX_PHOTOS: Final = 60
@@ -32,7 +32,7 @@ class RecordPaper:
     ----------
     file : as `record.record_file` returns it. zone : of the gym's times.
     photo : returns a photo by its name, None if it is gone. base : address of the server.
-    corrected : record of the inspection that this one corrects, or None.
+    corrected : record of the inspection that this one corrects, or None. size : of the pages.
     """
 
     file: dict[str, Any]
@@ -40,6 +40,7 @@ class RecordPaper:
     photo: Callable[[str], bytes | None]
     base: str
     corrected: str | None
+    size: Paper
 
     def pdf(self, language: Language) -> tuple[bytes, set[str]]:
         """Return the pages, and the characters that their font lacks."""
@@ -54,6 +55,7 @@ class RecordPaper:
             page=words.say("page", page="{page}", pages="{pages}"),
             code=f"{self.base}/verify/{code}",
             code_note=texts["verify"],
+            size=self.size,
             lacks=words.say("lacks", scripts="{scripts}"),
         )
         self._add_facts(sheet, texts, words)

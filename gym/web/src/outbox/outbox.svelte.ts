@@ -3,7 +3,7 @@
 import { probe, returned } from "../offline/reception.svelte";
 import { me } from "../session.svelte";
 import { send } from "./send";
-import { all, keep, onChange, revise, type Item, type Words } from "./store";
+import { all, GUEST, keep, onChange, revise, type Item, type Words } from "./store";
 
 const FIRST_WAIT_MS = 2_000;
 const LONGEST_WAIT_MS = 300_000;
@@ -12,14 +12,23 @@ let items = $state.raw<Item[]>([]);
 let timer = 0;
 let wait = FIRST_WAIT_MS;
 
-/** Items of the signed-in person. */
+/** The owner of new items: the signed-in person, or this device's guest. */
+export function author(): string {
+  return me()?.id ?? GUEST;
+}
+
+/** Items of the signed-in person, or else of this device's guest. */
 export function mine(): Item[] {
-  const person = me()?.id;
-  return items.filter((item) => item.person === person);
+  return items.filter((item) => item.person === author());
+}
+
+/** What was logged on this device without an account. */
+export function ofGuest(): Item[] {
+  return items.filter((item) => item.person === GUEST);
 }
 
 export function waiting(): Item[] {
-  return mine().filter(({ done, refused }) => done === null && !refused);
+  return mine().filter(({ person, done, refused }) => person !== GUEST && done === null && !refused);
 }
 
 export function refused(): Item[] {
@@ -58,10 +67,27 @@ async function askForSync(): Promise<void> {
 /** Store an item and send it. Resolves once it is stored and pages show it. */
 export async function say(words: Words): Promise<void> {
   await keep(words);
+  if (words.person === GUEST) await dropTakenBack();
   await read();
   void navigator.storage?.persist?.();
   void askForSync();
   void flush();
+}
+
+/** No server needs to hear that a guest took something back. */
+async function dropTakenBack(): Promise<void> {
+  for (const item of await all()) {
+    if (item.person === GUEST && "takenBack" in item && item.takenBack) await discard(item);
+  }
+}
+
+/** Hand over what a guest logged to the signed-in person, and send it. */
+export async function takeOver(): Promise<void> {
+  const person = me()?.id;
+  if (!person) return;
+  for (const item of ofGuest()) await revise(item, (now) => ({ ...now, person }));
+  void askForSync();
+  await flush();
 }
 
 export async function tryAgain(item: Item): Promise<void> {

@@ -2,7 +2,7 @@
 
 import { isPortal } from "../offline/portal";
 import { result as sentEdit } from "./edits";
-import { all, keyOf, revise, type Item } from "./store";
+import { all, GUEST, keyOf, revise, type Item } from "./store";
 
 const API = "/api/v1";
 const PATIENCE_MS = 30_000;
@@ -116,7 +116,7 @@ function before(item: Item): string[] {
 }
 
 async function sendWaiting(): Promise<Outcome> {
-  const waiting = async () => (await all()).filter(({ done, refused }) => done === null && !refused);
+  const waiting = async () => (await all()).filter(({ person, done, refused }) => person !== GUEST && done === null && !refused);
   if ((await waiting()).length === 0) return "empty";
   const person = await whoIsHere();
   if (person === "later" || person === "sign-in") return person;

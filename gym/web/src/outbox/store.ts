@@ -94,6 +94,9 @@ export interface ManyRow {
   body: AscentIn;
 }
 
+/** The owner of what is logged on a device without an account. It stays here until an account takes it over. */
+export const GUEST = "guest";
+
 interface Common {
   /** The owner: another account never sends it. */
   person: string;

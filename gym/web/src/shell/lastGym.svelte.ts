@@ -3,6 +3,7 @@
 import { getContext, setContext, untrack } from "svelte";
 import { answer, api, type Schemas } from "../api/client";
 import { Loaded } from "../lib/loaded.svelte";
+import { followGym } from "../lib/units.svelte";
 import { keepGym } from "../offline/keepGym";
 import { returned } from "../offline/reception.svelte";
 import { route } from "../routes";
@@ -50,6 +51,7 @@ export function provideGym(): Gym {
     if (gym.problem?.status === 404 && gymHere() === slug) remember("");
     else if (gym.data && !gym.problem) {
       remember(gym.data.slug);
+      followGym(gym.data.units);
       keepGym(gym.data.slug, gym.data.role !== "guest");
     }
   });

@@ -35,6 +35,10 @@ Joining = Literal["open", "invitation"]
 
 Boards = Literal["off", "one", "categories"]
 
+Units = Literal["metric", "imperial"]
+
+GymPaper = Literal["a4", "letter"]
+
 
 class NewGym(Body):
     """A new gym; `slug` is its part of the address, derived from the name by default."""
@@ -45,6 +49,8 @@ class NewGym(Body):
     time_zone: str = Field("UTC", max_length=60)
     visibility: Visibility = "private"
     joining: Joining = "invitation"
+    units: Units = "metric"
+    paper: GymPaper = "a4"
 
 
 class GymChange(Body):
@@ -55,13 +61,16 @@ class GymChange(Body):
     time_zone: str | None = Field(None, max_length=60)
     visibility: Visibility | None = None
     joining: Joining | None = None
+    units: Units | None = None
+    paper: GymPaper | None = None
     boards: Boards | None = None
     features_off: list[Switch] | None = Field(None, max_length=10)
 
 
 class GymOut(BaseModel):
     """A gym; `role` is the viewer's, `features_off` the features that the gym has turned off,
-    `features_barred` those that an operator has turned off for it."""
+    `features_barred` those that an operator has turned off for it. Lengths are in metres whatever
+    its `units` are, in which pages show them."""
 
     id: UUID
     slug: str
@@ -70,6 +79,8 @@ class GymOut(BaseModel):
     time_zone: str
     visibility: Visibility
     joining: Joining
+    units: Units
+    paper: GymPaper
     boards: Boards
     features_off: list[Switch]
     features_barred: list[Switch]
@@ -115,7 +126,7 @@ def make_gym(body: NewGym, session: Db, services: ServicesOf, actor: SignedInMay
     """Create a gym as its owner."""
     if services.settings.new_gyms == "operators" and not actor.operator:
         raise ForbiddenError("gyms-by-operators", "ask-operator")
-    facts = body.model_dump(include={"place", "time_zone", "visibility", "joining"})
+    facts = body.model_dump(exclude={"name", "slug"})
     gym = open_gym(session, actor.known, body.name, body.slug, **facts)
     return gym_out(gym, Role.OWNER)
 

@@ -108,6 +108,7 @@ def read_inspection_paper(
         photo=photo,
         base=services.settings.link_base,
         corrected=None if corrected is None else corrected.record,
+        size="letter" if gym.paper == "letter" else "a4",
     )
     content, missing = paper.pdf(language)
     name = f"{gym.slug}-inspection-{row.code}.pdf"
