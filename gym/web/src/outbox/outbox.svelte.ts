@@ -22,7 +22,7 @@ export function mine(): Item[] {
   return items.filter((item) => item.person === author());
 }
 
-/** What was logged on this device without an account. */
+/** Items of this device without an account. */
 export function ofGuest(): Item[] {
   return items.filter((item) => item.person === GUEST);
 }
