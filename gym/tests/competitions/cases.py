@@ -8,8 +8,18 @@ from uuid import UUID, uuid4
 from gym.tests.worlds import World
 from sqlalchemy import select
 
+from walltopo_gym.accounts.secrets import hash_of
 from walltopo_gym.clock import now
-from walltopo_gym.competitions.models import Category, Competition, Entry, Problem, Round
+from walltopo_gym.competitions.judge_links import cookie_name
+from walltopo_gym.competitions.models import (
+    Category,
+    Competition,
+    Entry,
+    JudgeLink,
+    LinkJudge,
+    Problem,
+    Round,
+)
 
 SHEET: dict[str, Any] = {
     "categories": [{"name": "Open"}],
@@ -88,6 +98,44 @@ def a_problem(world: World) -> dict[str, Any]:
     one = of_last(world, Round)
     with world.server.database.reading() as session:
         return made | {"problem": session.scalar(select(Problem.id).where(Problem.round_id == one))}
+
+
+def a_judge_link(world: World) -> dict[str, Any]:
+    """A competition with a judge's link, which a browser has opened."""
+    made = a_problem(world)
+    link = JudgeLink(id=uuid4(), problem_id=made["problem"], token_hash="")
+    link.token_hash = hash_of(_secret(link.id))
+    judge = LinkJudge(link_id=link.id, name="Eva", token_hash=hash_of(f"cookie-{link.id}"))
+    with world.server.database.writing() as session:
+        session.add(link)
+        session.flush()
+        session.add(judge)
+    return made | {"link": link.id}
+
+
+def _secret(link: UUID) -> str:
+    return f"secret-of-{link}"
+
+
+def _last_link(world: World) -> UUID:
+    newest = select(JudgeLink.id).order_by(JudgeLink.created_at.desc()).limit(1)
+    with world.server.database.reading() as session:
+        return session.scalars(newest).one()
+
+
+def secret_of(world: World) -> str:
+    """The secret of the last link."""
+    return _secret(_last_link(world))
+
+
+def cookie_of(world: World) -> str:
+    """The cookie of a browser that has opened the last link."""
+    link = _last_link(world)
+    return f"{cookie_name(link)}=cookie-{link}"
+
+
+def an_event_by_link(world: World) -> dict[str, Any]:
+    return a_judge_link(world) | {"event": uuid4()}
 
 
 def an_event(world: World) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from walltopo_gym.clock import now
 from walltopo_gym.competitions import judging
 from walltopo_gym.competitions.bodies import EventBody
 from walltopo_gym.competitions.history import board_of, marks_of, struck_events
-from walltopo_gym.competitions.judging import MAX_CHAIN, store_event
+from walltopo_gym.competitions.judging import MAX_CHAIN, Account, store_event
 from walltopo_gym.competitions.ledger import Kind
 from walltopo_gym.competitions.models import Competition, Round, ScoreEvent
 
@@ -283,7 +283,7 @@ def test_no_events_of_a_competitor_change_whether_a_judges_event_counts(
             )
             event = uuid4()
             try:
-                store_event(session, row, event, proposal, person, judges=False)
+                store_event(session, row, event, proposal, Account(person))
             except WalltopoError:
                 continue
             there.append(event)

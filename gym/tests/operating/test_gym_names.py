@@ -43,8 +43,12 @@ KEPT = {
         "points",
         "category_ids",
     },
+    # A judge without an account is named by hand, as on a paper scorecard.
+    "competition_judge_links": {"token_hash"},
+    "competition_link_judges": {"name", "token_hash"},
     "competition_rounds": {"name", "kind", "scoring", "state"},
     "competition_waivers": {"text"},
+    "competition_waves": {"name"},
     "competitions": {"name", "format", "state", "about", "fee", "waiver"},
     "floor_plans": {"sha256"},
     "grade_systems": {"name", "kind", "grades"},

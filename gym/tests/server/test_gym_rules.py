@@ -77,11 +77,11 @@ class Case:
 
     Parameters
     ----------
-    who : "anyone", "signed-in", "operator", or the least role in the gym ("guest": everybody who
-        sees it).
+    who : "anyone", "judge-link" (everybody with its cookie), "signed-in", "operator", or the least
+        role in the gym ("guest": everybody who sees it).
     scope : what a token needs; None: no token will do.
     values : of the path, made anew for each request; body, query : likewise.
-    known : a guest must be signed in.
+    known : a guest must be signed in. cookie : what the browser has beside its sign-in.
     """
 
     who: str
@@ -92,6 +92,7 @@ class Case:
     headers: dict[str, str] = field(default_factory=dict)
     content: bytes | None = None
     query: Callable[[World], str] = lambda world: ""
+    cookie: Callable[[World], str] = lambda world: ""
 
 
 def _invitation(world: World) -> str:
@@ -1134,6 +1135,20 @@ CASES = {
     "put_score_event": Case("member", None, cups.an_event, cups.a_top),
     "list_score_events": Case("judge", Scope.MANAGE, cups.a_competition),
     "list_marks": Case("judge", Scope.MANAGE, cups.a_problem),
+    "list_judge_links": Case("setter", Scope.MANAGE, cups.a_judge_link),
+    "make_judge_link": Case("setter", Scope.MANAGE, cups.a_problem),
+    "make_judge_sheet": Case("setter", Scope.MANAGE, cups.with_row(Round, "one")),
+    "revoke_judge_link": Case("setter", Scope.MANAGE, cups.a_judge_link),
+    "open_judge_link": Case(
+        "anyone",
+        Scope.READ,
+        cups.a_judge_link,
+        lambda w: {"secret": cups.secret_of(w), "name": "E"},
+    ),
+    "read_judge_pad": Case("judge-link", None, cups.a_judge_link, cookie=cups.cookie_of),
+    "put_link_event": Case(
+        "judge-link", None, cups.an_event_by_link, cups.a_top, cookie=cups.cookie_of
+    ),
     "list_appeals": Case("judge", Scope.MANAGE, cups.a_competition),
     "read_competition_board": Case("guest", Scope.READ, cups.a_competition),
     "explain_order": Case("guest", Scope.READ, cups.a_competition, query=cups.two_of_them),
@@ -1273,7 +1288,9 @@ def prepare(world: World, name: str, **other: Any) -> Request:
     case = CASES[name]
     values = {"gym": world.gym.slug, **case.values(world), **other}
     path = path.format(**values) + case.query(world)
-    return method, path, case.body(world), case.headers, case.content
+    cookie = case.cookie(world)
+    headers = case.headers | ({"cookie": cookie} if cookie else {})
+    return method, path, case.body(world), headers, case.content
 
 
 def send(world: World, request: Request, who: Somebody) -> httpx.Response:
@@ -1294,7 +1311,8 @@ def expected(case: Case, kind: str, visibility: str) -> int | None:
         return None
     if case.who == "operator" and kind not in ("nobody", "operator"):
         return 403
-    return 401 if kind == "nobody" and case.who != "anyone" else None
+    is_open = case.who in ("anyone", "judge-link")
+    return 401 if kind == "nobody" and not is_open else None
 
 
 def audit_length(world: World) -> int:

@@ -21,6 +21,7 @@ Year = Annotated[int, Field(ge=1900, le=2100)]
 Worth = Annotated[int, Field(ge=0, le=100_000)]
 Few = Annotated[int, Field(ge=1, le=500)]
 Holds = Annotated[int, Field(ge=1, le=500)]
+MaxAttempts = Annotated[int, Field(ge=1, le=999)]
 
 
 class ProblemPoints(Body):
@@ -78,8 +79,20 @@ class ProblemBody(Body):
         return self.model_dump(include={"name", "colour", "grade", "wall"})
 
 
+class WaveBody(Body):
+    """A wave; a new one if it has no id. `places`: limit of competitors who enter themselves."""
+
+    id: UUID | None = None
+    name: Name
+    starts_at: Moment
+    ends_at: Moment
+    places: Annotated[int, Field(ge=1, le=5_000)] | None = None
+
+
 class RoundBody(Body):
-    """A round. Each of `route_ids` becomes a problem after those in `problems`."""
+    """A round. Each of `route_ids` becomes a problem after those in `problems`. `max_attempts`:
+    limit of attempts on each problem. `isolation_minutes`: how long before `opens_at` isolation
+    closes; `rotation_seconds`: time between the starts of two competitors."""
 
     id: UUID | None = None
     name: Name
@@ -88,6 +101,10 @@ class RoundBody(Body):
     quota: Annotated[int, Field(ge=1, le=2_000)] | None = None
     opens_at: Moment | None = None
     closes_at: Moment | None = None
+    max_attempts: MaxAttempts | None = None
+    isolation_minutes: Annotated[int, Field(ge=0, le=1_440)] | None = None
+    rotation_seconds: Annotated[int, Field(ge=10, le=7_200)] | None = None
+    waves: list[WaveBody] = Field(default_factory=list, max_length=50)
     route_ids: list[UUID] = Field([], max_length=500)
     problems: list[ProblemBody] = Field([], max_length=500)
 
@@ -152,8 +169,19 @@ class ProblemOut(BaseModel):
     holds: int | None
 
 
+class WaveOut(BaseModel):
+    """A wave; `entries`: its number of competitors."""
+
+    id: UUID
+    name: str
+    starts_at: datetime
+    ends_at: datetime
+    places: int | None
+    entries: int
+
+
 class RoundOut(BaseModel):
-    """A round and its problems."""
+    """A round, its waves and its problems."""
 
     id: UUID
     name: str
@@ -164,6 +192,10 @@ class RoundOut(BaseModel):
     opens_at: datetime | None
     closes_at: datetime | None
     begun_at: datetime | None
+    max_attempts: int | None
+    isolation_minutes: int | None
+    rotation_seconds: int | None
+    waves: list[WaveOut]
     problems: list[ProblemOut]
 
 
@@ -226,6 +258,7 @@ class EntryBody(Body):
     birth_year: Year | None = None
     gender: Gender = ""
     handicap: Handicap = 0
+    wave_id: UUID | None = None
 
 
 class MarkFields(BaseModel):

@@ -9,13 +9,16 @@ from uuid import UUID
 from sqlalchemy import func, select, update
 from sqlalchemy.orm import Session
 
+from walltopo_gym.clock import now
 from walltopo_gym.competitions.bodies import EntryBody
 from walltopo_gym.competitions.models import (
     Category,
     Competition,
     Entry,
+    Round,
     ScoreEvent,
     WaiverSignature,
+    Wave,
 )
 from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError, RequestError
 
@@ -48,10 +51,13 @@ def add_entry(
 
     Raises
     ------
-    NotFoundError : no such category; RequestError : they do not fit it; ConflictError : bib taken.
+    NotFoundError : no such category or wave; RequestError : they do not fit the category;
+    ConflictError : bib taken.
     """
     category = category_of(session, row, words.category_id)
     _check_fits(category, words)
+    if words.wave_id is not None:
+        wave_of(session, row, words.wave_id)
     taken = set(session.scalars(select(Entry.bib).where(Entry.competition_id == row.id)))
     bib = words.bib or next_bib(taken)
     if bib in taken:
@@ -80,6 +86,8 @@ def change_entry(session: Session, row: Competition, entry: Entry, given: dict[s
         **{name: given.get(name, getattr(entry, name)) for name in names}
     )
     _check_fits(category_of(session, row, words.category_id), words)
+    if words.wave_id is not None:
+        wave_of(session, row, words.wave_id)
     same = select(Entry.id).where(
         Entry.competition_id == row.id, Entry.bib == words.bib, Entry.id != entry.id
     )
@@ -99,7 +107,9 @@ def enter_person(
     Raises
     ------
     ForbiddenError : the gym enters people itself, or has withdrawn this one.
-    ConflictError : entries are closed, or the text was changed meanwhile.
+    ConflictError : entries are closed, the text was changed meanwhile, or the wave has no free
+        place or is over.
+    RequestError : the competition has waves, and none is chosen.
     """
     if not row.self_entry:
         raise ForbiddenError("cup-gym-enters", "cup-ask-desk")
@@ -110,6 +120,7 @@ def enter_person(
     entry = own_entry(session, row, person)
     if entry is not None and entry.withdrawn and entry.removed:
         raise ForbiddenError("cup-gym-withdrew", "cup-ask-desk")
+    _check_wave(session, row, words.wave_id, entry)
     if entry is None:
         entry = add_entry(session, row, words, person)
     else:
@@ -119,6 +130,50 @@ def enter_person(
         change_entry(session, row, entry, {**words.model_dump(), **kept, "withdrawn": False})
     accept_text(session, row, entry, words.name, person, on_paper=False)
     return entry
+
+
+def waves_of(session: Session, row: Competition) -> list[Wave]:
+    """Return the waves of a competition, in order."""
+    rows = select(Wave).join(Round, Round.id == Wave.round_id)
+    return list(session.scalars(rows.where(Round.competition_id == row.id).order_by(Wave.place)))
+
+
+def wave_of(session: Session, row: Competition, wave: UUID) -> Wave:
+    """Return a wave of this competition.
+
+    Raises
+    ------
+    NotFoundError : this competition has no such wave.
+    """
+    found = session.get(Wave, wave)
+    if found is None or session.get_one(Round, found.round_id).competition_id != row.id:
+        raise NotFoundError("not-there-wave")
+    return found
+
+
+def _check_wave(session: Session, row: Competition, wave: UUID | None, entry: Entry | None) -> None:
+    """Check that a person may choose this wave by themselves.
+
+    Raises
+    ------
+    RequestError, NotFoundError, ConflictError : they must choose one, it does not exist, is over or
+        full, or their own has begun.
+    """
+    if wave is None:
+        if waves_of(session, row):
+            raise RequestError("cup-choose-wave")
+        return
+    chosen = wave_of(session, row, wave)
+    own = None if entry is None else entry.wave_id
+    if own is not None and own != wave and session.get_one(Wave, own).starts_at <= now():
+        raise ConflictError("cup-wave-stays", "cup-ask-judge")
+    if chosen.ends_at <= now():
+        raise ConflictError("cup-wave-over", name=chosen.name)
+    taken = select(func.count()).where(Entry.wave_id == wave, Entry.withdrawn.is_(False))
+    if entry is not None:
+        taken = taken.where(Entry.id != entry.id)
+    if chosen.places is not None and (session.scalar(taken) or 0) >= chosen.places:
+        raise ConflictError("cup-wave-full", "cup-choose-other-wave", name=chosen.name)
 
 
 def accept_text(

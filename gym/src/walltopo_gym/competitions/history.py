@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.competitions.board import Leaderboard
 from walltopo_gym.competitions.ledger import SCORED, Fact, Ledger
-from walltopo_gym.competitions.models import Competition, ScoreEvent
+from walltopo_gym.competitions.models import Competition, Problem, Round, ScoreEvent
 from walltopo_gym.competitions.scoring.score import NOTHING, Mark
 from walltopo_gym.competitions.sheet import load_sheet
 
@@ -94,15 +94,23 @@ def marks_of(session: Session, competition: UUID, about: ColumnElement[bool]) ->
     about : the condition on events; striking events are read in any case.
     """
     facts, ledger = _with_strikers(session, competition, about)
+    limits = _attempt_limits(session, competition)
     found = []
     for entry, problem in dict.fromkeys(fact.mark_key for fact in facts):
         if problem is None:
             continue
-        mark = ledger.mark(entry, problem)
+        mark = ledger.mark(entry, problem, limits.get(problem))
         counting = [one.id for one in ledger.counting_events(entry, problem) if one.kind in SCORED]
         if mark != NOTHING:
             found.append(Has(entry, problem, mark, counting))
     return found
+
+
+def _attempt_limits(session: Session, competition: UUID) -> dict[UUID, int]:
+    """Return the limits of attempts of a competition, by problem."""
+    rows = select(Problem.id, Round.max_attempts).join(Round, Round.id == Problem.round_id)
+    limited = Round.competition_id == competition, Round.max_attempts.is_not(None)
+    return {problem: most for problem, most in session.execute(rows.where(*limited)) if most}
 
 
 def _fact(columns: Sequence[Any]) -> Fact:

@@ -4,6 +4,7 @@ people."""
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Final
 from uuid import UUID
@@ -23,7 +24,16 @@ from walltopo_gym.competitions.ledger import (
     STRIKING,
     Kind,
 )
-from walltopo_gym.competitions.models import Competition, Entry, Problem, Round, ScoreEvent, Starter
+from walltopo_gym.competitions.models import (
+    Competition,
+    Entry,
+    LinkJudge,
+    Problem,
+    Round,
+    ScoreEvent,
+    Starter,
+    Wave,
+)
 from walltopo_gym.competitions.scoring.rules import Scoring
 from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError, RequestError
 
@@ -50,25 +60,60 @@ MAX_CHAIN: Final = 20
 MAX_CLIMB: Final = timedelta(hours=1)
 
 
+@dataclass(frozen=True)
+class Account:
+    """An account as the sender of score events; `judges`: whether it may score everybody."""
+
+    person: UUID
+    judges: bool = False
+
+    @property
+    def columns(self) -> dict[str, UUID]:
+        """Return the sender by the columns of an event."""
+        return {"person_id": self.person}
+
+    def sent(self, session: Session, kept: ScoreEvent) -> bool:
+        """Return whether a stored event came from this account."""
+        return kept.person_id == self.person
+
+
+@dataclass(frozen=True)
+class ByLink:
+    """A judge by link as the sender of score events about the link's problem."""
+
+    judge: LinkJudge
+    problem: UUID
+
+    @property
+    def columns(self) -> dict[str, UUID]:
+        """Return the sender by the columns of an event."""
+        return {"link_judge_id": self.judge.id}
+
+    def sent(self, session: Session, kept: ScoreEvent) -> bool:
+        """Return whether a stored event came by this judge's link."""
+        if kept.link_judge_id is None:
+            return False
+        return session.get_one(LinkJudge, kept.link_judge_id).link_id == self.judge.link_id
+
+
 def store_event(
-    session: Session, row: Competition, event: UUID, body: EventBody, person: UUID, *, judges: bool
+    session: Session, row: Competition, event: UUID, body: EventBody, sender: Account | ByLink
 ) -> tuple[ScoreEvent, bool]:
     """Store an event and return it and whether it is new; a stored one stays as it is.
 
     Parameters
     ----------
     row : locked, so that events are committed in the order of their numbers.
-    judges : whether the person may score everybody.
 
     Raises
     ------
-    ConflictError : the id is another event's, or scoring is closed.
-    ForbiddenError : the person may not send this event.
+    ConflictError : the id is another event's, scoring is closed, or no attempts are left.
+    ForbiddenError : the sender may not send this event.
     RequestError, NotFoundError : the event is inconsistent, or refers to a missing object.
     """
     kept = session.get(ScoreEvent, event)
     if kept is not None:
-        same = kept.competition_id == row.id and kept.person_id == person
+        same = kept.competition_id == row.id and sender.sent(session, kept)
         if not same or any(getattr(kept, name) != getattr(body, name) for name in _SAME):
             raise ConflictError("id-taken", "id-another")
         return kept, False
@@ -78,20 +123,25 @@ def store_event(
     _check_sense(session, row, body)
     one = _check_problem(session, row, body, entry)
     _check_open(row)
-    _check_number(session, body, judges=judges)
+    _check_number(session, body, judges=isinstance(sender, ByLink) or sender.judges)
     chain = _chain(session, body.target_id) if body.kind in STRIKING else []
-    if not judges:
-        _check_own(row, body, entry, person, chain)
+    if isinstance(sender, ByLink):
+        _check_link(body, sender, chain)
+        for touched in _rounds_touched(session, chain, one):
+            _check_end(row, touched, climbed_at, at)
+    elif not sender.judges:
+        _check_own(row, body, entry, sender.person, chain)
         if body.kind in STRIKING:  # an appeal changes no result, so it may come after a round
-            _check_not_struck(session, body, person, row.id, chain)
+            _check_not_struck(session, body, sender.person, row.id, chain)
             for touched in _rounds_touched(session, chain, one):
                 _check_window(row, touched, climbed_at, at)
+                _check_wave(session, row, touched, entry, climbed_at, at)
     row.last_seq += 1
     kept = ScoreEvent(
         id=event,
         competition_id=row.id,
         seq=row.last_seq,
-        person_id=person,
+        **sender.columns,
         at=at,
         climbed_at=climbed_at,
         made_at=body.made_at,
@@ -156,6 +206,8 @@ def _check_fits_rules(one: Round, problem: Problem, body: EventBody) -> None:
         raise RequestError("event-time-of-high")
     if problem.holds is not None and (body.hold or 0) > problem.holds:
         raise RequestError("event-hold-beyond", hold=body.hold, holds=problem.holds)
+    if one.max_attempts is not None and (body.n or 0) > one.max_attempts:
+        raise ConflictError("event-attempts", count=one.max_attempts, round=one.name)
 
 
 def _check_problem(
@@ -215,6 +267,24 @@ def _chain(session: Session, event: UUID | None) -> Sequence[ScoreEvent]:
     if len(found) > MAX_CHAIN:
         raise ConflictError("event-chain", "event-enter-anew")
     return found
+
+
+def _check_link(body: EventBody, sender: ByLink, chain: Sequence[ScoreEvent]) -> None:
+    """Check that an event by a judge's link is about the results of the link's problem alone.
+
+    Parameters
+    ----------
+    chain : the event's target, the target of that, and so on.
+
+    Raises
+    ------
+    ForbiddenError : it is not.
+    """
+    if body.kind not in SCORED | {Kind.VOID}:
+        raise ForbiddenError("judge-link-scores", "cup-ask-judge")
+    problems = {body.problem_id, *(event.problem_id for event in chain)}
+    if problems != {sender.problem}:
+        raise ForbiddenError("judge-link-problem", "judge-link-scan-other")
 
 
 def _check_own(
@@ -295,9 +365,40 @@ def _check_window(row: Competition, one: Round, climbed_at: datetime, at: dateti
     """
     if one.state == "waiting" or (one.opens_at is not None and climbed_at < one.opens_at):
         raise ConflictError("cup-round-not-begun", name=one.name)
+    _check_end(row, one, climbed_at, at)
+
+
+def _check_end(row: Competition, one: Round, climbed_at: datetime, at: datetime) -> None:
+    """Refuse an event after the round's end; those climbed in time may arrive late.
+
+    Raises
+    ------
+    ConflictError : says that the round is over.
+    """
     if one.closes_at is not None:
         late = one.closes_at + timedelta(minutes=row.late_minutes)
         if climbed_at > one.closes_at or at > late:
             raise ConflictError("cup-round-over", "cup-tell-judge", name=one.name)
     elif one.state == "ended":
         raise ConflictError("cup-round-over", "cup-tell-judge", name=one.name)
+
+
+def _check_wave(
+    session: Session, row: Competition, one: Round, entry: Entry, climbed_at: datetime, at: datetime
+) -> None:
+    """Refuse a competitor's own event outside their wave; those climbed in time may arrive late.
+
+    Raises
+    ------
+    ConflictError : says whether they have no wave, or theirs has not begun or is over.
+    """
+    wave = None if entry.wave_id is None else session.get_one(Wave, entry.wave_id)
+    if wave is None or wave.round_id != one.id:
+        if session.scalar(select(Wave.id).where(Wave.round_id == one.id).limit(1)) is not None:
+            raise ConflictError("cup-no-wave", "cup-ask-desk")
+        return
+    if climbed_at < wave.starts_at:
+        raise ConflictError("cup-wave-not-begun", name=wave.name)
+    late = wave.ends_at + timedelta(minutes=row.late_minutes)
+    if climbed_at > wave.ends_at or at > late:
+        raise ConflictError("cup-wave-over", "cup-tell-judge", name=wave.name)

@@ -133,11 +133,14 @@ class Ledger:
         """Return whether a stored event counts."""
         return not self._strikers[event]
 
-    def mark(self, entry: UUID, problem: UUID) -> Mark:
-        """Return a competitor's mark on a problem."""
+    def mark(self, entry: UUID, problem: UUID, max_attempts: int | None = None) -> Mark:
+        """Return a competitor's mark on a problem; attempts beyond the limit do not count."""
         tries = zone = top = 0
-        events = self.counting_events(entry, problem)
-        scored = [(fact, fact.n) for fact in events if fact.kind in SCORED and fact.n]
+        scored = [
+            (fact, fact.n)
+            for fact in self.counting_events(entry, problem)
+            if fact.kind in SCORED and fact.n and (max_attempts is None or fact.n <= max_attempts)
+        ]
         for fact, n in scored:
             tries = max(tries, n)
             if fact.kind in (Kind.ZONE, Kind.TOP):

@@ -70,7 +70,9 @@ class Round(Base):
     """A part of a competition with its own problems and rules.
 
     `scoring`: the rules and their numbers (scoring/rules.py). `quota`: number of each category that
-    advance from the round before; null: all entries. `begun_at`: when it began.
+    advance from the round before; null: all entries. `begun_at`: when it began. `max_attempts`:
+    limit of attempts on each problem; null: none. `isolation_minutes`: how long before `opens_at`
+    isolation closes; `rotation_seconds`: time between the starts of two competitors; null: none.
     """
 
     __tablename__ = "competition_rounds"
@@ -88,6 +90,26 @@ class Round(Base):
     opens_at: Mapped[datetime | None]
     closes_at: Mapped[datetime | None]
     begun_at: Mapped[datetime | None]
+    max_attempts: Mapped[int | None]
+    isolation_minutes: Mapped[int | None]
+    rotation_seconds: Mapped[int | None]
+
+
+class Wave(Base):
+    """A time in which some of the competitors of a self-scored round climb; `places`: limit of
+    competitors who enter themselves, null: none."""
+
+    __tablename__ = "competition_waves"
+
+    id: Mapped[UUID] = mapped_column(primary_key=True)
+    round_id: Mapped[UUID] = mapped_column(
+        ForeignKey("competition_rounds.id", ondelete="CASCADE"), index=True
+    )
+    place: Mapped[int]
+    name: Mapped[str] = mapped_column(String(80))
+    starts_at: Mapped[datetime]
+    ends_at: Mapped[datetime]
+    places: Mapped[int | None]
 
 
 class Problem(Base):
@@ -118,7 +140,8 @@ class Problem(Base):
 class Entry(Keyed, Base):
     """A competitor, with an account (`person_id`) or without; `handicap` in points, for leagues.
 
-    `removed`: withdrawn by the gym, so only the gym can re-enter them.
+    `removed`: withdrawn by the gym, so only the gym can re-enter them. `wave_id`: the wave in which
+    they climb the first round.
     """
 
     __tablename__ = "competition_entries"
@@ -143,6 +166,9 @@ class Entry(Keyed, Base):
     handicap: Mapped[int] = mapped_column(default=0)
     withdrawn: Mapped[bool] = mapped_column(default=False)
     removed: Mapped[bool] = mapped_column(default=False, server_default=false())
+    wave_id: Mapped[UUID | None] = mapped_column(
+        ForeignKey("competition_waves.id", ondelete="SET NULL"), index=True
+    )
 
 
 class WaiverSignature(Keyed, Base):
@@ -174,13 +200,44 @@ class Starter(Base):
     place: Mapped[int]
 
 
+class JudgeLink(Keyed, Base):
+    """A link by which a browser without an account judges one problem. `token_hash`: of its
+    secret; `person_id`: who made it; `revoked_at`: when it was revoked."""
+
+    __tablename__ = "competition_judge_links"
+
+    problem_id: Mapped[UUID] = mapped_column(
+        ForeignKey("competition_problems.id", ondelete="CASCADE"), index=True
+    )
+    token_hash: Mapped[str] = mapped_column(String(64), unique=True)
+    person_id: Mapped[UUID | None] = mapped_column(
+        ForeignKey(_PERSON, ondelete="SET NULL"), index=True
+    )
+    revoked_at: Mapped[datetime | None]
+
+
+class LinkJudge(Keyed, Base):
+    """A browser that opened a judge's link, and the name that its judge typed. `token_hash`: of the
+    secret in its cookie; `used_at`: when it opened the link or sent a score last."""
+
+    __tablename__ = "competition_link_judges"
+
+    link_id: Mapped[UUID] = mapped_column(
+        ForeignKey("competition_judge_links.id", ondelete="CASCADE"), index=True
+    )
+    name: Mapped[str] = mapped_column(String(80))
+    token_hash: Mapped[str] = mapped_column(String(64), unique=True)
+    used_at: Mapped[datetime] = mapped_column(default=now)
+
+
 class ScoreEvent(Base):
     """A score, decision or other statement; never changed, never deleted (ledger.py has the
     meaning).
 
     `id`, `device`, `number` and `made_at` come from the device, `seq` and `at` from the server.
     `climbed_at` is `made_at` corrected by the known error of the device's clock. `hold`, `plus` and
-    `seconds` are a high point on a route and the climbing time to it or to the top.
+    `seconds` are a high point on a route and the climbing time to it or to the top. The sender is
+    an account (`person_id`) or a judge by link (`link_judge_id`).
     """
 
     __tablename__ = "score_events"
@@ -205,6 +262,9 @@ class ScoreEvent(Base):
     text: Mapped[str] = mapped_column(String(500), default="")
     person_id: Mapped[UUID | None] = mapped_column(
         ForeignKey(_PERSON, ondelete="SET NULL"), index=True
+    )
+    link_judge_id: Mapped[UUID | None] = mapped_column(
+        ForeignKey("competition_link_judges.id", ondelete="SET NULL"), index=True
     )
     device: Mapped[str] = mapped_column(String(40))
     number: Mapped[int]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
+from datetime import datetime, timedelta
 from secrets import SystemRandom
 from uuid import UUID
 
@@ -42,6 +43,14 @@ def starters(session: Session, row: Competition, one: Round) -> list[tuple[Entry
         positions[entry.category_id] += 1
         in_order.append((entry, positions[entry.category_id]))
     return in_order
+
+
+def planned_start(one: Round, place: int) -> datetime | None:
+    """Return when the competitor of a position, from 1, starts on the first problem; None without a
+    rotation."""
+    if one.opens_at is None or one.rotation_seconds is None:
+        return None
+    return one.opens_at + (place - 1) * timedelta(seconds=one.rotation_seconds)
 
 
 def put_order(

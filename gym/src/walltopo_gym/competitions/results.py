@@ -128,7 +128,7 @@ class Results:
         task = self._task.get(problem)
         if task is None or not task.is_for(who.category):
             return
-        mark = self._ledger.mark(entry, problem)
+        mark = self._ledger.mark(entry, problem, task.max_attempts)
         if mark == self._marks[entry].get(problem, NOTHING):
             return
         if mark == NOTHING:

@@ -10,7 +10,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.clock import now
-from walltopo_gym.competitions.bodies import CategoryBody, ProblemBody, RoundBody
+from walltopo_gym.competitions.bodies import CategoryBody, ProblemBody, RoundBody, WaveBody
 from walltopo_gym.competitions.models import (
     Category,
     Competition,
@@ -18,6 +18,7 @@ from walltopo_gym.competitions.models import (
     Problem,
     Round,
     ScoreEvent,
+    Wave,
 )
 from walltopo_gym.competitions.order import check_before, draw_order, forget_drawn, is_drawn
 from walltopo_gym.competitions.scoring.rules import Rules, Scoring
@@ -85,6 +86,9 @@ def _check_form(
         raise RequestError("cup-quota-first")
     if form == Format.LEAGUE and not all(Scoring.of(w.scoring.numbers).has_points for w in rounds):
         raise RequestError("cup-league-points")
+    later = rounds if form == Format.LEAGUE else rounds[1:]
+    if any(wanted.waves for wanted in later):
+        raise RequestError("cup-waves-first")
     names = [wanted.name for wanted in categories]
     if len(set(names)) < len(names):
         raise RequestError("cup-category-twice")
@@ -102,8 +106,26 @@ def _change_rounds(
         one.place, one.name, one.kind = place, wanted.name, wanted.kind
         one.scoring, one.quota = wanted.scoring.numbers, wanted.quota
         one.opens_at, one.closes_at = wanted.opens_at, wanted.closes_at
+        one.max_attempts = wanted.max_attempts
+        one.isolation_minutes = wanted.isolation_minutes
+        one.rotation_seconds = wanted.rotation_seconds
         session.flush()
+        _change_waves(session, one, wanted.waves)
         _change_problems(session, row, one, wanted.all_problems, categories)
+
+
+def _change_waves(session: Session, one: Round, all_wanted: Sequence[WaveBody]) -> None:
+    known = _prune_rows(session, Wave, Wave.round_id == one.id, all_wanted)
+    for place, wanted in enumerate(all_wanted):
+        if wanted.ends_at <= wanted.starts_at:
+            raise RequestError("cup-wave-ends-before", name=wanted.name)
+        wave = known.get(wanted.id) if wanted.id else None
+        if wave is None:
+            wave = Wave(id=wanted.id or uuid4(), round_id=one.id)
+            session.add(wave)
+        wave.place, wave.name, wave.places = place, wanted.name, wanted.places
+        wave.starts_at, wave.ends_at = wanted.starts_at, wanted.ends_at
+    session.flush()
 
 
 def _change_problems(
@@ -182,6 +204,8 @@ def _prune_rows(
 def _check_unused(session: Session, kind: Any, gone: UUID) -> None:
     if kind is Category:
         used = select(func.count()).where(Entry.category_id == gone)
+    elif kind is Wave:
+        used = select(func.count()).where(Entry.wave_id == gone)
     else:
         scored = select(func.count()).select_from(ScoreEvent)
         scored = scored.join(Problem, Problem.id == ScoreEvent.problem_id)

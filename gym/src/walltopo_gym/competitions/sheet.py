@@ -31,7 +31,7 @@ class Format(StrEnum):
 @dataclass(frozen=True, slots=True)
 class Task:
     """A problem; `categories`: its categories, empty for all; `holds`: number of a route's holds,
-    if known."""
+    if known; `max_attempts`: limit of attempts, None: no limit."""
 
     id: UUID
     label: str
@@ -39,6 +39,7 @@ class Task:
     points: dict[str, int] | None
     categories: frozenset[UUID]
     holds: int | None = None
+    max_attempts: int | None = None
 
     def is_for(self, category: UUID) -> bool:
         """Return whether a category climbs it."""
@@ -107,9 +108,11 @@ def load_sheet(session: Session, competition: models.Competition) -> Sheet:
     """Return a competition's sheet from its tables."""
     problems = defaultdict[UUID, list[Task]](list)
     of = models.Round.competition_id == competition.id
-    tasks = select(models.Problem).join(models.Round, models.Round.id == models.Problem.round_id)
-    for row in session.scalars(tasks.where(of).order_by(models.Problem.place)):
-        problems[row.round_id].append(_task(row, len(problems[row.round_id]) + 1))
+    tasks = select(models.Problem, models.Round.max_attempts).join(
+        models.Round, models.Round.id == models.Problem.round_id
+    )
+    for row, most in session.execute(tasks.where(of).order_by(models.Problem.place)):
+        problems[row.round_id].append(_task(row, len(problems[row.round_id]) + 1, most))
     starters = defaultdict[UUID, set[UUID]](set)
     started = select(models.Starter).join(models.Round, models.Round.id == models.Starter.round_id)
     for starter in session.scalars(started.where(of)):
@@ -146,9 +149,10 @@ def load_sheet(session: Session, competition: models.Competition) -> Sheet:
     )
 
 
-def _task(row: models.Problem, number: int) -> Task:
+def _task(row: models.Problem, number: int, max_attempts: int | None) -> Task:
     whose = frozenset(UUID(category) for category in row.category_ids)
-    return Task(row.id, row.label or str(number), row.colour, row.points, whose, row.holds)
+    label = row.label or str(number)
+    return Task(row.id, label, row.colour, row.points, whose, row.holds, max_attempts)
 
 
 def _round_sheet(

@@ -9,6 +9,7 @@ from typing import Any, Final, Literal
 
 from walltopo_gym.errors import RequestError
 from walltopo_gym.paper.codes import draw_code
+from walltopo_gym.paper.cuts import draw_cuts
 from walltopo_gym.paper.printable import BOLD, PLAIN, PrintableText
 from walltopo_gym.paper.sheet import SIZES
 from walltopo_gym.publishing.codes import code_of
@@ -67,24 +68,13 @@ class Cards:
             if slot == 0:
                 if number:
                     canvas.showPage()
-                _draw_cuts(canvas, sheet, across, down)
+                draw_cuts(canvas, sheet, across, down)
             canvas.saveState()
             canvas.translate(slot % across * width, sheet[1] - (slot // across + 1) * height)
             _Card(self, route, words, letters, width, height).draw(canvas)
             canvas.restoreState()
         canvas.save()
         return out.getvalue(), letters.missing
-
-
-def _draw_cuts(canvas: Any, sheet: tuple[float, float], across: int, down: int) -> None:
-    canvas.setStrokeGray(0.6)
-    canvas.setLineWidth(0.4)
-    canvas.setDash(3, 3)
-    for number in range(1, across):
-        canvas.line(sheet[0] * number / across, 0, sheet[0] * number / across, sheet[1])
-    for number in range(1, down):
-        canvas.line(0, sheet[1] * number / down, sheet[0], sheet[1] * number / down)
-    canvas.setDash()
 
 
 @dataclass(frozen=True)

@@ -64,6 +64,7 @@ _PLACES: Final = {
     "embed",
     "g",
     "invitation",
+    "judge",
     "kiosk",
     "me",
     "new-gym",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from datetime import datetime
 from typing import Literal
 from uuid import UUID
 
@@ -24,10 +25,11 @@ from walltopo_gym.competitions.bodies import (
     RoundOut,
     SheetBody,
     State,
+    WaveOut,
 )
-from walltopo_gym.competitions.entering import entries_in, own_entry
-from walltopo_gym.competitions.models import Category, Competition, Entry, Problem, Round
-from walltopo_gym.competitions.order import draw_order, put_order, starters
+from walltopo_gym.competitions.entering import entries_in, own_entry, waves_of
+from walltopo_gym.competitions.models import Category, Competition, Entry, Problem, Round, Wave
+from walltopo_gym.competitions.order import draw_order, planned_start, put_order, starters
 from walltopo_gym.competitions.service import (
     change_sheet,
     locked_competition,
@@ -234,12 +236,29 @@ def _rounds(session: Session, row: Competition) -> list[RoundOut]:
         facts = ProblemOut.model_validate(problem, from_attributes=True)
         facts.label = facts.label or str(len(problems[problem.round_id]) + 1)
         problems[problem.round_id].append(facts)
+    waves = _waves(session, row)
     return [
-        RoundOut.model_validate({**_fields_of(one), "problems": problems[one.id]}) for one in found
+        RoundOut.model_validate(
+            {**_fields_of(one), "problems": problems[one.id], "waves": waves[one.id]}
+        )
+        for one in found
     ]
 
 
-def _fields_of(row: Category | Round) -> dict[str, object]:
+def _waves(session: Session, row: Competition) -> dict[UUID, list[WaveOut]]:
+    """Return the waves by round."""
+    entered = select(Entry.wave_id, func.count()).where(
+        Entry.competition_id == row.id, Entry.withdrawn.is_(False)
+    )
+    entries = dict(session.execute(entered.group_by(Entry.wave_id)).all())
+    waves = defaultdict[UUID, list[WaveOut]](list)
+    for wave in waves_of(session, row):
+        facts = {**_fields_of(wave), "entries": entries.get(wave.id, 0)}
+        waves[wave.round_id].append(WaveOut.model_validate(facts))
+    return waves
+
+
+def _fields_of(row: Category | Round | Wave) -> dict[str, object]:
     return {column.key: getattr(row, column.key) for column in row.__table__.columns}
 
 
@@ -255,13 +274,15 @@ def _log(session: Session, access: Access, action: str, row: Competition) -> Non
 
 
 class StarterOut(BaseModel):
-    """A competitor's place in the running order of their category, from 1."""
+    """A competitor's place in the running order of their category, from 1. `starts_at`: the planned
+    start on the first problem, if the round has a beginning and a rotation."""
 
     category_id: UUID
     place: int
     entry_id: UUID
     bib: int
     name: str
+    starts_at: datetime | None
 
 
 class OrderBody(Body):
@@ -275,7 +296,7 @@ class OrderBody(Body):
 def list_starters(competition: UUID, one: UUID, session: Db, access: GuestMay) -> list[StarterOut]:
     """Return the starters of a round, by category and in running order."""
     row = competition_of(session, access, competition)
-    return _running_order(session, row, round_of(session, row, one))
+    return running_order(session, row, round_of(session, row, one))
 
 
 @router.put("/gyms/{gym}/competitions/{competition}/rounds/{one}/starters")
@@ -288,7 +309,7 @@ def put_starters(
     found = round_of(session, row, one)
     put_order(session, row, found, body.category_id, body.entry_ids)
     _log_order(session, access, row)
-    return _running_order(session, row, found)
+    return running_order(session, row, found)
 
 
 @router.post("/gyms/{gym}/competitions/{competition}/rounds/{one}/starters/draw")
@@ -299,10 +320,11 @@ def draw_starters(competition: UUID, one: UUID, session: Db, access: SetterMay) 
     found = round_of(session, row, one)
     draw_order(session, row, found)
     _log_order(session, access, row)
-    return _running_order(session, row, found)
+    return running_order(session, row, found)
 
 
-def _running_order(session: Session, row: Competition, one: Round) -> list[StarterOut]:
+def running_order(session: Session, row: Competition, one: Round) -> list[StarterOut]:
+    """Return the starters of a round, by category and in running order."""
     return [
         StarterOut(
             category_id=entry.category_id,
@@ -310,6 +332,7 @@ def _running_order(session: Session, row: Competition, one: Round) -> list[Start
             entry_id=entry.id,
             bib=entry.bib,
             name=entry.name,
+            starts_at=planned_start(one, place),
         )
         for entry, place in starters(session, row, one)
     ]

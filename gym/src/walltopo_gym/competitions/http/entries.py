@@ -63,6 +63,7 @@ class EntryChange(Body):
     birth_year: Year | None = None
     gender: Gender | None = None
     handicap: Handicap | None = None
+    wave_id: UUID | None = None
     withdrawn: bool | None = None
 
 
@@ -75,6 +76,7 @@ class OwnEntryBody(Body):
     club: Text = Field("", max_length=80)
     birth_year: Year | None = None
     gender: Gender = ""
+    wave_id: UUID | None = None
     waiver: str = Field("", max_length=8_000, pattern=LongText)
 
 
@@ -90,6 +92,7 @@ class EntryOut(BaseModel):
     birth_year: int | None
     gender: Gender
     handicap: int
+    wave_id: UUID | None
     person_id: UUID | None
     withdrawn: bool
     waiver_at: datetime | None
@@ -251,6 +254,7 @@ def enter_competition(
         club=body.club,
         birth_year=body.birth_year,
         gender=body.gender,
+        wave_id=body.wave_id,
     )
     entry = enter_person(session, row, words, me.id, body.waiver)
     _log(session, access, "entry.enter", entry)
@@ -270,9 +274,10 @@ def withdraw(competition: UUID, session: Db, access: ClimberMay) -> None:
 
 
 def _given_fields(body: EntryChange) -> dict[str, Any]:
-    """Return the given fields; only the year of birth may be set to null."""
+    """Return the given fields; only the year of birth and the wave may be set to null."""
     given = body.model_dump(exclude_unset=True)
-    return {name: v for name, v in given.items() if v is not None or name == "birth_year"}
+    nullable = ("birth_year", "wave_id")
+    return {name: v for name, v in given.items() if v is not None or name in nullable}
 
 
 def _own_entry(session: Session, row: Competition, entry: Entry | None) -> OwnEntry:

@@ -29,10 +29,11 @@ from walltopo_gym.competitions.bodies import EventBody, MarkFields, mark_fields
 from walltopo_gym.competitions.history import marks_of, struck_events
 from walltopo_gym.competitions.http.competitions import competition_of
 from walltopo_gym.competitions.http.entries import ClimberMay, JudgeMay
-from walltopo_gym.competitions.judging import store_event
+from walltopo_gym.competitions.judge_links import link_names
+from walltopo_gym.competitions.judging import Account, store_event
 from walltopo_gym.competitions.ledger import Kind
 from walltopo_gym.competitions.live import LiveBoards
-from walltopo_gym.competitions.models import Problem, Round, ScoreEvent
+from walltopo_gym.competitions.models import Competition, Problem, Round, ScoreEvent
 from walltopo_gym.competitions.ranking import Step
 from walltopo_gym.competitions.service import locked_competition
 from walltopo_gym.competitions.tables import results_csv, results_pdf
@@ -53,7 +54,8 @@ BoardsOf = Annotated[LiveBoards, Depends(_boards)]
 
 class EventOut(BaseModel):
     """A score event. `seq`, `at`: its arrival at the server; `climbed_at`: `made_at` corrected by
-    the error of the device's clock; `counts`: no other event strikes it."""
+    the error of the device's clock; `counts`: no other event strikes it. `by_name`: the sender's;
+    `by_link`: label of the problem whose judge's link it came by, null for an account."""
 
     id: UUID
     seq: int
@@ -72,6 +74,7 @@ class EventOut(BaseModel):
     climbed_at: datetime
     at: datetime
     by_name: str
+    by_link: str | None
     counts: bool
 
 
@@ -107,15 +110,15 @@ def put_score_event(
 ) -> EventOut:
     """Store a score event under an id that the device made, so that it is stored once. Judges score
     everybody; competitors score themselves if the competition lets them."""
-    judges = access.role.covers(Role.JUDGE)
+    sender = Account(access.actor.known, access.role.covers(Role.JUDGE))
     # A whole hall writes: the transaction is as short as can be.
     with services.database.writing() as session:
         row = locked_competition(session, access.gym.id, competition)
         competition_of(session, access, competition)
-        kept, is_new = store_event(session, row, event, body, access.actor.known, judges=judges)
+        kept, is_new = store_event(session, row, event, body, sender)
     response.status_code = 201 if is_new else 200
     with services.database.reading() as session:
-        return _event_out(session, competition, [kept], about=not is_new)[0]
+        return events_out(session, competition, [kept], about=not is_new)[0]
 
 
 @router.get("/gyms/{gym}/competitions/{competition}/events")
@@ -140,7 +143,7 @@ def list_score_events(
         rows = rows.where(ScoreEvent.kind == kind)
     found = session.scalars(rows.order_by(ScoreEvent.seq).limit(size + 1)).all()
     following = found[size - 1].seq if len(found) > size else None
-    return EventPage(items=_event_out(session, row.id, found[:size]), next=following)
+    return EventPage(items=events_out(session, row.id, found[:size]), next=following)
 
 
 @router.get("/gyms/{gym}/competitions/{competition}/problems/{problem}/marks")
@@ -152,6 +155,11 @@ def list_marks(
     here = select(Problem.id).join(Round, Round.id == Problem.round_id)
     if session.scalar(here.where(Problem.id == problem, Round.competition_id == row.id)) is None:
         raise NotFoundError("not-there-problem")
+    return problem_marks(session, row, problem)
+
+
+def problem_marks(session: Session, row: Competition, problem: UUID) -> list[ProblemMark]:
+    """Return the competitors' marks on a problem of this competition."""
     of_problem = marks_of(session, row.id, ScoreEvent.problem_id == problem)
     found = [has for has in of_problem if has.problem == problem]
     ids = [event for has in found for event in has.events]
@@ -161,7 +169,7 @@ def list_marks(
     wanted = set(ids)
     events = defaultdict[UUID, list[EventOut]](list)
     ordered = session.scalars(rows.order_by(ScoreEvent.seq)).all()
-    for facts in _event_out(session, row.id, [one for one in ordered if one.id in wanted]):
+    for facts in events_out(session, row.id, [one for one in ordered if one.id in wanted]):
         events[facts.entry_id].append(facts)
     return [
         ProblemMark(
@@ -179,7 +187,7 @@ def list_appeals(competition: UUID, session: Db, access: JudgeMay) -> list[Appea
     row = competition_of(session, access, competition)
     kinds = ScoreEvent.kind.in_((Kind.APPEAL, Kind.DECISION))
     rows = select(ScoreEvent).where(ScoreEvent.competition_id == row.id, kinds)
-    found = _event_out(session, row.id, session.scalars(rows.order_by(ScoreEvent.seq)).all())
+    found = events_out(session, row.id, session.scalars(rows.order_by(ScoreEvent.seq)).all())
     decided = {
         event_out.target_id: event_out
         for event_out in found
@@ -192,13 +200,14 @@ def list_appeals(competition: UUID, session: Db, access: JudgeMay) -> list[Appea
     ]
 
 
-def _event_out(
+def events_out(
     session: Session, competition: UUID, events: Sequence[ScoreEvent], *, about: bool = True
 ) -> list[EventOut]:
     """Return messages of events; `about`: whether other events may refer to them already."""
     people = {event.person_id for event in events if event.person_id is not None}
     named = session.execute(select(Person.id, Person.name).where(Person.id.in_(people)))
     names: dict[UUID | None, str] = dict(named.all())
+    links = link_names(session, {event.link_judge_id for event in events} - {None})
     ids = [event.id for event in events]
     gone = struck_events(session, competition, ids) if ids and about else set()
     return [
@@ -206,6 +215,7 @@ def _event_out(
             {
                 **{name: getattr(event, name) for name in _COLUMNS},
                 "by_name": names.get(event.person_id, ""),
+                **links.get(event.link_judge_id, {"by_link": None}),
                 "counts": event.id not in gone,
             }
         )
@@ -213,7 +223,7 @@ def _event_out(
     ]
 
 
-_COLUMNS = [name for name in EventOut.model_fields if name not in ("by_name", "counts")]
+_COLUMNS = [name for name in EventOut.model_fields if name not in ("by_name", "by_link", "counts")]
 
 _WORDS: Final[dict[Language, dict[str, str]]] = {
     "en": {

@@ -1,0 +1,287 @@
+"""Judges' links: opened without an account, for one problem, until they are revoked or the round
+ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import timedelta
+from typing import Any
+from uuid import UUID, uuid4
+
+import httpx
+import pytest
+from gym.tests.competitions.contest import Contest
+from gym.tests.printed import codes_of, pages_of, words_of
+from gym.tests.worlds import World
+from sqlalchemy import select
+
+from walltopo_gym.accounts import limits
+from walltopo_gym.accounts.models import AuditEntry
+from walltopo_gym.accounts.secrets import new_secret
+from walltopo_gym.clock import now
+from walltopo_gym.competitions.models import JudgeLink, LinkJudge
+
+ROUNDS = [
+    {
+        "name": name,
+        "scoring": {"rules": "ifsc-2025"},
+        "quota": quota,
+        "problems": [{"name": "Moon"}, {"name": "Plum"}],
+    }
+    for name, quota in (("Qualification", None), ("Final", 2))
+]
+
+
+@dataclass
+class Phone:
+    """A browser without an account that opened a link."""
+
+    contest: Contest
+    secret: str
+    link: str = ""
+    cookie: str = ""
+
+    def open(self, name: str = "Eva") -> httpx.Response:
+        body = {"secret": self.secret, "name": name}
+        answer = self.ask("POST", "/judge-links/open", body)
+        if answer.is_success:
+            self.link = answer.json()["id"]
+            self.cookie = answer.headers["set-cookie"].partition(";")[0]
+        return answer
+
+    def ask(self, method: str, path: str, body: object = None) -> httpx.Response:
+        headers = {"cookie": self.cookie} if self.cookie else {}
+        return self.contest.world.server.ask(method, path, json=body, headers=headers)
+
+    def pad(self) -> httpx.Response:
+        return self.ask("GET", f"/judge-links/{self.link}/pad")
+
+    def say(
+        self, entry: str, kind: str, problem: str, n: int | None = 1, **words: Any
+    ) -> httpx.Response:
+        moment = now().isoformat()
+        body = {
+            "entry_id": entry,
+            "kind": kind,
+            "n": n,
+            "device": "phone",
+            "number": 1,
+            "problem_id": problem,
+            "made_at": moment,
+            "sent_at": moment,
+        } | {name: value for name, value in words.items() if name != "event"}
+        event = words.get("event", uuid4())
+        return self.ask("PUT", f"/judge-links/{self.link}/events/{event}", body)
+
+
+def judged(world: World) -> Contest:
+    """A private gym's cup, whose qualification runs."""
+    contest = Contest(world, {"format": "rounds", "rounds": ROUNDS}).make()
+    contest.move("running")
+    return contest
+
+
+def a_phone(contest: Contest, number: int = 0, one: int = 0) -> Phone:
+    made = contest.ask("POST", f"/problems/{contest.problem(number, one)}/judge-links")
+    assert made.status_code == 201, made.text
+    address, _, secret = made.json()["link"].partition("#")
+    assert address.endswith("/judge")
+    return Phone(contest, secret)
+
+
+def code(answer: httpx.Response) -> str:
+    assert answer.is_client_error, answer.text
+    found: str = answer.json()["code"]
+    return found
+
+
+def test_a_judge_without_an_account_scores_one_problem(world: World) -> None:
+    contest = judged(world)
+    jana, ivo = contest.entry("Jana", birth_year=1990), contest.entry("Ivo")
+    phone = a_phone(contest)
+    opened = phone.open()
+    assert {"Secure", "HttpOnly", "SameSite=strict", "Path=/"} <= set(
+        opened.headers["set-cookie"].split("; ")
+    )
+    pad = phone.pad().json()
+    assert (pad["judge"], pad["problem"]["label"], pad["round"]) == ("Eva", "1", "Qualification")
+    # No more of the competitors than a judge needs.
+    assert [set(entry) for entry in pad["entries"]] == 2 * [{"id", "category_id", "bib", "name"}]
+    event = uuid4()
+    words: dict[str, Any] = {"event": event, "made_at": now().isoformat()}
+    assert phone.say(jana, "top", contest.problem(0), 2, **words).status_code == 201
+    assert phone.say(jana, "top", contest.problem(0), 2, **words).status_code == 200
+    assert code(phone.say(ivo, "top", contest.problem(0), 2, **words)) == "id-taken"
+    [mark] = phone.pad().json()["marks"]
+    assert (mark["entry_id"], mark["top"]) == (jana, 2)
+    [kept] = contest.ask("GET", "/events", who="judge").json()["items"]
+    assert (kept["by_name"], kept["by_link"]) == ("Eva", "1")
+    assert contest.ranks("setter")[0] == (1, "Jana")
+    # An undo, also of what a judge with an account entered.
+    undo = phone.say(jana, "void", contest.problem(0), None, target_id=str(event))
+    assert undo.status_code == 201
+    other = contest.say(ivo, "top", 0, 1).json()
+    assert other["by_link"] is None
+    assert phone.say(ivo, "void", contest.problem(0), None, target_id=other["id"]).is_success
+    [link] = contest.ask("GET", "/judge-links").json()
+    assert (link["label"], link["made_by"], link["revoked_at"]) == ("1", "setter", None)
+    assert [judge["name"] for judge in link["judges"]] == ["Eva"]
+    assert link["judges"][0]["used_at"] > link["judges"][0]["opened_at"]
+
+
+def test_a_link_does_nothing_else(world: World) -> None:
+    contest = judged(world)
+    jana = contest.entry("Jana")
+    phone = a_phone(contest)
+    phone.open()
+    first, second = contest.problem(0), contest.problem(1)
+    assert code(phone.say(jana, "top", second)) == "judge-link-problem"
+    theirs = contest.say(jana, "top", 1, 1).json()["id"]
+    wrong = phone.say(jana, "void", first, None, target_id=theirs)
+    assert code(wrong) == "judge-link-problem"
+    assert code(phone.say(jana, "top", first, target_id=theirs)) == "judge-link-problem"
+    assert code(phone.say(jana, "appeal", first, None, text="no")) == "judge-link-scores"
+    out = phone.say(jana, "out", first, None, problem_id=None, text="no")
+    assert code(out) == "judge-link-scores"
+    # The cookie signs nobody in: the gym is private.
+    for path in ("/entries", "/events", "/board", ""):
+        assert phone.ask("GET", contest.path + path).status_code in (401, 404)
+    path = f"{contest.path}/events/{uuid4()}"
+    assert phone.ask("PUT", path, {}).status_code in (401, 404)
+    # Another link's pad does not open with this cookie.
+    other = a_phone(contest, 1)
+    other.open("Ida")
+    phone.link, ours = other.link, phone.link
+    assert code(phone.pad()) == "judge-link-not-open"
+    phone.cookie = phone.cookie.replace(UUID(ours).hex, UUID(other.link).hex)
+    assert code(phone.pad()) == "judge-link-not-open"
+
+
+def test_a_forged_secret_opens_nothing(world: World) -> None:
+    contest = judged(world)
+    phone = a_phone(contest)
+    forged = Phone(contest, new_secret()[0])
+    assert code(forged.open()) == "judge-link-unknown"
+    phone.open()
+    phone.cookie = f"{phone.cookie.partition('=')[0]}={new_secret()[0]}"
+    assert code(phone.pad()) == "judge-link-not-open"
+    phone.cookie = ""
+    assert phone.pad().status_code == 401
+    with world.server.database.reading() as session:
+        hashes = {*session.scalars(select(JudgeLink.token_hash))}
+        hashes |= {*session.scalars(select(LinkJudge.token_hash))}
+    assert phone.secret not in hashes
+    assert all(len(one) == 64 for one in hashes)
+
+
+def test_a_revoked_link_ends_at_once(world: World) -> None:
+    contest = judged(world)
+    jana = contest.entry("Jana")
+    phone = a_phone(contest)
+    phone.open()
+    assert phone.say(jana, "attempt", contest.problem(0)).status_code == 201
+    for _ in range(2):
+        assert contest.ask("DELETE", f"/judge-links/{phone.link}").status_code == 204
+    assert code(phone.pad()) == "judge-link-revoked"
+    assert code(phone.say(jana, "top", contest.problem(0), 2)) == "judge-link-revoked"
+    assert code(phone.open()) == "judge-link-revoked"
+    assert len(contest.ask("GET", "/events", who="judge").json()["items"]) == 1
+    with world.server.database.reading() as session:
+        rows = session.execute(select(AuditEntry.action, AuditEntry.details)).all()
+    by_action = {action: details for action, details in rows if action.startswith("judge-link")}
+    assert set(by_action) == {"judge-link.create", "judge-link.open", "judge-link.revoke"}
+    assert (by_action["judge-link.open"]["judge"], by_action["judge-link.open"]["problem"]) == (
+        "Eva",
+        "1",
+    )
+
+
+def test_a_link_ends_with_its_round(world: World) -> None:
+    contest = judged(world)
+    jana = contest.entry("Jana")
+    phone, final = a_phone(contest), a_phone(contest, one=1)
+    phone.open()
+    assert final.open().is_success  # before the final begins, to be ready
+    assert code(final.say(jana, "top", contest.problem(0, 1))) == "cup-round-not-begun"
+    made = (now() - timedelta(minutes=1)).isoformat()
+    contest.move_round(0, "ended")
+    assert code(phone.pad()) == "judge-link-over"
+    assert code(phone.open()) == "judge-link-over"
+    assert code(phone.say(jana, "top", contest.problem(0))) == "cup-round-over"
+    # Climbed before the end, and sent when the phone had reception again.
+    late = phone.say(jana, "top", contest.problem(0), made_at=made)
+    assert late.status_code == 201, late.text
+    contest.ask("PATCH", "", {"late_minutes": 0})
+    later = phone.say(jana, "zone", contest.problem(0), made_at=made)
+    assert code(later) == "cup-round-over"
+    closed = contest.ask("POST", f"/problems/{contest.problem(0)}/judge-links")
+    assert code(closed) == "cup-round-over"
+    contest.move_round(0, "running")  # reopened
+    assert phone.pad().is_success
+
+
+def test_a_judge_is_named_once_in_a_browser(world: World) -> None:
+    contest = judged(world)
+    jana = contest.entry("Jana")
+    phone, event = a_phone(contest), uuid4()
+    phone.open()
+    cookie = phone.cookie
+    words: dict[str, Any] = {"event": event, "made_at": now().isoformat()}
+    assert phone.say(jana, "top", contest.problem(0), **words).status_code == 201
+    phone.open()
+    assert phone.cookie == cookie
+    phone.open("Ida")
+    assert phone.cookie != cookie
+    # An event from before is not stored a second time.
+    assert phone.say(jana, "top", contest.problem(0), **words).status_code == 200
+    [link] = contest.ask("GET", "/judge-links").json()
+    assert {judge["name"] for judge in link["judges"]} == {"Eva", "Ida"}
+
+
+def test_a_sheet_has_a_code_for_each_problem(world: World) -> None:
+    contest = judged(world)
+    one = contest.sheet["rounds"][0]["id"]
+    answer = contest.ask("POST", f"/rounds/{one}/judge-sheet?language=de")
+    assert answer.headers["content-type"] == "application/pdf"
+    text = words_of(answer.content)
+    for words in ("Spring Cup · Qualification", "Boulder 1", "Boulder 2", "Moon", "Kein Konto"):
+        assert words in text
+    links = contest.ask("GET", "/judge-links").json()
+    assert sorted(link["label"] for link in links) == ["1", "2"]
+    [page] = pages_of(answer.content)
+    codes = codes_of(page, across=2, down=3)
+    phones = [Phone(contest, code.partition("/judge#")[2]) for code in codes]
+    assert {phone.open().is_success for phone in phones} == {True}
+    assert {phone.pad().json()["problem"]["label"] for phone in phones} == {"1", "2"}
+
+
+def test_links_of_a_problem_and_attempts_to_open_one_have_a_limit(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    contest = judged(world)
+    path = f"/problems/{contest.problem(0)}/judge-links"
+    made = [contest.ask("POST", path) for _ in range(21)]
+    assert [answer.status_code for answer in made[-2:]] == [201, 409]
+    monkeypatch.setattr(limits, "_JUDGE_LINKS", limits.Limit("judge-link-test", 2, 900))
+    phone = Phone(contest, new_secret()[0])
+    assert [phone.open().status_code for _ in range(3)] == [404, 404, 429]
+
+
+def test_a_gym_without_competitions_has_no_links(world: World) -> None:
+    contest = judged(world)
+    phone = a_phone(contest)
+    phone.open()
+    off = {"features_off": ["competitions"]}
+    assert world.server.ask("PATCH", world.path, world.owner, off).is_success
+    assert phone.pad().status_code == 404
+    assert phone.open().status_code == 404
+
+
+def test_attempts_by_link_have_the_rounds_limit(world: World) -> None:
+    rounds = [ROUNDS[0] | {"max_attempts": 2, "closes_at": None}]
+    contest = Contest(world, {"rounds": rounds}).make()
+    contest.move("running")
+    jana, phone = contest.entry("Jana"), a_phone(contest)
+    phone.open()
+    assert phone.pad().json()["max_attempts"] == 2
+    assert code(phone.say(jana, "attempt", contest.problem(0), 3)) == "event-attempts"
