@@ -41,6 +41,7 @@ IN_REVIEW = ("publishing", "setting", "forms", "capture")
 PUBLISHED = (
     "account",
     "competitions",
+    "judging",
     "reading",
     "problems",
     "climbing",

@@ -5,6 +5,7 @@ import { browserLanguages } from "./lib/languages";
 import type climbingLog from "./climbingLog/locales/en.json";
 import type clips from "./clips/locales/en.json";
 import type competitions from "./competitions/locales/en.json";
+import type competitionSetup from "./competitionSetup/locales/en.json";
 import type hall from "./hall/locales/en.json";
 import type insights from "./insights/locales/en.json";
 import type inspections from "./inspections/locales/en.json";
@@ -25,10 +26,10 @@ type Paths<T, Before extends string = ""> = {
   [K in keyof T & string]: T[K] extends string ? `${Before}${Forms<K>}` : Paths<T[K], `${Before}${K}.`>;
 }[keyof T & string];
 /** The key of a text in `locales/en.json`, or in that of an area (`withTexts`); without plural endings. */
-export type Key = Paths<typeof en & typeof climbingLog & typeof clips & typeof competitions & typeof hall & typeof insights & typeof inspections & typeof listening & typeof lists & typeof notifications & typeof operator & typeof problems & typeof resets & typeof ropes>;
+export type Key = Paths<typeof en & typeof climbingLog & typeof clips & typeof competitions & typeof competitionSetup & typeof hall & typeof insights & typeof inspections & typeof listening & typeof lists & typeof notifications & typeof operator & typeof problems & typeof resets & typeof ropes>;
 
 /** A part of the app with texts of its own, which only its pages load (`routes.ts`). */
-export type Area = "climbingLog" | "clips" | "competitions" | "hall" | "insights" | "inspections" | "listening" | "lists" | "notifications" | "operator" | "problems" | "resets" | "ropes";
+export type Area = "climbingLog" | "clips" | "competitions" | "competitionSetup" | "hall" | "insights" | "inspections" | "listening" | "lists" | "notifications" | "operator" | "problems" | "resets" | "ropes";
 
 const KEPT = "walltopo-language";
 const TEXTS = import.meta.glob<object>(["./locales/*.json", "./*/locales/*.json"], { import: "default" });

@@ -9,6 +9,7 @@ import { pageHooks } from "./shell/unloaded.svelte";
 
 const climbingLog = withTexts("climbingLog");
 const competitions = withTexts("competitions");
+const competitionSetup = withTexts("competitionSetup");
 const hall = withTexts("hall");
 const insights = withTexts("insights");
 const inspections = withTexts("inspections");
@@ -31,6 +32,7 @@ function of<T>(feature: Feature, page: T): T | typeof NotFound {
   return has(feature) ? page : NotFound;
 }
 
+const judgeByLink = of("competitions", () => import("./competitions/JudgeByLink.svelte").then(competitions));
 const widget = of("hall", () => import("./hall/Widget.svelte").then(hall));
 
 export const { p, navigate, preload, route } = createRouter({
@@ -68,10 +70,10 @@ export const { p, navigate, preload, route } = createRouter({
   "/g/:gym/board": () => import("./climbing/Board.svelte"),
   "/g/:gym/feed": () => import("./climbing/Feed.svelte"),
   "/g/:gym/competitions": of("competitions", () => import("./competitions/List.svelte").then(competitions)),
-  "/g/:gym/competitions/new": of("competitions", () => import("./competitions/Wizard.svelte").then(competitions)),
+  "/g/:gym/competitions/new": of("competitions", () => import("./competitions/Wizard.svelte").then(competitions).then(competitionSetup)),
   "/g/:gym/competitions/:competition": of("competitions", () => import("./competitions/CompetitionPage.svelte").then(competitions)),
-  "/g/:gym/competitions/:competition/edit": of("competitions", () => import("./competitions/Wizard.svelte").then(competitions)),
-  "/g/:gym/competitions/:competition/entries": of("competitions", () => import("./competitions/StartList.svelte").then(competitions)),
+  "/g/:gym/competitions/:competition/edit": of("competitions", () => import("./competitions/Wizard.svelte").then(competitions).then(competitionSetup)),
+  "/g/:gym/competitions/:competition/entries": of("competitions", () => import("./competitions/StartList.svelte").then(competitions).then(competitionSetup)),
   "/g/:gym/competitions/:competition/order": of("competitions", () => import("./competitions/OrderPage.svelte").then(competitions)),
   "/g/:gym/competitions/:competition/card": of("competitions", () => import("./competitions/Card.svelte").then(competitions)),
   "/g/:gym/competitions/:competition/judge": of("competitions", () => import("./competitions/JudgePage.svelte").then(competitions)),
@@ -118,6 +120,9 @@ export const { p, navigate, preload, route } = createRouter({
   "/g/:gym/w/:wall/versions": () => import("./publishing/Versions.svelte"),
   "/g/:gym/s/:scan/edit": () => import("./editing/Editing.svelte"),
   "/g/:gym/s/:scan": () => import("./scans/ScanPage.svelte"),
+  "/g/:gym/competitions/:competition/judge-links": of("competitions", () => import("./competitions/JudgeLinks.svelte").then(competitions).then(competitionSetup)),
+  "/judge": judgeByLink,
+  "/judge/:link": judgeByLink,
   "/kiosk/g/:gym": of("hall", () => import("./hall/Kiosk.svelte").then(hall)),
   "/verify/:code": of("inspections", () => import("./inspections/VerifyPage.svelte").then(inspections)),
   "/r/:code": of("hall", () => import("./hall/Short.svelte").then(hall)),
@@ -129,6 +134,6 @@ export const { p, navigate, preload, route } = createRouter({
 });
 
 /** A part of the present address; the calling page has it. */
-export function part(name: "gym" | "wall" | "route" | "scan" | "person" | "visit" | "competition" | "list" | "problem" | "code" | "plan" | "year" | "inspection"): string {
+export function part(name: "gym" | "wall" | "route" | "scan" | "person" | "visit" | "competition" | "list" | "problem" | "code" | "plan" | "year" | "inspection" | "link"): string {
   return route.params[name] ?? "";
 }

@@ -202,6 +202,7 @@ async function madeLead(setter, places) {
   await setter.go(`/g/${places.gym}/competitions/new`);
   const on = () => page.getByRole("button", { name: "Continue" }).click();
   await page.getByLabel("Competition name").fill("Lead Cup");
+  await page.getByRole("radio", { name: /^Another format/ }).check();
   await page.getByRole("radio", { name: "Rope climbing" }).check();
   await page.getByRole("radio", { name: /^Qualification and final/ }).check();
   await fine(setter, "lead-what");

@@ -1,6 +1,7 @@
 /** The requests of these pages, one function each. */
 
 import { answer, api, type Schemas } from "../api/client";
+import type { Language } from "../i18n.svelte";
 import type { How } from "../lib/loaded.svelte";
 import { part } from "../routes";
 import type { Board } from "./facts";
@@ -58,6 +59,16 @@ export async function outs(path: Here): Promise<Schemas["EventOut"][]> {
   }
   return found;
 }
+export const judgeLinks = (path: Here, how: How = {}) => answer(api.GET(`${OF}/judge-links`, { params: { path }, ...how }));
+export const makeJudgeLink = (path: Here, problem: string) =>
+  answer(api.POST(`${OF}/problems/{problem}/judge-links`, { params: { path: { ...path, problem } } }));
+export const revokeJudgeLink = (path: Here, link: string) =>
+  answer(api.DELETE(`${OF}/judge-links/{link}`, { params: { path: { ...path, link } } }));
+export const judgeSheet = (path: Here, round: string, query: { language: Language; size: "a4" | "letter" }) =>
+  api.POST(`${OF}/rounds/{one}/judge-sheet`, { params: { path: { ...path, one: round }, query }, parseAs: "blob" });
+export const openJudgeLink = (body: Schemas["OpenBody"]) => answer(api.POST("/api/v1/judge-links/open", { body }));
+export const judgePad = (link: string, how: How = {}) => answer(api.GET("/api/v1/judge-links/{link}/pad", { params: { path: { link } }, ...how }));
+
 export const appeals = (path: Here, how: How = {}) => answer(api.GET(`${OF}/appeals`, { params: { path }, ...how }));
 export const board = async (path: Here, at?: string): Promise<Board> =>
   (await answer(api.GET(`${OF}/board`, { params: { path, query: at ? { at } : {} } }))) as Board;

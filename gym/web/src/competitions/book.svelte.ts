@@ -11,19 +11,21 @@ type Score = Item & { what: "score" };
 export type Message = Scored & { waits: boolean };
 export type Words = Pick<ScoreIn, "entry_id" | "problem_id" | "kind" | "n"> & Partial<Pick<ScoreIn, "hold" | "plus" | "seconds" | "target_id" | "text">>;
 
-/** The events of this device that were not refused. */
-export function ownScores(competition: string): Score[] {
-  return mine().filter((item): item is Score => item.what === "score" && item.competition === competition && !item.refused);
+/** The events of this device that were not refused: those of the signed-in person, or those by a judge's link. */
+export function ownScores(competition: string, link?: string): Score[] {
+  return mine().filter((item): item is Score => item.what === "score" && item.link === link && (link !== undefined || item.competition === competition) && !item.refused);
 }
 
 export class Book {
-  private readonly own = $derived.by(() => ownScores(this.competition()));
+  private readonly own = $derived.by(() => ownScores(this.competition(), this.how.link?.()));
 
   constructor(
     private readonly gym: () => string,
     private readonly competition: () => string,
     /** The counting events as the server sent them last. */
     private readonly known: () => readonly Scored[],
+    /** The judge's link by which events go, and the limit of attempts on a problem. */
+    private readonly how: { link?: () => string; limit?: (problem: string) => number | null } = {},
   ) {}
 
   get waiting(): number {
@@ -42,13 +44,20 @@ export class Book {
   }
 
   mark(entry: string, problem: string): Mark {
-    return markOf(this.events(entry, problem));
+    return markOf(this.events(entry, problem), this.limit(problem));
+  }
+
+  /** The limit of attempts on a problem; null without one. */
+  limit(problem: string): number | null {
+    return this.how.limit?.(problem) ?? null;
   }
 
   /** Store an event and send it. `name`: its description in the list of waiting items. */
   async say(words: Words, name: string): Promise<void> {
     const body = { target_id: null, text: "", ...words, ...stamp() };
-    await say({ what: "score", id: crypto.randomUUID(), gym: this.gym(), competition: this.competition(), person: me()!.id, name, body });
+    const link = this.how.link?.();
+    const sender = link ? { person: "", link } : { person: me()!.id };
+    await say({ what: "score", id: crypto.randomUUID(), gym: this.gym(), competition: this.competition(), ...sender, name, body });
   }
 
   /** Strike an event: delete it if it never left, else send an event that strikes it. */

@@ -7,6 +7,14 @@ import { isLead } from "./rules";
 
 /** A new problem, of a current route or without a route. */
 export type NewProblem = Pick<Problem, "route_id" | "label" | "points" | "holds" | "category_ids">;
+/** A wave; a new one has no id. The form requires both times. */
+export interface WaveDraft {
+  id?: string;
+  name: string;
+  starts_at: string | null;
+  ends_at: string | null;
+  places: number | null;
+}
 export type CategoryDraft = Omit<Category, "entries">;
 export interface RoundDraft {
   id?: string;
@@ -16,12 +24,20 @@ export interface RoundDraft {
   quota: number | null;
   opens_at: string | null;
   closes_at: string | null;
+  /** Limit of attempts on each problem. */
+  max_attempts: number | null;
+  /** Minutes before the start at which isolation closes, and seconds between the starts of two climbers. */
+  isolation_minutes: number | null;
+  rotation_seconds: number | null;
+  waves: WaveDraft[];
   /** Existing problems. */
   problems: Problem[];
   /** New ones, those of routes first. */
   fresh: NewProblem[];
 }
 export interface Draft {
+  /** The usual format that filled it, while the wizard is open; null: another one. Not stored. */
+  template: TemplateName | null;
   format: Format;
   /** With ropes: results are high points. Not stored; the rules of the rounds say it. */
   rope: boolean;
@@ -76,7 +92,10 @@ export function usual(rules: RuleName): Scoring {
 
 export function newRound(format: Format, rope: boolean, kind: RoundDraft["kind"], name: string, quota: number | null = null): RoundDraft {
   const scoring = rope ? usual(ROPE_RULES[format][0]!) : { ...SCORING[format] };
-  return { name, kind, scoring, quota, opens_at: null, closes_at: null, problems: [], fresh: [] };
+  return {
+    name, kind, scoring, quota, opens_at: null, closes_at: null, max_attempts: null, isolation_minutes: null, rotation_seconds: null,
+    waves: [], problems: [], fresh: [],
+  };
 }
 
 function newProblem(route_id: string | null = null): NewProblem {
@@ -130,18 +149,62 @@ export function removeCategory(draft: Draft, at: number): void {
 }
 
 export function newDraft(): Draft {
-  const category = (gender: "women" | "men"): CategoryDraft => newCategory(t(`profile.${gender}`), gender);
   return {
-    format: "festival", rope: false, name: "", about: "", fee: "", waiver: "", starts_at: null, ends_at: null, self_entry: true, self_scoring: true, late_minutes: 60,
-    league_best: null, team_size: null, categories: [category("women"), category("men")], rounds: roundsOf("festival", false),
+    ...templateParts("scramble"), name: "", about: "", fee: "", waiver: "", starts_at: null, ends_at: null, self_entry: true, late_minutes: 60,
+    league_best: null, team_size: null,
   };
 }
 
+/** The usual formats of competitions. */
+export const TEMPLATES = ["scramble", "zones", "boulder", "lead"] as const;
+export type TemplateName = (typeof TEMPLATES)[number];
+
+const IFSC_PROBLEMS = { qualification: 5, final: 4 } as const;
+const IFSC_FINALISTS = 8;
+/** Attempts on each problem that a night of tops and zones usually allows. */
+const NIGHT_ATTEMPTS = 5;
+
+function templateRounds(name: TemplateName): RoundDraft[] {
+  const open = (scoring: Scoring, max_attempts: number | null): RoundDraft[] =>
+    [{ ...newRound("festival", false, "open", t("comp.format.festival")), scoring, max_attempts }];
+  if (name === "scramble") return open({ rules: "points", flash: 120, top: 100, zone: 0, best: null }, null);
+  if (name === "zones") return open({ rules: "ifsc-2018" }, NIGHT_ATTEMPTS);
+  // One attempt on each route, by the rules of lead.
+  if (name === "lead") return roundsOf("rounds", true).map((round) => ({ ...round, max_attempts: 1 }));
+  const [first, last] = roundsOf("rounds", false);
+  return [
+    { ...first!, fresh: newProblems(first!, [], IFSC_PROBLEMS.qualification) },
+    { ...last!, quota: IFSC_FINALISTS, fresh: newProblems(last!, [], IFSC_PROBLEMS.final) },
+  ];
+}
+
+/** The parts of a draft that a usual format fills; all of them can be changed afterwards. */
+export function templateParts(name: TemplateName): Pick<Draft, "template" | "format" | "rope" | "self_scoring" | "categories" | "rounds"> {
+  const judged = name === "boulder" || name === "lead";
+  const category = (gender: "women" | "men"): CategoryDraft => newCategory(t(`profile.${gender}`), gender);
+  return {
+    template: name, format: judged ? "rounds" : "festival", rope: name === "lead", self_scoring: !judged,
+    categories: [category("women"), category("men")], rounds: templateRounds(name),
+  };
+}
+
+/** The next wave: as long as the one before, and right after it. */
+export function nextWave(waves: readonly WaveDraft[], starts_at: string | null): WaveDraft {
+  const last = waves.at(-1);
+  const name = t("comp.wave.number", { number: waves.length + 1 });
+  const begins = last?.ends_at ?? starts_at;
+  const long = last?.starts_at && last.ends_at ? Date.parse(last.ends_at) - Date.parse(last.starts_at) : WAVE_MS;
+  const ends_at = begins ? new Date(Date.parse(begins) + long).toISOString() : null;
+  return { name, starts_at: begins, ends_at, places: last?.places ?? null };
+}
+
+const WAVE_MS = 90 * 60_000;
+
 export function draftOf(sheet: Sheet): Draft {
   const { format, name, about, fee, waiver, starts_at, ends_at, self_entry, self_scoring, late_minutes, league_best, team_size, categories } = sheet;
-  const rounds = sheet.rounds.map(({ state: _s, begun_at: _b, ...round }) => ({ ...round, kind: round.kind as RoundDraft["kind"], scoring: { ...round.scoring }, problems: round.problems.map((problem) => ({ ...problem })), fresh: [] }));
+  const rounds = sheet.rounds.map(({ state: _s, begun_at: _b, ...round }) => ({ ...round, kind: round.kind as RoundDraft["kind"], scoring: { ...round.scoring }, problems: round.problems.map((problem) => ({ ...problem })), waves: round.waves.map(({ entries: _, ...wave }) => wave), fresh: [] }));
   return {
-    format, rope: sheet.rounds.some(({ scoring }) => isLead(scoring)),
+    template: null, format, rope: sheet.rounds.some(({ scoring }) => isLead(scoring)),
     name, about, fee, waiver, starts_at, ends_at, self_entry, self_scoring, late_minutes, league_best, team_size,
     categories: categories.map(({ entries: _, ...category }) => category), rounds,
   };
@@ -153,7 +216,7 @@ export function allOf(round: Pick<RoundDraft, "problems" | "fresh">): NewProblem
 }
 
 /** The words of it, without format and sheet. */
-export function wordsOf({ format: _f, rope: _o, categories: _c, rounds: _r, ...words }: Draft) {
+export function wordsOf({ template: _t, format: _f, rope: _o, categories: _c, rounds: _r, ...words }: Draft) {
   return words;
 }
 
@@ -163,6 +226,8 @@ export function sheetOf({ format, categories, rounds, starts_at, ends_at }: Draf
   const unsaid = { name: "", colour: "", grade: "", wall: "" };
   return {
     categories: categories.map((category) => ({ ...category })),
-    rounds: rounds.map(({ fresh, problems, ...round }) => ({ ...round, ...times, problems: [...problems, ...fresh.map((one) => ({ ...unsaid, ...one }))] })),
+    rounds: rounds.map(({ fresh, problems, waves, ...round }) => ({
+      ...round, ...times, waves: waves.map((wave) => ({ ...wave, starts_at: wave.starts_at ?? "", ends_at: wave.ends_at ?? "" })), problems: [...problems, ...fresh.map((one) => ({ ...unsaid, ...one }))],
+    })),
   };
 }

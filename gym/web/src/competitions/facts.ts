@@ -12,10 +12,13 @@ export type Round = Schemas["RoundOut"];
 export type Scoring = Schemas["ScoringBody"];
 export type RuleName = Scoring["rules"];
 export type Entry = Schemas["EntryOut"];
+export type Wave = Schemas["WaveOut"];
+export type Pad = Schemas["JudgePad"];
+export type JudgeLink = Schemas["JudgeLinkOut"];
 export type Starter = Schemas["StarterOut"];
 /** A score event; this browser learns the server's fields later. */
 export type Scored = Pick<Schemas["EventOut"], "id" | "entry_id" | "problem_id" | "kind" | "n" | "target_id" | "text" | "made_at">
-  & Partial<Pick<Schemas["EventOut"], "hold" | "plus" | "seconds" | "by_name">>;
+  & Partial<Pick<Schemas["EventOut"], "hold" | "plus" | "seconds" | "by_name" | "by_link">>;
 export type Board = Schemas["BoardView"];
 export type RoundHead = Schemas["RoundHead"];
 export type Line = Schemas["Line"];

@@ -40,11 +40,11 @@ export function counting<T extends Pick<Scored, "id" | "kind" | "target_id">>(ev
   return events.filter(counts);
 }
 
-/** A competitor's mark on a problem, from all events about it, in any order. */
-export function markOf(events: readonly Scored[]): Mark {
+/** A competitor's mark on a problem, from all events about it, in any order; attempts beyond the limit do not count. */
+export function markOf(events: readonly Scored[], limit: number | null = null): Mark {
   const mark = { ...NOTHING };
   const first = (now: number, n: number): number => (now ? Math.min(now, n) : n);
-  const scored = counting(events).filter(({ kind, n }) => n && SCORED.has(kind));
+  const scored = counting(events).filter(({ kind, n }) => n && n <= (limit ?? n) && SCORED.has(kind));
   for (const { kind, n } of scored) {
     mark.tries = Math.max(mark.tries, n!);
     if (kind === "zone" || kind === "top") mark.zone = first(mark.zone, n!);

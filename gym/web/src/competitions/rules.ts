@@ -2,6 +2,7 @@
 
 import { t } from "../i18n.svelte";
 import { number } from "../lib/format";
+import { problemName } from "./words";
 import type { Problem, Round, Scoring, Sheet } from "./facts";
 
 /** The points of a round, and how ties are broken. */
@@ -28,13 +29,13 @@ export function hasWorth({ rules }: Scoring): boolean {
   return rules === "points" || rules === "shared";
 }
 
-export type Part = Pick<Round, "name" | "scoring" | "quota"> & { problems: Pick<Problem, "points">[] };
+export type Part = Pick<Round, "name" | "scoring" | "quota" | "max_attempts"> & { problems: Pick<Problem, "points">[] };
 
-export function roundWords({ scoring, quota, problems }: Part): string[] {
+export function roundWords({ scoring, quota, max_attempts, problems }: Part): string[] {
   const lines = [countWords(scoring, problems.length)];
   if (quota) lines.push(t("comp.rule.quota", { count: quota }));
   const own = hasWorth(scoring) ? problems.filter(({ points }) => points).length : 0;
-  return [...lines, ...scoringWords(scoring), ...(own ? [t("comp.rule.own", { count: own })] : [])];
+  return [...lines, ...scoringWords(scoring), ...(max_attempts ? [t("comp.rule.attempts", { count: max_attempts })] : []), ...(own ? [t("comp.rule.own", { count: own })] : [])];
 }
 
 /** The number of problems, or of routes. */
@@ -43,8 +44,13 @@ export function countWords(scoring: Scoring, count: number): string {
 }
 
 /** The number of a problem, or of a route. */
-export function numberWords(scoring: Scoring, number: number): string {
+export function numberWords(scoring: Scoring, number: number | string): string {
   return t(isLead(scoring) ? "comp.routeNumber" : "comp.problemNumber", { number });
+}
+
+/** A problem in full: its number or label, and the route's name or colour. */
+export function fullName(scoring: Scoring, { label, name, colour }: Pick<Problem, "label" | "name" | "colour">): string {
+  return [numberWords(scoring, label), problemName({ label: "", name, colour })].filter(Boolean).join(" · ");
 }
 
 /** A problem's own points; empty if it has the round's. */

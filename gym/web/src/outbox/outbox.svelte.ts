@@ -3,7 +3,7 @@
 import { probe, returned } from "../offline/reception.svelte";
 import { me } from "../session.svelte";
 import { send } from "./send";
-import { all, GUEST, keep, onChange, revise, type Item, type Words } from "./store";
+import { all, GUEST, keep, linkOf, onChange, revise, type Item, type Words } from "./store";
 
 const FIRST_WAIT_MS = 2_000;
 const LONGEST_WAIT_MS = 300_000;
@@ -17,9 +17,9 @@ export function author(): string {
   return me()?.id ?? GUEST;
 }
 
-/** Items of the signed-in person, or else of this device's guest. */
+/** Items of the signed-in person, or else of this device's guest, and those that go by judges' links. */
 export function mine(): Item[] {
-  return items.filter((item) => item.person === author());
+  return items.filter((item) => item.person === author() || linkOf(item));
 }
 
 /** Items of this device without an account. */

@@ -2,7 +2,7 @@
 
 import { isPortal } from "../offline/portal";
 import { result as sentEdit } from "./edits";
-import { all, GUEST, keyOf, revise, type Item } from "./store";
+import { all, GUEST, keyOf, linkOf, revise, type Item } from "./store";
 
 const API = "/api/v1";
 const PATIENCE_MS = 30_000;
@@ -36,6 +36,7 @@ async function put(item: Item): Promise<Response> {
   if (item.what === "score") {
     // Both times are this device's, so that the server can correct its clock.
     const body = { ...item.body, sent_at: new Date().toISOString() };
+    if (item.link) return ask("PUT", `/judge-links/${item.link}/events/${item.id}`, "", body);
     return ask("PUT", `/gyms/${item.gym}/competitions/${item.competition}/events/${item.id}`, item.person, body);
   }
   // The server keeps one open report of a person, hold and kind, whatever is sent again.
@@ -117,26 +118,28 @@ function before(item: Item): string[] {
 
 async function sendWaiting(): Promise<Outcome> {
   const waiting = async () => (await all()).filter(({ person, done, refused }) => person !== GUEST && done === null && !refused);
-  if ((await waiting()).length === 0) return "empty";
-  const person = await whoIsHere();
-  if (person === "later" || person === "sign-in") return person;
-  let outcome: Outcome = "empty";
+  const first = await waiting();
+  if (first.length === 0) return "empty";
+  // A judge's link needs no account.
+  const person = first.every(linkOf) ? "" : await whoIsHere();
+  let outcome: Outcome = person === "later" || person === "sign-in" ? person : "empty";
+  const mayGo = (item: Item): boolean => linkOf(item) !== undefined || item.person === person;
   const tried = new Set<string>();
   for (;;) {
     // Read again after each item: more may have come meanwhile.
     const rows = await waiting();
     const here = new Set(rows.map((item) => (item.what === "score" || item.what === "problem") && item.id));
     const isNext = (item: Item): boolean => !before(item).some((id) => here.has(id));
-    const next = rows.find((item) => item.person === person && isNext(item) && !tried.has(`${keyOf(item)} ${item.version}`));
+    const next = rows.find((item) => mayGo(item) && isNext(item) && !tried.has(`${keyOf(item)} ${item.version}`));
     if (!next) return outcome;
     tried.add(`${keyOf(next)} ${next.version}`);
     const came = await sendOne(next);
-    if (came === "sign-in") return came;
+    if (came === "sign-in" && !linkOf(next)) return came;
     if (came === "later") outcome = "later"; // the others may get through
   }
 }
 
-/** Send all items of the signed-in person. */
+/** Send all items of the signed-in person, and those of judges' links. */
 export async function send(): Promise<Outcome> {
   const attempt = (): Promise<Outcome> =>
     sendWaiting().catch((error: unknown) => {

@@ -97,8 +97,13 @@ export interface ManyRow {
 /** The owner of what is logged on a device without an account. It stays here until an account takes it over. */
 export const GUEST = "guest";
 
+/** The judge's link by which an item goes; undefined for an item of an account. */
+export function linkOf(item: Words): string | undefined {
+  return item.what === "score" ? item.link : undefined;
+}
+
 interface Common {
-  /** The owner: another account never sends it. */
+  /** The owner: another account never sends it. Empty for what goes by a judge's link. */
   person: string;
   gym: string;
   /** The name of the route, or the score in words, for lists of waiting items. */
@@ -114,7 +119,8 @@ export type Words = Common & (
   | { what: "problem"; id: string; body: ProblemIn; takenBack: boolean; known: boolean }
   | { what: "list"; id: string; body: ListIn; takenBack: boolean; known: boolean }
   | { what: "climbed"; problem: string; body: { climbed_at: string | null } }
-  | { what: "score"; id: string; competition: string; body: ScoreIn }
+  /** `link`: the judge's link by which it goes, instead of an account. */
+  | { what: "score"; id: string; competition: string; body: ScoreIn; link?: string }
   | { what: "inspection"; id: string; inspection: string; body: InspectionMarkIn; photo: Blob | null }
 );
 

@@ -40,3 +40,8 @@ test("times are written as minutes and seconds", () => {
   for (const text of ["", "4:60", "4.12", "0", "61:00", "x"]) assert.equal(timeOf(text), null, text);
   assert.deepEqual([7, 252, 3600].map(timeText), ["0:07", "4:12", "60:00"]);
 });
+
+test("attempts beyond the limit do not count", () => {
+  assert.equal(markOf([event("a", "zone", 2), event("b", "top", 3)], 2).top, 0);
+  assert.equal(markOf([event("a", "zone", 2), event("b", "top", 3)], 3).top, 3);
+});

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { test } from "vitest";
 import { breath, newBrowser } from "./browser.mjs";
 import { Network, Server } from "./server.mjs";
-import { ascent, body, climbed, many, mark, problem, score } from "./words.mjs";
+import { ascent, body, byLink, climbed, many, mark, problem, score } from "./words.mjs";
 
 /** A browser with a tab, and a server behind a network with one fate; the session can be read unless all is down. */
 async function place(fate = "fine") {
@@ -285,4 +285,21 @@ test("that one climbed a problem is sent after the problem", async () => {
   network.now = "fine";
   await tab.send();
   assert.deepEqual([...server.climbed.keys()], ["ada/b", "ada/a"]);
+});
+
+test("a score by a judge's link needs no account, and an account's scores wait for theirs", async () => {
+  const { server, tab } = await place();
+  server.person = "";
+  server.links.add("one");
+  await tab.keep(score("a"));
+  await tab.keep(byLink("b", "two")); // this browser has not opened that link
+  await tab.keep(byLink("c", "one"));
+  await tab.keep(byLink("d", "one", "c"));
+  assert.equal(await tab.send(), "sign-in");
+  assert.deepEqual(server.reached.map(({ id }) => id), ["c", "d"]);
+  server.person = "ada";
+  server.links.add("two");
+  assert.equal(await tab.send(), "empty");
+  assert.deepEqual(server.reached.map(({ id }) => id), ["c", "d", "a", "b"]);
+  assert.deepEqual([...server.events.values()].map(({ person }) => person), ["link one", "link one", "ada", "link two"]);
 });

@@ -21,9 +21,12 @@ export class Server {
   unwanted = new Set();
   wrong = new Set();
   person = "ada";
+  /** Judges' links that this browser has opened. */
+  links = new Set();
 
   /** `person`: the owner of the cookie. */
   take({ method, path, body, person, wanted }) {
+    if (path.startsWith("/judge-links/")) return this.#byLink(path, body);
     if (!person || (wanted && wanted !== person)) return { status: 401 };
     if (path === "/me") return { status: 200, body: { id: person } };
     const [id, kind] = path.split("/").reverse();
@@ -41,6 +44,14 @@ export class Server {
     if (kind === "entries") return this.#mark(id, person, body);
     if (kind === "events") return this.#score(id, person, body);
     throw new Error(`no such endpoint: ${method} ${path}`);
+  }
+
+  /** Without an account. */
+  #byLink(path, body) {
+    const [, , link, , id] = path.split("/");
+    if (!this.links.has(link)) return { status: 401 };
+    this.reached.push({ method: "PUT", path, id, person: "" });
+    return this.#score(id, `link ${link}`, body);
   }
 
   #takeBack(rows, id, person) {

@@ -35,6 +35,11 @@ export function score(id, target = null, person = "ada") {
   return { what: "score", id, competition: "c", person, gym: GYM, name: "score", body: words };
 }
 
+/** A score by a judge's link, without an account. */
+export function byLink(id, link, target = null) {
+  return { ...score(id, target, ""), link };
+}
+
 export function mark(id, { photo = null, person = "ada" } = {}) {
   const words = { wall_id: "w", item: null, hold: 1, mark: "washed", note: "" };
   return { what: "inspection", id, inspection: "i", person, gym: GYM, name: "Hold 1", body: words, photo };
