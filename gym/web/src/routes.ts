@@ -7,6 +7,7 @@ import { has, type Feature } from "./lib/features";
 import NotFound from "./shell/NotFound.svelte";
 import { pageHooks } from "./shell/unloaded.svelte";
 
+const accounts = withTexts("accounts");
 const climbingLog = withTexts("climbingLog");
 const competitions = withTexts("competitions");
 const competitionSetup = withTexts("competitionSetup");
@@ -20,6 +21,7 @@ const operator = withTexts("operator");
 const ofProblems = withTexts("problems");
 const resets = withTexts("resets");
 const ropes = withTexts("ropes");
+const scans = withTexts("scans");
 
 const wall = () => import("./walls/WallPage.svelte");
 const holds = () => import("./holds/HoldsToCheck.svelte");
@@ -38,21 +40,21 @@ const widget = of("hall", () => import("./hall/Widget.svelte").then(hall));
 export const { p, navigate, preload, route } = createRouter({
   hooks: pageHooks,
   "/": Home,
-  "/sign-in": () => import("./accounts/SignIn.svelte"),
+  "/sign-in": () => import("./accounts/SignIn.svelte").then(accounts),
   "/sign-up": () => import("./accounts/SignUp.svelte"),
   "/new-password": () => import("./accounts/NewPassword.svelte"),
   "/invitation": () => import("./gyms/Invitation.svelte"),
-  "/sign-in/device": () => import("./accounts/SignInDevice.svelte"),
-  "/me": () => import("./accounts/Me.svelte"),
+  "/sign-in/device": () => import("./accounts/SignInDevice.svelte").then(accounts),
+  "/me": () => import("./accounts/Me.svelte").then(accounts),
   "/me/profile": () => import("./accounts/MyProfile.svelte"),
-  "/me/security": () => import("./accounts/Security.svelte"),
+  "/me/security": () => import("./accounts/Security.svelte").then(accounts),
   "/me/log": () => import("./climbingLog/LogPage.svelte").then(climbingLog),
   "/me/log/import": () => import("./climbingLog/ImportLog.svelte").then(climbingLog),
   "/me/log/year/:year": () => import("./climbingLog/YearPage.svelte").then(climbingLog),
   "/me/waiting": () => import("./outbox/Waiting.svelte").then(ofProblems).then(lists).then(inspections),
   "/me/messages": () => import("./notifications/Messages.svelte").then(notifications),
   "/unsubscribe": () => import("./notifications/Unsubscribe.svelte").then(notifications),
-  "/me/data": () => import("./accounts/MyData.svelte"),
+  "/me/data": () => import("./accounts/MyData.svelte").then(accounts),
   "/selftest": () => import("./operating/SelfTest.svelte"),
   "/setup": () => import("./operator/Setup.svelte").then(operator),
   "/operator": () => import("./operator/Health.svelte").then(operator),
@@ -119,7 +121,7 @@ export const { p, navigate, preload, route } = createRouter({
   "/g/:gym/w/:wall/lines": () => import("./ropes/RopeLines.svelte").then(ropes),
   "/g/:gym/w/:wall/versions": () => import("./publishing/Versions.svelte"),
   "/g/:gym/s/:scan/edit": () => import("./editing/Editing.svelte"),
-  "/g/:gym/s/:scan": () => import("./scans/ScanPage.svelte"),
+  "/g/:gym/s/:scan": () => import("./scans/ScanPage.svelte").then(scans),
   "/g/:gym/competitions/:competition/judge-links": of("competitions", () => import("./competitions/JudgeLinks.svelte").then(competitions).then(competitionSetup)),
   "/judge": judgeByLink,
   "/judge/:link": judgeByLink,

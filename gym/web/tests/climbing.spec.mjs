@@ -210,7 +210,7 @@ test("what is logged without an account stays on the device, and moves into one"
 
   // Signing in takes nothing over by itself: the device may be somebody else's.
   await go("/sign-in");
-  await page.getByText("1 ascent on this device has no account.").waitFor();
+  await page.getByText("1 ascent on this device has no account").waitFor();
   await shot("guest-sign-in");
   await signIn(guest, places, places.owner);
   const before = (await arrived(page)).length;
