@@ -39,7 +39,7 @@ test("a route shows its moves for one's own body", async ({ browser, places }) =
   const shown = (height) => page.getByText(`For a body of ${height} m.`).waitFor();
   await show.click();
   await shown("1.75");
-  await page.getByLabel(/^Height/).fill("158");
+  await page.getByLabel("Height", { exact: true }).fill("158");
   await page.getByLabel(/^Reach, /).press("Tab");
   await shown("1.55");
   const player = page.locator("wall-topo .player");
@@ -70,7 +70,7 @@ test("a route shows its moves for one's own body", async ({ browser, places }) =
   await own.getByLabel("feet").press("Tab");
   await page.getByText("Out of range.").waitFor();
   await measureIn("metric");
-  await page.getByLabel(/^Height/).fill("158");
+  await page.getByLabel("Height", { exact: true }).fill("158");
   await page.getByLabel(/^Reach, /).press("Tab");
   await shown("1.55");
   // Another body in the viewer itself, then away.
@@ -97,7 +97,7 @@ test("a route shows its moves for one's own body", async ({ browser, places }) =
   await wallDrawn(page);
   await show.click();
   await shown("1.90");
-  assert.equal(await page.getByLabel(/^Height/).count(), 0);
+  assert.equal(await page.getByLabel("Height", { exact: true }).count(), 0);
   await check(climber, "moves-profile");
   await climber.close();
 
