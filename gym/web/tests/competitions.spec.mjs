@@ -48,7 +48,7 @@ async function made(setter, places) {
   await first.getByLabel("Flash").fill("300");
   await fine(setter, "wizard-points");
   await on();
-  await page.getByLabel("Fee").fill("100 CZK at the desk");
+  await page.getByRole("textbox", { name: "Fee" }).fill("100 CZK at the desk");
   await page.getByLabel("Waiver that").fill("I climb at my own risk.");
   await fine(setter, "wizard-entry");
   await on();
