@@ -1,6 +1,6 @@
 /** The signed-in person. The secret is a cookie that no script can read; this only says whose it is. */
 
-import { answer, api, ApiError, type Schemas } from "./api/client";
+import { answer, api, ApiError, whenUnsigned, type Schemas } from "./api/client";
 import { forgetBody } from "./walls/body.svelte";
 import { forgetWall } from "./walls/script";
 import { forgetPrivate, isCutOff, KEPT, keeps, returned } from "./offline/reception.svelte";
@@ -8,6 +8,9 @@ import { forgetPrivate, isCutOff, KEPT, keeps, returned } from "./offline/recept
 const SIGNED_IN = "walltopo-signed-in";
 
 let person = $state.raw<Schemas["Me"] | null>(null);
+/** Number of the server's answers so far to the question who is signed in. */
+let answers = 0;
+let asks = false;
 
 export function me(): Schemas["Me"] | null {
   return person;
@@ -35,26 +38,36 @@ function forget(): void {
 /** The last signed-in person; visitors are not looked up. Stored data is enough until the server responds. */
 export async function recall(): Promise<void> {
   if (localStorage.getItem(SIGNED_IN) === null) return;
-  let responded = false;
-  const requested = keeps() && isCutOff() ? null : ask().then((known) => (responded = known));
+  const requested = keeps() && isCutOff() ? null : ask();
   if (keeps()) {
     const kept = await answer(api.GET("/api/v1/me", KEPT)).catch(() => null);
-    if (!responded) person = kept ?? null; // a slow store must not undo a sign-out
+    if (answers === 0) person = kept ?? null; // a slow store must not undo a sign-out
   }
-  if (!person && !responded) await (requested ?? ask());
+  if (!person && answers === 0) await (requested ?? ask());
 }
 
-/** Ask the server for the signed-in person; returns whether it responded. */
-async function ask(): Promise<boolean> {
+/** Ask the server for the signed-in person. */
+async function ask(): Promise<void> {
+  if (asks) return;
+  asks = true;
   try {
-    person = await answer(api.GET("/api/v1/me"));
-    return true;
+    const found = await answer(api.GET("/api/v1/me"));
+    answers += 1;
+    person = found;
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
-    if (error.status === 401) signedOut();
-    return error.status === 401;
+    if (error.status !== 401) return;
+    answers += 1;
+    signedOut();
+  } finally {
+    asks = false;
   }
 }
+
+// The person may be an earlier answer, kept while the server was slow, of a session that was ended elsewhere.
+whenUnsigned(() => {
+  if (person) void ask();
+});
 
 /** Ask again when the server is reachable again: until then the answer may have been an earlier one that was stored. */
 export function followReception(): void {

@@ -10,6 +10,13 @@ export type Schemas = components["schemas"];
 
 export const PREFIX = "/api/v1";
 
+let unsigned = (): void => {};
+
+/** Call this whenever the server answers that nobody is signed in. */
+export function whenUnsigned(listener: () => void): void {
+  unsigned = listener;
+}
+
 export const api = createClient<paths>({ baseUrl: location.origin });
 
 api.use({
@@ -22,6 +29,7 @@ api.use({
       lost();
       throw new TypeError("a captive portal answered");
     } else heard();
+    if (response.status === 401 && !kept) unsigned();
   },
   onError({ request, error }) {
     if (request.cache !== "only-if-cached" && error instanceof TypeError) lost();
