@@ -39,7 +39,12 @@ const learned = new Set<Area | "">([""]);
 
 // The server answers in English itself.
 const PROBLEMS = import.meta.glob<object>("../../src/walltopo_gym/messages/{de,cs,fr}.json", { import: "default" });
-const PLACES = { prefix: "{", suffix: "}", escapeValue: false };
+/** A value that is written from right to left keeps to its place in a sentence: Unicode isolates it. */
+const RIGHT_TO_LEFT = /[\u0590-\u08ff\ufb1d-\ufdff\ufe70-\ufefc]/;
+const isolated = (value: string): string => (RIGHT_TO_LEFT.test(value) ? `\u2068${value}\u2069` : value);
+// Svelte escapes what it shows.
+const VALUES = { escapeValue: true, escape: isolated };
+const PLACES = { prefix: "{", suffix: "}", ...VALUES };
 let spoken = $state<Language>("en");
 
 /** A text; components that show it are redrawn when the language changes. */
@@ -112,8 +117,7 @@ async function start(): Promise<void> {
     fallbackLng: false,
     resources: {},
     showSupportNotice: false,
-    // Svelte escapes what it shows.
-    interpolation: { escapeValue: false },
+    interpolation: VALUES,
   });
   await speak(preferredLanguage(), false);
 }

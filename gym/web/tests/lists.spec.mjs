@@ -85,7 +85,19 @@ test("a list is made, shared, followed on the wall and done together", async ({ 
   await author.go(address);
   await page.getByRole("heading", { name: "Progress of the group" }).waitFor();
   await check(author, "list");
+  // A name and a note that are written from right to left survive, and turn no sentence around.
+  const [name, note] = ["تمارين (٣)", "قبل الخميس: ٣ مسارات!"];
+  await page.getByRole("button", { name: "Edit list" }).click();
+  await page.getByLabel("Name", { exact: true }).fill(name);
+  await page.getByLabel("Note").fill(note);
+  await check(author, "list-edit-arabic");
+  await page.getByRole("button", { name: "Save" }).click();
+  await page.getByRole("heading", { name, level: 1 }).waitFor();
+  await page.getByText(note).waitFor();
+  await check(author, "list-arabic");
   await page.getByRole("button", { name: "Remove" }).click();
+  await page.getByRole("dialog").getByText(`Delete “\u2068${name}\u2069”?`).waitFor();
+  await author.shot("list-arabic-delete");
   await page.getByRole("dialog").getByRole("button", { name: "Remove" }).click();
   await page.getByRole("heading", { name: "Lists", level: 1 }).waitFor();
   await page.getByText("No lists yet.").waitFor();
