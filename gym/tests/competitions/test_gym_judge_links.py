@@ -19,7 +19,7 @@ from walltopo_gym.accounts import limits
 from walltopo_gym.accounts.models import AuditEntry
 from walltopo_gym.accounts.secrets import new_secret
 from walltopo_gym.clock import now
-from walltopo_gym.competitions.models import JudgeLink, LinkJudge
+from walltopo_gym.competitions.models import JudgeLink, LinkJudge, Round
 
 ROUNDS = [
     {
@@ -285,3 +285,53 @@ def test_attempts_by_link_have_the_rounds_limit(world: World) -> None:
     phone.open()
     assert phone.pad().json()["max_attempts"] == 2
     assert code(phone.say(jana, "attempt", contest.problem(0), 3)) == "event-attempts"
+
+
+def test_a_link_strikes_no_appeal_and_no_decision(world: World) -> None:
+    contest = judged(world)
+    jana = contest.entry("Jana")
+    phone = a_phone(contest)
+    phone.open()
+    appeal = contest.say(jana, "appeal", 0, None, text="it was a top")
+    assert appeal.is_success, appeal.text
+    target = appeal.json()["id"]
+    struck = phone.say(jana, "void", contest.problem(0), None, target_id=target)
+    assert code(struck) == "judge-link-scores"
+
+
+def test_an_ended_round_takes_nothing_by_link_whatever_its_planned_end(world: World) -> None:
+    contest = judged(world)
+    jana = contest.entry("Jana")
+    phone = a_phone(contest)
+    phone.open()
+    with world.server.database.writing() as session:
+        row = session.get_one(Round, UUID(contest.sheet["rounds"][0]["id"]))
+        row.state, row.closes_at = "ended", now() + timedelta(hours=1)
+    assert code(phone.say(jana, "top", contest.problem(0))) == "cup-round-over"
+    with world.server.database.writing() as session:
+        row = session.get_one(Round, row.id)
+        row.state, row.closes_at = "waiting", None
+    assert code(phone.say(jana, "top", contest.problem(0))) == "cup-round-not-begun"
+
+
+def test_a_link_enters_nothing_from_before_it_was_opened(world: World) -> None:
+    contest = judged(world)
+    jana = contest.entry("Jana")
+    phone = a_phone(contest)
+    phone.open()
+    with world.server.database.writing() as session:
+        row = session.get_one(Round, UUID(contest.sheet["rounds"][0]["id"]))
+        row.closes_at = now() - timedelta(minutes=5)
+    old = (now() - timedelta(hours=5)).isoformat()
+    late = phone.say(jana, "top", contest.problem(0), made_at=old, sent_at=now().isoformat())
+    assert code(late) == "cup-round-over"
+
+
+def test_links_of_an_ended_competition_are_closed(world: World) -> None:
+    contest = judged(world)
+    phone = a_phone(contest, 0, 1)  # of the round that never began
+    phone.open()
+    contest.move("ended")
+    assert code(phone.pad()) == "judge-link-over"
+    again = contest.ask("POST", f"/problems/{contest.problem(0, 1)}/judge-links")
+    assert code(again) == "cup-round-over"

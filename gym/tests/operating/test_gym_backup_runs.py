@@ -7,7 +7,7 @@ import os
 import shutil
 import tempfile
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -149,7 +149,7 @@ def test_an_old_backup_goes_after_an_equal_newer_one(
     old = [f"walltopo-{server}-2020010{day}T000000Z.tar" for day in (1, 2)]
     for name in old:
         (folder / name).write_bytes(b"old")
-    assert open_target(runs.settings).drop_old(server, 2) == []
+    assert open_target(runs.settings).drop_old(server, first, 2) == []
     (folder / "kept").rename(folder / f"{first}{FACTS}")
     for name in old:
         facts = open_target(runs.settings).find(first).facts
@@ -223,6 +223,18 @@ def test_a_killed_run_leaves_no_part_of_a_backup(world: World, runs: BackupRuns)
     assert not own.exists()
     assert other.exists()
     assert len(list(folder.iterdir())) == 3
+
+
+def test_backups_of_a_clock_that_ran_ahead_replace_no_later_ones(
+    world: World, runs: BackupRuns, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    runs = replace(runs, settings=runs.settings.model_copy(update={"backups_kept": 2}))
+    made = []
+    days = (LAST, LAST + timedelta(days=1), *(datetime(2026, 12, n, tzinfo=UTC) for n in (1, 2, 3)))
+    for day in days:
+        set_clock(monkeypatch, day)
+        made.append(run_now(runs, "make"))
+    assert set(names(runs.settings)) == {*made[:2], *made[-2:]}
 
 
 def test_two_servers_share_a_target(

@@ -52,7 +52,8 @@ def make_link(
     ------
     ConflictError : the round is over, or the problem has `MAX_LINKS` links.
     """
-    if _is_over(one, now()):
+    competition = session.get_one(Competition, one.competition_id)
+    if _is_over(one, competition, now()):
         raise ConflictError("cup-round-over", name=one.name)
     current = select(func.count()).where(
         JudgeLink.problem_id == problem.id, JudgeLink.revoked_at.is_(None)
@@ -150,7 +151,7 @@ def check_open(access: JudgeAccess) -> None:
     ------
     ForbiddenError : it is.
     """
-    if _is_over(access.round, now()):
+    if _is_over(access.round, access.competition, now()):
         raise ForbiddenError("judge-link-over", "cup-tell-judge", name=access.round.name)
 
 
@@ -203,5 +204,7 @@ def _place_of(session: Session, link: JudgeLink) -> tuple[Problem, Round, Compet
     return problem, one, competition, session.get_one(Gym, competition.gym_id)
 
 
-def _is_over(one: Round, at: datetime) -> bool:
-    return one.state == "ended" or (one.closes_at is not None and one.closes_at <= at)
+def _is_over(one: Round, competition: Competition, at: datetime) -> bool:
+    """Return whether a round is over; that of an ended competition is, even if it never began."""
+    has_ended = "ended" in (one.state, competition.state)
+    return has_ended or (one.closes_at is not None and one.closes_at <= at)

@@ -128,7 +128,7 @@ def store_event(
     if isinstance(sender, ByLink):
         _check_link(body, sender, chain)
         for touched in _rounds_touched(session, chain, one):
-            _check_end(row, touched, climbed_at, at)
+            _check_window(row, touched, max(climbed_at, sender.judge.created_at), at)
     elif not sender.judges:
         _check_own(row, body, entry, sender.person, chain)
         if body.kind in STRIKING:  # an appeal changes no result, so it may come after a round
@@ -280,7 +280,8 @@ def _check_link(body: EventBody, sender: ByLink, chain: Sequence[ScoreEvent]) ->
     ------
     ForbiddenError : it is not.
     """
-    if body.kind not in SCORED | {Kind.VOID}:
+    kinds = {body.kind, *(Kind(event.kind) for event in chain)}
+    if not kinds <= SCORED | {Kind.VOID}:
         raise ForbiddenError("judge-link-scores", "cup-ask-judge")
     problems = {body.problem_id, *(event.problem_id for event in chain)}
     if problems != {sender.problem}:
@@ -357,7 +358,9 @@ def _rounds_touched(
 
 
 def _check_window(row: Competition, one: Round, climbed_at: datetime, at: datetime) -> None:
-    """Refuse a competitor's own event outside the round's time.
+    """Refuse an event outside the round's time, by a competitor or a judge's link.
+
+    By a link, `climbed_at` is not before it was opened: one that is opened late enters nothing.
 
     Raises
     ------
@@ -375,6 +378,8 @@ def _check_end(row: Competition, one: Round, climbed_at: datetime, at: datetime)
     ------
     ConflictError : says that the round is over.
     """
+    if one.state == "ended" and one.closes_at is not None and one.closes_at > at:
+        raise ConflictError("cup-round-over", "cup-tell-judge", name=one.name)
     if one.closes_at is not None:
         late = one.closes_at + timedelta(minutes=row.late_minutes)
         if climbed_at > one.closes_at or at > late:

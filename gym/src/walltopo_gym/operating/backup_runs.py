@@ -171,7 +171,7 @@ class BackupRuns:
                 self._write(target, work, row)
             trial = self._try(target, work, row)
             if trial.is_equal and row.kind == "make":
-                target.drop_old(server, self.settings.backups_kept)
+                target.drop_old(server, row.name, self.settings.backups_kept)
         if not trial.is_equal:
             raise EnvironmentLacksError(f"{row.name} is not equal: {trial.differences[0]}")
 

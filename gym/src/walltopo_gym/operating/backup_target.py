@@ -147,17 +147,23 @@ class BackupTarget:
         made = self._made_by(server)
         return replace(made[0], facts=self._facts(made[0].name)) if made else None
 
-    def drop_old(self, server: str, kept: int) -> list[str]:
-        """Delete a server's backups that are older than its newest `kept` equal ones.
+    def drop_old(self, server: str, newest: str, kept: int) -> list[str]:
+        """Delete a server's backups that are older than its `kept` equal ones up to the newest one.
 
-        Nothing is deleted unless its newest backup is equal.
+        Nothing is deleted unless the newest one is equal. Later ones, of a clock that ran ahead,
+        stay and do not count.
+
+        Parameters
+        ----------
+        newest : the name of the backup that was made now.
 
         Returns
         -------
         names : of the deleted backups.
         """
         equal, dropped = 0, []
-        for at, one in enumerate(self._made_by(server)):
+        made = [one for one in self._made_by(server) if one.name <= newest]
+        for at, one in enumerate(made):
             if equal >= kept:
                 self.store.drop([one.name, one.name + FACTS])
                 dropped.append(one.name)

@@ -107,6 +107,7 @@ def replace_data(settings: GymSettings, source: Path, report: Progress = no_repo
             switch = Switch(f"replaced-{now():%Y%m%dT%H%M%SZ}", parts)
             os.sync()
             _write_note(settings, switch)
+            os.sync()  # a power cut leaves no moves without their note
             _carry_out_or_undo(settings, switch)
     database = [_former_name(settings, switch.aside)] if is_postgres(settings) else []
     return [str(settings.data / switch.aside), *database]
