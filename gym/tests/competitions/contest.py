@@ -112,17 +112,8 @@ class Contest:
         **words: Any,
     ) -> httpx.Response:
         """A score event about a problem by its number."""
-        moment = now().isoformat()
-        body = {
-            "entry_id": entry,
-            "kind": kind,
-            "n": n,
-            "device": who,
-            "number": next(_TAPS),
-            "problem_id": None if which is None else self.problem(which, one),
-            "made_at": moment,
-            "sent_at": moment,
-        } | words
+        problem = None if which is None else self.problem(which, one)
+        body = score(entry, kind, problem, n, **({"device": who} | words))
         return self.ask("PUT", f"/events/{event or uuid4()}", body, who)
 
     def board(self, who: str = "nobody", at: datetime | None = None) -> dict[str, Any]:
@@ -139,3 +130,19 @@ class Contest:
         """Rank and name of the first category, in order."""
         lines = self.board(who, at)["categories"][0]["lines"]
         return [(line["rank"], line["name"]) for line in lines]
+
+
+def score(
+    entry: str, kind: str, problem: str | None, n: int | None, **words: object
+) -> dict[str, object]:
+    """The body of a score event that is made and sent now, unless the words say else."""
+    moment = now().isoformat()
+    return {
+        "entry_id": entry,
+        "kind": kind,
+        "n": n,
+        "number": next(_TAPS),
+        "problem_id": problem,
+        "made_at": moment,
+        "sent_at": moment,
+    } | words

@@ -10,7 +10,7 @@ from uuid import UUID, uuid4
 
 import httpx
 import pytest
-from gym.tests.competitions.contest import Contest
+from gym.tests.competitions.contest import Contest, score
 from gym.tests.printed import codes_of, pages_of, words_of
 from gym.tests.worlds import World
 from sqlalchemy import select
@@ -59,18 +59,8 @@ class Phone:
     def say(
         self, entry: str, kind: str, problem: str, n: int | None = 1, **words: Any
     ) -> httpx.Response:
-        moment = now().isoformat()
-        body = {
-            "entry_id": entry,
-            "kind": kind,
-            "n": n,
-            "device": "phone",
-            "number": 1,
-            "problem_id": problem,
-            "made_at": moment,
-            "sent_at": moment,
-        } | {name: value for name, value in words.items() if name != "event"}
-        event = words.get("event", uuid4())
+        event = words.pop("event", None) or uuid4()
+        body = score(entry, kind, problem, n, device="phone", **{"number": 1, **words})
         return self.ask("PUT", f"/judge-links/{self.link}/events/{event}", body)
 
 

@@ -1,5 +1,7 @@
 /** Lengths in metres as people read them: in metric units, or in feet and inches. */
 
+import { numberFormat } from "./numbers";
+
 export type Units = "metric" | "imperial";
 
 /** `code`: of the language. */
@@ -8,7 +10,8 @@ export interface Measures {
   code: string;
 }
 
-const INCH = 0.0254; // metres
+/** In metres. */
+export const INCH = 0.0254;
 
 /** "1.75 m" with at least and at most so many decimals; "5 ft 9 in", or "9.5 in" below a yard. */
 export function inMetres(metres: number, { units, code }: Measures, least = 2, most = least): string {
@@ -37,9 +40,9 @@ function feet(inches: number, code: string, most: number): string {
 }
 
 function inUnit(value: number, unit: "foot" | "inch", code: string, most: number): string {
-  return new Intl.NumberFormat(code, { style: "unit", unit, maximumFractionDigits: most }).format(value);
+  return numberFormat(code, { style: "unit", unit, maximumFractionDigits: most }).format(value);
 }
 
 function decimals(code: string, least: number, most: number): Intl.NumberFormat {
-  return new Intl.NumberFormat(code, { minimumFractionDigits: least, maximumFractionDigits: most, useGrouping: false });
+  return numberFormat(code, { minimumFractionDigits: least, maximumFractionDigits: most, useGrouping: false });
 }

@@ -1,5 +1,6 @@
 /** The language of the viewer: all walls of a page have the same. */
 
+import { numberFormat } from "../data/numbers";
 import { cs } from "./cs";
 import { de } from "./de";
 import { en } from "./en";
@@ -21,20 +22,19 @@ export function speak(preferred: readonly string[]): Language {
 export const say = (): Language => spoken;
 
 const plurals = new Map<string, Intl.PluralRules>();
-const formats = new Map<string, Intl.NumberFormat>();
 
-/** Making a rule or a format takes as long as a hundred uses of it: one each. */
-function kept<T>(all: Map<string, T>, key: string, make: () => T): T {
-  let one = all.get(key);
-  if (one === undefined) all.set(key, (one = make()));
-  return one;
+/** The rule of the language; making it takes as long as a hundred uses of it. */
+function plural(): Intl.PluralRules {
+  const { code } = spoken;
+  let rules = plurals.get(code);
+  if (rules === undefined) plurals.set(code, (rules = new Intl.PluralRules(code)));
+  return rules;
 }
 
 /** "3 holds", in the form that the language has for this number. */
 export function counted(count: number, what: keyof Language["counted"]): string {
   const forms = spoken.counted[what];
-  const { code } = spoken;
-  const kind = kept(plurals, code, () => new Intl.PluralRules(code)).select(count);
+  const kind = plural().select(count);
   const form = kind === "one" || kind === "few" ? (forms[kind] ?? forms.other) : forms.other;
   return `${count} ${form}`;
 }
@@ -55,7 +55,5 @@ export function day(iso: string): string {
 
 /** A number with `digits` decimals as the language writes it. */
 export function decimal(value: number, digits: number): string {
-  const { code } = spoken;
-  const options = { minimumFractionDigits: digits, maximumFractionDigits: digits, useGrouping: false };
-  return kept(formats, `${code} ${digits}`, () => new Intl.NumberFormat(code, options)).format(value);
+  return numberFormat(spoken.code, { minimumFractionDigits: digits, maximumFractionDigits: digits, useGrouping: false }).format(value);
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable, Mapping
 from enum import StrEnum
 from typing import Final
 from uuid import UUID
@@ -116,3 +116,10 @@ def profile_of(session: Session, person: UUID) -> Profile:
         feed=True,
         on_screens=False,
     )
+
+
+def names_by_id(session: Session, people: Iterable[UUID | None]) -> Mapping[UUID | None, str]:
+    """Return the names of those people whose accounts exist."""
+    known = {person for person in people if person is not None}
+    rows = session.execute(select(Person.id, Person.name).where(Person.id.in_(known)))
+    return dict(rows.all())

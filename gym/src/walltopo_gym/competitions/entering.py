@@ -54,10 +54,7 @@ def add_entry(
     NotFoundError : no such category or wave; RequestError : they do not fit the category;
     ConflictError : bib taken.
     """
-    category = category_of(session, row, words.category_id)
-    _check_fits(category, words)
-    if words.wave_id is not None:
-        wave_of(session, row, words.wave_id)
+    _check_words(session, row, words)
     taken = set(session.scalars(select(Entry.bib).where(Entry.competition_id == row.id)))
     bib = words.bib or next_bib(taken)
     if bib in taken:
@@ -85,9 +82,7 @@ def change_entry(session: Session, row: Competition, entry: Entry, given: dict[s
     words = EntryBody.model_construct(
         **{name: given.get(name, getattr(entry, name)) for name in names}
     )
-    _check_fits(category_of(session, row, words.category_id), words)
-    if words.wave_id is not None:
-        wave_of(session, row, words.wave_id)
+    _check_words(session, row, words)
     same = select(Entry.id).where(
         Entry.competition_id == row.id, Entry.bib == words.bib, Entry.id != entry.id
     )
@@ -270,7 +265,16 @@ def entries_in(session: Session, competitions: Collection[UUID]) -> dict[UUID, i
     return dict(session.execute(rows).all())
 
 
-def _check_fits(category: Category, words: EntryBody) -> None:
+def _check_words(session: Session, row: Competition, words: EntryBody) -> None:
+    """Check that an entry fits its category, and that the competition has its wave.
+
+    Raises
+    ------
+    NotFoundError : no such category or wave; RequestError : they do not fit the category.
+    """
+    category = category_of(session, row, words.category_id)
     problem = misfit(category, words.gender, words.birth_year, "cup-choose-category")
     if problem is not None:
         raise problem
+    if words.wave_id is not None:
+        wave_of(session, row, words.wave_id)

@@ -8,7 +8,7 @@ from io import BytesIO
 from typing import Any, Final, Literal
 
 from walltopo_gym.paper.codes import draw_code
-from walltopo_gym.paper.cuts import draw_cuts
+from walltopo_gym.paper.cuts import placed
 from walltopo_gym.paper.printable import BOLD, PLAIN, PrintableText
 from walltopo_gym.paper.sheet import SIZES
 from walltopo_gym.words import Words
@@ -53,16 +53,8 @@ def judge_sheet(
     canvas = Canvas(out, pagesize=sheet, invariant=1)
     canvas.setTitle(letters.text(competition))
     width, height = sheet[0] / _ACROSS, sheet[1] / _DOWN
-    for number, code in enumerate(codes):
-        slot = number % (_ACROSS * _DOWN)
-        if slot == 0:
-            if number:
-                canvas.showPage()
-            draw_cuts(canvas, sheet, _ACROSS, _DOWN)
-        canvas.saveState()
-        canvas.translate(slot % _ACROSS * width, sheet[1] - (slot // _ACROSS + 1) * height)
+    for code in placed(canvas, sheet, _ACROSS, _DOWN, codes):
         _draw(canvas, code, f"{competition} · {one}", words, letters, width, height)
-        canvas.restoreState()
     canvas.save()
     return out.getvalue(), letters.missing
 

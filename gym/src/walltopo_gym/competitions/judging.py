@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
-from typing import Final
+from typing import ClassVar, Final
 from uuid import UUID
 
 from sqlalchemy import func, literal, select
@@ -83,6 +83,7 @@ class ByLink:
 
     judge: LinkJudge
     problem: UUID
+    judges: ClassVar[bool] = True
 
     @property
     def columns(self) -> dict[str, UUID]:
@@ -123,7 +124,7 @@ def store_event(
     _check_sense(session, row, body)
     one = _check_problem(session, row, body, entry)
     _check_open(row)
-    _check_number(session, body, judges=isinstance(sender, ByLink) or sender.judges)
+    _check_number(session, body, judges=sender.judges)
     chain = _chain(session, body.target_id) if body.kind in STRIKING else []
     if isinstance(sender, ByLink):
         _check_link(body, sender, chain)
@@ -368,24 +369,15 @@ def _check_window(row: Competition, one: Round, climbed_at: datetime, at: dateti
     """
     if one.state == "waiting" or (one.opens_at is not None and climbed_at < one.opens_at):
         raise ConflictError("cup-round-not-begun", name=one.name)
-    _check_end(row, one, climbed_at, at)
-
-
-def _check_end(row: Competition, one: Round, climbed_at: datetime, at: datetime) -> None:
-    """Refuse an event after the round's end; those climbed in time may arrive late.
-
-    Raises
-    ------
-    ConflictError : says that the round is over.
-    """
-    if one.state == "ended" and one.closes_at is not None and one.closes_at > at:
+    end = one.closes_at
+    has_ended = one.state == "ended" and (end is None or end > at)
+    if has_ended or (end is not None and _is_after(row, end, climbed_at, at)):
         raise ConflictError("cup-round-over", "cup-tell-judge", name=one.name)
-    if one.closes_at is not None:
-        late = one.closes_at + timedelta(minutes=row.late_minutes)
-        if climbed_at > one.closes_at or at > late:
-            raise ConflictError("cup-round-over", "cup-tell-judge", name=one.name)
-    elif one.state == "ended":
-        raise ConflictError("cup-round-over", "cup-tell-judge", name=one.name)
+
+
+def _is_after(row: Competition, end: datetime, climbed_at: datetime, at: datetime) -> bool:
+    """Return whether an event comes after an end; those climbed in time may arrive late."""
+    return climbed_at > end or at > end + timedelta(minutes=row.late_minutes)
 
 
 def _check_wave(
@@ -404,6 +396,5 @@ def _check_wave(
         return
     if climbed_at < wave.starts_at:
         raise ConflictError("cup-wave-not-begun", name=wave.name)
-    late = wave.ends_at + timedelta(minutes=row.late_minutes)
-    if climbed_at > wave.ends_at or at > late:
+    if _is_after(row, wave.ends_at, climbed_at, at):
         raise ConflictError("cup-wave-over", "cup-tell-judge", name=wave.name)

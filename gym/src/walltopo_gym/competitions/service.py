@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 from uuid import UUID, uuid4
 
@@ -60,10 +60,7 @@ def change_sheet(
     session.flush()
     known = _prune_rows(session, Category, Category.competition_id == row.id, categories)
     for place, wanted in enumerate(categories):
-        category = known.get(wanted.id) if wanted.id else None
-        if category is None:
-            category = Category(id=wanted.id or uuid4(), competition_id=row.id)
-            session.add(category)
+        category = _row_of(session, known, wanted.id, Category, competition_id=row.id)
         category.place, category.name, category.gender = place, wanted.name, wanted.gender
         category.born_from, category.born_to = wanted.born_from, wanted.born_to
     session.flush()
@@ -99,10 +96,7 @@ def _change_rounds(
 ) -> None:
     known = _prune_rows(session, Round, Round.competition_id == row.id, rounds)
     for place, wanted in enumerate(rounds):
-        one = known.get(wanted.id) if wanted.id else None
-        if one is None:
-            one = Round(id=wanted.id or uuid4(), competition_id=row.id, state="waiting")
-            session.add(one)
+        one = _row_of(session, known, wanted.id, Round, competition_id=row.id)
         one.place, one.name, one.kind = place, wanted.name, wanted.kind
         one.scoring, one.quota = wanted.scoring.numbers, wanted.quota
         one.opens_at, one.closes_at = wanted.opens_at, wanted.closes_at
@@ -119,10 +113,7 @@ def _change_waves(session: Session, one: Round, all_wanted: Sequence[WaveBody]) 
     for place, wanted in enumerate(all_wanted):
         if wanted.ends_at <= wanted.starts_at:
             raise RequestError("cup-wave-ends-before", name=wanted.name)
-        wave = known.get(wanted.id) if wanted.id else None
-        if wave is None:
-            wave = Wave(id=wanted.id or uuid4(), round_id=one.id)
-            session.add(wave)
+        wave = _row_of(session, known, wanted.id, Wave, round_id=one.id)
         wave.place, wave.name, wave.places = place, wanted.name, wanted.places
         wave.starts_at, wave.ends_at = wanted.starts_at, wanted.ends_at
     session.flush()
@@ -199,6 +190,17 @@ def _prune_rows(
         _check_unused(session, kind, gone)
         session.delete(rows[gone])
     return rows
+
+
+def _row_of(
+    session: Session, known: Mapping[UUID, Any], wanted: UUID | None, kind: Any, **parent: UUID
+) -> Any:
+    """Return the known row of an id, or a new one of this parent."""
+    row = known.get(wanted) if wanted else None
+    if row is None:
+        row = kind(id=wanted or uuid4(), **parent)
+        session.add(row)
+    return row
 
 
 def _check_unused(session: Session, kind: Any, gone: UUID) -> None:

@@ -9,7 +9,7 @@ from typing import Any, Final, Literal
 
 from walltopo_gym.errors import RequestError
 from walltopo_gym.paper.codes import draw_code
-from walltopo_gym.paper.cuts import draw_cuts
+from walltopo_gym.paper.cuts import placed
 from walltopo_gym.paper.printable import BOLD, PLAIN, PrintableText
 from walltopo_gym.paper.sheet import SIZES
 from walltopo_gym.publishing.codes import code_of
@@ -63,16 +63,8 @@ class Cards:
         canvas.setTitle(letters.text(self.gym))
         across, down = _GRID[size]
         width, height = sheet[0] / across, sheet[1] / down
-        for number, route in enumerate(self.routes):
-            slot = number % (across * down)
-            if slot == 0:
-                if number:
-                    canvas.showPage()
-                draw_cuts(canvas, sheet, across, down)
-            canvas.saveState()
-            canvas.translate(slot % across * width, sheet[1] - (slot // across + 1) * height)
+        for route in placed(canvas, sheet, across, down, self.routes):
             _Card(self, route, words, letters, width, height).draw(canvas)
-            canvas.restoreState()
         canvas.save()
         return out.getvalue(), letters.missing
 

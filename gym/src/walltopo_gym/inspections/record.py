@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Final
@@ -12,7 +12,7 @@ from uuid import UUID
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.accounts.models import Person
+from walltopo_gym.accounts.people import names_by_id
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
 from walltopo_gym.gyms.models import Gym
@@ -109,13 +109,6 @@ def names_of(
     """Return the names of an inspection's people whose accounts exist."""
     authors = (entry.person_id for entry in entries)
     return names_by_id(session, [row.person_id, row.finished_by, *authors])
-
-
-def names_by_id(session: Session, people: Iterable[UUID | None]) -> Mapping[UUID | None, str]:
-    """Return the names of those people whose accounts exist."""
-    known = {person for person in people if person is not None}
-    rows = session.execute(select(Person.id, Person.name).where(Person.id.in_(known)))
-    return dict(rows.all())
 
 
 def entry_facts(entry: InspectionEntry, names: Mapping[UUID | None, str]) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from sqlalchemy.orm import Session
 from walltopo_gym.accounts.access import SignedInMay
 from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.audit import log_change
-from walltopo_gym.accounts.models import Person
+from walltopo_gym.accounts.people import names_by_id
 from walltopo_gym.api.fields import Body, Name, Note
 from walltopo_gym.api.paging import Cursor, Page, Size, page_of
 from walltopo_gym.api.services import Db
@@ -222,8 +222,8 @@ def _summaries(
 ) -> list[ListSummary]:
     """Return rows of a table; `climbed`: the items that one has climbed."""
     viewer = _viewer(access)
-    authors = select(Person.id, Person.name).where(Person.id.in_([row.person_id for row in rows]))
-    names = dict(session.execute(authors).all()) if viewer.is_member else {}
+    authors = (row.person_id for row in rows)
+    names = names_by_id(session, authors) if viewer.is_member else {}
     mine = select(ListMember.list_id, ListMember.shows_progress).where(
         ListMember.person_id == viewer.person, ListMember.list_id.in_([row.id for row in rows])
     )

@@ -12,7 +12,7 @@ from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
 from walltopo_gym.migrations.run import migrate
 from walltopo_gym.storage.models import BackupRun, ServerSecret
-from walltopo_gym.storage.server_secrets import stored_secret
+from walltopo_gym.storage.server_secrets import known_secret, stored_secret
 
 OPEN_STATES: Final = ("queued", "running", "waiting")  # of a run of a backup
 _SERVER: Final = "server"
@@ -25,8 +25,7 @@ def server_id(database: Database) -> str:
 
 def known_server_id(session: Session) -> str:
     """Return the id of this server; empty if it has made no backup."""
-    query = select(ServerSecret.content).where(ServerSecret.name == _SERVER)
-    return session.scalar(query) or ""
+    return known_secret(session, _SERVER) or ""
 
 
 def prepare_restored(database: Database) -> None:

@@ -13,8 +13,7 @@ from sqlalchemy import ColumnElement, Select, and_, delete, exists, false, func,
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.limits import count_problem
-from walltopo_gym.accounts.models import Person
-from walltopo_gym.accounts.people import lock_person
+from walltopo_gym.accounts.people import lock_person, names_by_id
 from walltopo_gym.climbing.dates import check_climbed
 from walltopo_gym.climbing.edits import Edit, is_newer_edit
 from walltopo_gym.climbing.sharing import Share, may_see, not_hidden
@@ -243,9 +242,7 @@ def shown_problems(
 ) -> list[Shown]:
     """Return the problems of a wall with what a page shows of them."""
     ids = [row.id for row in rows]
-    authors = {row.person_id for row in rows}
-    people = select(Person.id, Person.name).where(Person.id.in_(authors))
-    names = dict(session.execute(people).all())
+    names = names_by_id(session, (row.person_id for row in rows))
     climbed = ProblemAscent.problem_id.in_(ids), ProblemAscent.climbed_at.is_not(None)
     counted = select(ProblemAscent.problem_id, func.count()).where(*climbed)
     counts = dict(session.execute(counted.group_by(ProblemAscent.problem_id)).all())

@@ -15,6 +15,7 @@ from sqlalchemy.orm import Session
 from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.models import Person
+from walltopo_gym.accounts.people import names_by_id
 from walltopo_gym.api.fields import Body, Day, LongText, Name, Text
 from walltopo_gym.api.services import Db
 from walltopo_gym.errors import ForbiddenError
@@ -349,8 +350,7 @@ def _plans_out(session: Session, plans: Sequence[Planned]) -> list[ResetPlanOut]
     routes = routes_of(session, plans)
     signed = sign_offs_of(session, [route.id for rows in routes.values() for route in rows])
     named = people_of(session, routes)
-    about = select(Person.id, Person.name).where(Person.id.in_({row.person_id for row in named}))
-    names = {row.id: row.name for row in session.execute(about)}
+    names = names_by_id(session, (row.person_id for row in named))
 
     def people(plan: UUID, part: Part) -> list[ResetPersonOut]:
         mine = [row.person_id for row in named if row.plan_id == plan and row.part == part]

@@ -104,7 +104,7 @@ def make_competition(body: NewCompetition, session: Db, access: SetterMay) -> Co
     session.add(row)
     session.flush()
     change_sheet(session, row, body.categories, body.rounds)
-    _log(session, access, "competition.create", row)
+    log_competition(session, access, "competition.create", row)
     return _sheet(session, access, row)
 
 
@@ -167,7 +167,7 @@ def drop_competition(competition: UUID, session: Db, access: OwnerMay) -> None:
     if row.last_seq:
         raise ConflictError("cup-scored", "cup-end-instead")
     session.delete(row)
-    _log(session, access, "competition.delete", row)
+    log_competition(session, access, "competition.delete", row)
 
 
 @router.put("/gyms/{gym}/competitions/{competition}/rounds/{one}/state")
@@ -185,7 +185,7 @@ def _log_and_return_sheet(
     session: Session, access: Access, row: Competition, action: str
 ) -> CompetitionSheet:
     session.flush()
-    _log(session, access, action, row)
+    log_competition(session, access, action, row)
     return _sheet(session, access, row)
 
 
@@ -262,7 +262,10 @@ def _fields_of(row: Category | Round | Wave) -> dict[str, object]:
     return {column.key: getattr(row, column.key) for column in row.__table__.columns}
 
 
-def _log(session: Session, access: Access, action: str, row: Competition) -> None:
+def log_competition(
+    session: Session, access: Access, action: str, row: Competition, **details: str
+) -> None:
+    """Log a change of a competition; `details`: any facts that are not secret."""
     log_change(
         session,
         action,
@@ -270,6 +273,7 @@ def _log(session: Session, access: Access, action: str, row: Competition) -> Non
         gym=access.gym.id,
         subject=row.name,
         competition=str(row.id),
+        **details,
     )
 
 
@@ -308,7 +312,7 @@ def put_starters(
     row = locked_competition(session, access.gym.id, competition)
     found = round_of(session, row, one)
     put_order(session, row, found, body.category_id, body.entry_ids)
-    _log_order(session, access, row)
+    log_competition(session, access, "round.order", row)
     return running_order(session, row, found)
 
 
@@ -319,7 +323,7 @@ def draw_starters(competition: UUID, one: UUID, session: Db, access: SetterMay) 
     row = locked_competition(session, access.gym.id, competition)
     found = round_of(session, row, one)
     draw_order(session, row, found)
-    _log_order(session, access, row)
+    log_competition(session, access, "round.order", row)
     return running_order(session, row, found)
 
 
@@ -336,14 +340,3 @@ def running_order(session: Session, row: Competition, one: Round) -> list[Starte
         )
         for entry, place in starters(session, row, one)
     ]
-
-
-def _log_order(session: Session, access: Access, row: Competition) -> None:
-    log_change(
-        session,
-        "round.order",
-        person=access.actor.known,
-        gym=access.gym.id,
-        subject=row.name,
-        competition=str(row.id),
-    )

@@ -15,13 +15,18 @@ from sqlalchemy.orm import Session
 from walltopo_gym.accounts.access import AnyoneMay, Rule
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.limits import count_document, count_judge_link
-from walltopo_gym.accounts.models import Person
+from walltopo_gym.accounts.people import names_by_id
 from walltopo_gym.api.documents import DocumentTurn, document_response
 from walltopo_gym.api.fields import Body, Name, Secret
 from walltopo_gym.api.services import Db, ServicesOf, network_of, rule_session
 from walltopo_gym.clock import now
 from walltopo_gym.competitions.bodies import EventBody, ProblemOut, RoundState, ScoringBody
-from walltopo_gym.competitions.http.competitions import StarterOut, competition_of, running_order
+from walltopo_gym.competitions.http.competitions import (
+    StarterOut,
+    competition_of,
+    log_competition,
+    running_order,
+)
 from walltopo_gym.competitions.http.scoring import (
     EventOut,
     ProblemMark,
@@ -43,7 +48,7 @@ from walltopo_gym.competitions.judge_links import (
 )
 from walltopo_gym.competitions.judge_sheet import JudgeCode, SheetSize, judge_sheet
 from walltopo_gym.competitions.judging import ByLink, store_event
-from walltopo_gym.competitions.models import Competition, JudgeLink, Problem, Round
+from walltopo_gym.competitions.models import Competition, Problem, Round
 from walltopo_gym.competitions.order import starters
 from walltopo_gym.competitions.scoring.rules import Scoring
 from walltopo_gym.competitions.service import locked_competition, round_of
@@ -151,10 +156,9 @@ def list_judge_links(competition: UUID, session: Db, access: SetterMay) -> list[
     for judge in judges_of(session, [link.id for link in links]):
         facts = LinkJudgeOut(name=judge.name, opened_at=judge.created_at, used_at=judge.used_at)
         judges[judge.link_id].append(facts)
-    makers = {link.person_id for link in links if link.person_id is not None}
-    named = session.execute(select(Person.id, Person.name).where(Person.id.in_(makers)))
-    names: dict[UUID | None, str] = dict(named.all())
-    problems = {problem: session.get_one(Problem, problem) for problem in _problem_ids(links)}
+    names = names_by_id(session, (link.person_id for link in links))
+    ids = {link.problem_id for link in links}
+    problems = {problem: session.get_one(Problem, problem) for problem in ids}
     labels = {problem: label_of(session, found) for problem, found in problems.items()}
     return [
         JudgeLinkOut(
@@ -322,10 +326,6 @@ def put_link_event(
         return events_out(session, access.competition.id, [kept], about=not is_new)[0]
 
 
-def _problem_ids(links: list[JudgeLink]) -> set[UUID]:
-    return {link.problem_id for link in links}
-
-
 def _address(services: ServicesOf, secret: str) -> str:
     return f"{services.settings.link_base}/judge#{secret}"
 
@@ -346,13 +346,5 @@ def _code(session: Session, one: Round, problem: Problem, words: Words, link: st
 def _log(
     session: Session, access: Access, action: str, row: Competition, one: Round, problem: Problem
 ) -> None:
-    details: dict[str, Any] = {"round": one.name, "problem": label_of(session, problem)}
-    log_change(
-        session,
-        action,
-        person=access.actor.known,
-        gym=access.gym.id,
-        subject=row.name,
-        competition=str(row.id),
-        **details,
-    )
+    label = label_of(session, problem)
+    log_competition(session, access, action, row, round=one.name, problem=label)

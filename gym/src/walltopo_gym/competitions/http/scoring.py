@@ -17,7 +17,7 @@ from pydantic import BaseModel
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.accounts.models import Person
+from walltopo_gym.accounts.people import names_by_id
 from walltopo_gym.api.documents import DocumentTurn, document_response
 from walltopo_gym.api.fields import Digits, Moment
 from walltopo_gym.api.paging import Size
@@ -204,9 +204,7 @@ def events_out(
     session: Session, competition: UUID, events: Sequence[ScoreEvent], *, about: bool = True
 ) -> list[EventOut]:
     """Return messages of events; `about`: whether other events may refer to them already."""
-    people = {event.person_id for event in events if event.person_id is not None}
-    named = session.execute(select(Person.id, Person.name).where(Person.id.in_(people)))
-    names: dict[UUID | None, str] = dict(named.all())
+    names = names_by_id(session, (event.person_id for event in events))
     links = link_names(session, {event.link_judge_id for event in events} - {None})
     ids = [event.id for event in events]
     gone = struck_events(session, competition, ids) if ids and about else set()

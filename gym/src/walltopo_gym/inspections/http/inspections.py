@@ -15,6 +15,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.audit import log_change
+from walltopo_gym.accounts.people import names_by_id
 from walltopo_gym.api.fields import Body, LongText
 from walltopo_gym.api.paging import Cursor, Page, Size, page_of
 from walltopo_gym.api.services import Db
@@ -28,7 +29,6 @@ from walltopo_gym.inspections.record import (
     Result,
     entry_facts,
     finish_inspection,
-    names_by_id,
     names_of,
 )
 from walltopo_gym.inspections.service import (
