@@ -133,6 +133,13 @@ def replace_and_die(settings: GymSettings, file: Path, step: str) -> None:
     replace_data(settings, file)
 
 
+def die_in_a_child(settings: GymSettings, file: Path, step: str) -> None:
+    child = get_context("spawn").Process(target=replace_and_die, args=(settings, file, step))
+    child.start()
+    child.join()
+    assert child.exitcode == -signal.SIGKILL
+
+
 QUICK = ("restored", "one part aside")  # before and after the note; the others take minutes
 
 
@@ -144,10 +151,7 @@ def test_a_kill_leaves_the_old_or_the_new_data_whole(
     gym: tuple[GymSettings, Path], step: str
 ) -> None:
     settings, file = gym
-    child = get_context("spawn").Process(target=replace_and_die, args=(settings, file, step))
-    child.start()
-    child.join()
-    assert child.exitcode == -signal.SIGKILL
+    die_in_a_child(settings, file, step)
     is_decided = step != "restored"
     assert finish_switch(settings) == is_decided
     if not is_decided:
@@ -266,18 +270,58 @@ def test_an_error_of_sqlite_itself_leaves_the_data_and_is_the_result(
     assert entry.person_id == operator
 
 
-def test_a_copy_of_a_gym_is_another_server(gym: tuple[GymSettings, Path]) -> None:
-    settings, _ = gym
+def test_a_gym_replaced_in_place_stays_the_same_server(gym: tuple[GymSettings, Path]) -> None:
+    settings, file = gym
     with closing(Database(settings.database_url)) as database:
         first = server_id(database)
         assert server_id(database) == first
-        file = settings.data.parent / "known.tar"
-        back_up(settings, database, open_store(settings), file)
     replace_data(settings, file)
     with closing(Database(settings.database_url)) as database:
+        assert server_id(database) == first
+
+
+def test_a_copy_of_a_gym_is_another_server(
+    tmp_path: Path, gym: tuple[GymSettings, Path], request: pytest.FixtureRequest
+) -> None:
+    settings, _ = gym
+    with closing(Database(settings.database_url)) as database:
+        first = server_id(database)
+        back_up(settings, database, open_store(settings), tmp_path / "known.tar")
+    copied = another_gym(settings, tmp_path / "copied", request)
+    replace_data(copied, tmp_path / "known.tar")
+    with closing(Database(copied.database_url)) as database:
         with database.reading() as session:
             assert known_server_id(session) == ""
         assert server_id(database) != first
+
+
+def test_a_command_with_another_database_ends_no_switch(
+    tmp_path: Path, gym: tuple[GymSettings, Path], request: pytest.FixtureRequest
+) -> None:
+    settings, file = gym
+    die_in_a_child(settings, file, "decided")
+    other = "" if settings.database else new_database(request.getfixturevalue("postgres"))
+    wrong = settings.model_copy(update={"database": other})
+    with pytest.raises(EnvironmentLacksError, match="instead of"):
+        finish_switch(wrong)
+    assert finish_switch(settings)
+    assert is_restored(settings)
+
+
+def test_an_empty_note_of_a_power_cut_replaces_nothing(gym: tuple[GymSettings, Path]) -> None:
+    settings, _ = gym
+    (settings.data / NOTE).touch()
+    assert not finish_switch(settings)
+    assert state(settings) == LATER
+
+
+def test_a_damaged_note_says_what_to_do(gym: tuple[GymSettings, Path]) -> None:
+    settings, _ = gym
+    (settings.data / NOTE).write_text('{"aside": "rep')
+    with pytest.raises(EnvironmentLacksError, match="damaged") as caught:
+        finish_switch(settings)
+    assert "delete the note" in str(caught.value.hint)
+    assert (settings.data / NOTE).exists()
 
 
 def test_an_older_backup_gets_the_tables_of_this_version(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Final
-from uuid import UUID
+from uuid import NAMESPACE_URL, UUID, uuid5
 
 from sqlalchemy import Row, Select, case, select
 from sqlalchemy.orm import Session
@@ -221,8 +221,9 @@ def retry_job(database: Database, job: str, by: UUID | None = None) -> None:
     items = row.input["args"][1:]
     part = row.queue_partition_key
     kind = Job(row.name, of_one_gym=None if part is None else 1)
+    key = f"{row.name}-{uuid5(NAMESPACE_URL, job)}"  # the same for two who retry it at once
     with database.writing() as session:
-        enqueue(session, kind, *items, gym=part or "", priority=row.priority or 1)
+        enqueue(session, kind, *items, gym=part or "", key=key, priority=row.priority or 1)
         about = " ".join(map(str, items))
         log_change(session, "job.retry", person=by, subject=row.name, items=about)
     # After the new one is queued: a kill in between leaves both, and none is lost.

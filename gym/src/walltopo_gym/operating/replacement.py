@@ -39,7 +39,7 @@ from walltopo_gym.operating.postgres_databases import (
     name_beside,
     url_of,
 )
-from walltopo_gym.operating.restored import prepare_restored
+from walltopo_gym.operating.restored import known_server_id, prepare_restored
 from walltopo_gym.operating.scratch_place import check_room
 from walltopo_gym.operating.upkeep import lock_data_folder
 from walltopo_gym.settings import GymSettings
@@ -70,10 +70,13 @@ class Switch(msgspec.Struct):
     ----------
     aside : name of the folder, and ending of the name of the database, of the former data.
     parts : names of the new parts.
+    database : name of the gym's database in PostgreSQL; empty: SQLite; None: a note of version
+        0.1, which does not say it.
     """
 
     aside: str
     parts: list[str]
+    database: str | None = None
 
 
 def replace_data(settings: GymSettings, source: Path, report: Progress = no_report) -> list[str]:
@@ -104,7 +107,8 @@ def replace_data(settings: GymSettings, source: Path, report: Progress = no_repo
             check_unused(settings)
             new = settings.data / NEW
             parts = [name for name in _PARTS if os.path.lexists(new / name)]
-            switch = Switch(f"replaced-{now():%Y%m%dT%H%M%SZ}", parts)
+            aside = f"replaced-{now():%Y%m%dT%H%M%SZ}"
+            switch = Switch(aside, parts, _own_database(settings))
             os.sync()
             _write_note(settings, switch)
             os.sync()  # a power cut leaves no moves without their note
@@ -119,14 +123,50 @@ def finish_switch(settings: GymSettings) -> bool:
     Raises
     ------
     ConflictError : as in `lock_data_folder`: another process is at it; or as in `check_unused`.
-    EnvironmentLacksError : a part cannot be moved.
+    EnvironmentLacksError : a part cannot be moved, the note is damaged, or the settings name
+        another database than the switch.
     """
     if not (settings.data / NOTE).is_file():
         return False
     with lock_data_folder(settings.data):
+        switch = _read_note(settings)
+        if switch is None:
+            (settings.data / NOTE).unlink()
+            return False
+        if switch.database not in (None, _own_database(settings)):
+            raise EnvironmentLacksError(
+                f"{settings.data}: half replaced, with the database {switch.database or 'SQLite'!r}"
+                f" instead of {_own_database(settings) or 'SQLite'!r}",
+                "Give this command the database that the server uses, by --database or gym.toml.",
+            )
         check_unused(settings)
-        _carry_out(settings, msgspec.convert(read_json(settings.data / NOTE), Switch))
+        _carry_out(settings, switch)
     return True
+
+
+def _read_note(settings: GymSettings) -> Switch | None:
+    """Return the note; None for an empty one, from a power cut before the first move.
+
+    Raises
+    ------
+    EnvironmentLacksError : it is damaged.
+    """
+    note = settings.data / NOTE
+    if not note.read_bytes().strip(b"\0 \n"):
+        return None
+    try:
+        return msgspec.convert(read_json(note), Switch)
+    except (InputError, msgspec.ValidationError) as error:
+        raise EnvironmentLacksError(
+            f"{note}: damaged, so the replacement that it describes cannot go on",
+            "Without a folder replaced-... from that day nothing was replaced: delete the note."
+            " Otherwise move that folder's content back first.",
+        ) from error
+
+
+def _own_database(settings: GymSettings) -> str:
+    """Return the name of the gym's database in PostgreSQL; empty: SQLite."""
+    return (make_url(settings.database_url).database or "") if is_postgres(settings) else ""
 
 
 def check_unused(settings: GymSettings) -> None:
@@ -202,7 +242,7 @@ def _staged(settings: GymSettings, source: Path, report: Progress) -> Iterator[N
         there = settings.model_copy(update={"data": folder, "database": url})
         with closing(Database(there.database_url)) as database:
             load_backup(there, database, open_store(there), source, report)
-            prepare_restored(database)
+            prepare_restored(database, _present_server(settings))
         yield
     finally:
         if not (settings.data / NOTE).is_file():
@@ -210,6 +250,18 @@ def _staged(settings: GymSettings, source: Path, report: Progress) -> Iterator[N
             if is_postgres(settings):
                 with connected(settings) as connection:
                     drop_database(connection, name)
+
+
+def _present_server(settings: GymSettings) -> str:
+    """Return the id of the server that is replaced; empty if it has none, or cannot be read."""
+    if not is_postgres(settings) and not (settings.data / "gym.sqlite").is_file():
+        return ""
+    try:
+        with closing(Database(settings.database_url)) as database, database.reading() as session:
+            return known_server_id(session)
+    except SQLAlchemyError as error:
+        _LOG.warning("%s: cannot be read: %s", settings.data, error)
+        return ""
 
 
 def _carry_out_or_undo(settings: GymSettings, switch: Switch) -> None:

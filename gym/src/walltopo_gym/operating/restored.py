@@ -28,14 +28,20 @@ def known_server_id(session: Session) -> str:
     return known_secret(session, _SERVER) or ""
 
 
-def prepare_restored(database: Database) -> None:
-    """Give a restored database the tables of this version, and let it be another server.
+def prepare_restored(database: Database, server: str = "") -> None:
+    """Give a restored database the tables of this version and an id of its server.
 
-    No worker resumes the runs that were open when the backup was made. With an id of its own, a
-    copy of a gym that goes on elsewhere deletes none of that gym's backups.
+    No worker resumes the runs that were open when the backup was made. A copy of a gym that goes on
+    elsewhere is another server, so it deletes none of that gym's backups.
+
+    Parameters
+    ----------
+    server : id of the server whose data this replaces; empty: a new one when it is first needed.
     """
     migrate(database)
     with database.writing() as session:
         for row in session.scalars(select(BackupRun).where(BackupRun.state.in_(OPEN_STATES))):
             row.state, row.ended_at = "done", now()
         session.execute(delete(ServerSecret).where(ServerSecret.name == _SERVER))
+        if server:
+            session.add(ServerSecret(name=_SERVER, content=server))
