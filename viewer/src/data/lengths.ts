@@ -16,6 +16,7 @@ export const INCH = 0.0254;
 /** "1.75 m" with at least and at most so many decimals; "5 ft 9 in", or "9.5 in" below a yard. */
 export function inMetres(metres: number, { units, code }: Measures, least = 2, most = least): string {
   if (units === "metric") return `${decimals(code, least, most).format(metres)} m`;
+  if (metres < 0) return `-${inMetres(-metres, { units, code })}`;
   const inches = Math.round(metres / INCH);
   if (inches < 36) return inUnit(metres / INCH, "inch", code, inches < 12 ? 1 : 0);
   return feet(inches, code, 0);

@@ -15,5 +15,7 @@ test("a length is read in the units of the reader", () => {
   assert.deepEqual([inCentimetres(0.453, imperial), inCentimetres(0.0324, imperial, 1)], ["18 in", "1.3 in"]);
   assert.deepEqual([measured(0.4531, imperial), measured(4.0321, imperial)], ["17.8 in", "13 ft 2.7 in"]);
   assert.equal(inMetres(1.828, imperial), "6 ft 0 in"); // never 5 ft 12 in
+  // Below the floor.
+  assert.deepEqual([inMetres(-2, imperial), inMetres(-0.1, imperial)], ["-6 ft 7 in", "-3.9 in"]);
   assert.equal(inMetres(1.75, { ...metric, code: "de" }), "1,75 m");
 });
