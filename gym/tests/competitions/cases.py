@@ -103,7 +103,9 @@ def a_problem(world: World) -> dict[str, Any]:
 def a_judge_link(world: World) -> dict[str, Any]:
     """A competition with a judge's link, which a browser has opened."""
     made = a_problem(world)
-    link = JudgeLink(id=uuid4(), problem_id=made["problem"], token_hash="")
+    link = JudgeLink(
+        id=uuid4(), problem_id=made["problem"], token_hash="", person_id=world.owner.id
+    )
     link.token_hash = hash_of(_secret(link.id))
     judge = LinkJudge(link_id=link.id, name="Eva", token_hash=hash_of(f"cookie-{link.id}"))
     with world.server.database.writing() as session:

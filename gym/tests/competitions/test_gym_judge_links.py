@@ -19,7 +19,9 @@ from walltopo_gym.accounts import limits
 from walltopo_gym.accounts.models import AuditEntry
 from walltopo_gym.accounts.secrets import new_secret
 from walltopo_gym.clock import now
+from walltopo_gym.competitions import judge_links, judging
 from walltopo_gym.competitions.models import JudgeLink, LinkJudge, Round
+from walltopo_gym.operating.own_data import all_of
 
 ROUNDS = [
     {
@@ -252,9 +254,30 @@ def test_links_of_a_problem_and_attempts_to_open_one_have_a_limit(
     path = f"/problems/{contest.problem(0)}/judge-links"
     made = [contest.ask("POST", path) for _ in range(21)]
     assert [answer.status_code for answer in made[-2:]] == [201, 409]
+    assert made[-1].json()["values"] == {"problem": "1", "most": "20"}
+    one = contest.sheet["rounds"][0]["id"]
+    assert contest.ask("POST", f"/rounds/{one}/judge-sheet").status_code == 409
+    final = a_phone(contest, one=1)
+    for _ in range(2):
+        assert contest.ask("DELETE", f"/rounds/{one}/judge-links").status_code == 204
+    links = contest.ask("GET", "/judge-links").json()
+    assert [link["round_id"] == one for link in links] == [
+        bool(link["revoked_at"]) for link in links
+    ]
+    assert contest.ask("POST", f"/rounds/{one}/judge-sheet").is_success
     monkeypatch.setattr(limits, "_JUDGE_LINKS", limits.Limit("judge-link-test", 2, 900))
     phone = Phone(contest, new_secret()[0])
     assert [phone.open().status_code for _ in range(3)] == [404, 404, 429]
+    assert final.open().is_success  # a right secret opens, whatever others in its network try
+
+
+def test_judges_of_a_link_have_a_limit(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
+    contest = judged(world)
+    phone = a_phone(contest)
+    phone.open()
+    monkeypatch.setattr(judge_links, "MAX_JUDGES", 1)
+    assert phone.open().is_success
+    assert code(phone.open("Ida")) == "judge-link-many"
 
 
 def test_a_gym_without_competitions_has_no_links(world: World) -> None:
@@ -325,3 +348,79 @@ def test_links_of_an_ended_competition_are_closed(world: World) -> None:
     assert code(phone.pad()) == "judge-link-over"
     again = contest.ask("POST", f"/problems/{contest.problem(0, 1)}/judge-links")
     assert code(again) == "cup-round-over"
+
+
+def test_a_pad_shows_nothing_of_accounts(world: World) -> None:
+    contest = judged(world)
+    jana = contest.entry("Jana")
+    phone = a_phone(contest)
+    phone.open()
+    assert contest.say(jana, "zone", 0, 1, text="held it for long").is_success
+    assert phone.say(jana, "top", contest.problem(0), 2).is_success
+    [mark] = phone.pad().json()["marks"]
+    by_account, by_link = mark["events"]
+    assert not {"text", "device", "seq"} & (by_account.keys() | by_link.keys())
+    assert (by_account["by_name"], by_account["by_link"]) == ("", None)
+    assert (by_link["by_name"], by_link["by_link"]) == ("Eva", "1")
+
+
+def test_a_pad_in_use_keeps_its_cookie(world: World) -> None:
+    phone = a_phone(judged(world))
+    phone.open()
+    again = phone.pad().headers["set-cookie"]
+    assert again.partition(";")[0] == phone.cookie
+    assert "Max-Age=604800" in again
+
+
+def test_a_link_uses_up_no_events_of_judges_and_competitors(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(judging, "MAX_OWN_EVENTS", 2)
+    contest = judged(world)
+    jana = contest.entry("Jana")
+    phones = [a_phone(contest), a_phone(contest)]
+    for phone in phones:
+        phone.open()
+    answers = [phones[n % 2].say(jana, "attempt", contest.problem(0)) for n in range(3)]
+    assert [answer.status_code for answer in answers] == [201, 201, 409]
+    assert contest.say(jana, "top", 0, 2).status_code == 201
+
+
+def test_after_its_round_a_link_strikes_only_its_own_results(world: World) -> None:
+    contest = judged(world)
+    jana = contest.entry("Jana")
+    phone, other = a_phone(contest), a_phone(contest)
+    phone.open()
+    other.open("Ida")
+    made = (now() - timedelta(minutes=1)).isoformat()
+    own = phone.say(jana, "top", contest.problem(0), 2).json()["id"]
+    theirs = other.say(jana, "zone", contest.problem(0)).json()["id"]
+    contest.move_round(0, "ended")
+    words = {"made_at": made, "sent_at": now().isoformat()}
+    for kind, n in (("void", None), ("attempt", 1)):
+        struck = phone.say(jana, kind, contest.problem(0), n, target_id=theirs, **words)
+        assert code(struck) == "judge-link-late"
+    late = phone.say(jana, "void", contest.problem(0), None, target_id=own, **words)
+    assert late.status_code == 201, late.text
+
+
+def test_links_of_a_setter_who_left_are_closed(world: World) -> None:
+    contest = judged(world)
+    phone = a_phone(contest)
+    phone.open()
+    setter = world.people["setter"].id
+    path = f"{world.path}/members/{setter}"
+    assert world.server.ask("PATCH", path, world.owner, {"role": "judge"}).is_success
+    assert code(phone.pad()) == "judge-link-maker"
+    assert code(phone.open()) == "judge-link-maker"
+
+
+def test_the_export_of_ones_data_names_links_but_no_secret(world: World) -> None:
+    contest = judged(world)
+    phone = a_phone(contest)
+    with world.server.database.reading() as session:
+        data = all_of(session, UUID(str(world.people["setter"].id)))
+    [link] = data["competition_judge_links"]
+    assert str(link["problem_id"]) == contest.problem(0)
+    assert "token_hash" not in link
+    assert phone.secret not in str(data)

@@ -115,29 +115,58 @@ def test_late_results_of_a_wave_have_an_end(public: World) -> None:
     assert contest.say(mine, "top", 0, 1).status_code == 201
 
 
+def test_who_withdrew_in_a_wave_comes_back_to_it_alone(public: World) -> None:
+    contest = in_waves(public, a_wave("A", -60, -1, places=1), a_wave("B", 5, 60))
+    category = {"category_id": contest.sheet["categories"][0]["id"]}
+    assert enter(contest, 1).is_success
+    mine = contest.ask("GET", "/mine", who="member").json()["entry"]["id"]
+    in_first = {"wave_id": wave_of(contest, 0)}
+    assert contest.ask("PATCH", f"/entries/{mine}", in_first).is_success
+    assert contest.ask("DELETE", "/mine", who="member").is_success
+    for wave in (1, None):  # nobody climbs in two waves
+        assert code(enter(contest, wave)) == "cup-wave-stays"
+    entry = enter(contest, 0).json()["entry"]
+    assert (entry["withdrawn"], entry["wave_id"]) == (False, wave_of(contest, 0))
+    # Judges enter all results from now on: nobody chooses a wave.
+    assert contest.ask("PATCH", "", {"self_scoring": False}).is_success
+    assert contest.ask("PUT", "/mine", category, "judge").is_success
+
+
 @pytest.mark.parametrize(
-    ("form", "ends", "reason"),
-    [("festival", -30, "cup-wave-ends-before"), ("league", 30, "cup-waves-first")],
+    ("form", "begins", "ends", "reason"),
+    [
+        ("festival", 0, -30, "cup-wave-ends-before"),
+        ("league", 0, 30, "cup-waves-first"),
+        ("festival", -90, 30, "cup-wave-outside"),
+        ("festival", 0, 90, "cup-wave-outside"),
+    ],
 )
-def test_waves_that_cannot_be(public: World, form: str, ends: int, reason: str) -> None:
-    body = {
-        "name": "Cup",
-        "format": form,
-        "categories": [{"name": "Open"}],
-        "rounds": [a_round(waves=[a_wave("A", 0, ends)])],
-    }
+def test_waves_that_cannot_be(
+    public: World, form: str, begins: float, ends: float, reason: str
+) -> None:
+    limits = a_wave("", -60, 60)
+    one = a_round(
+        waves=[a_wave("A", begins, ends)],
+        opens_at=limits["starts_at"],
+        closes_at=limits["ends_at"],
+    )
+    body = {"name": "Cup", "format": form, "categories": [{"name": "Open"}], "rounds": [one]}
     assert code(Contest(public).ask("POST", "", body)) == reason
 
 
 def test_a_wave_with_entries_is_not_deleted(public: World) -> None:
     contest = in_waves(public, a_wave("A", 0, 30), state="open")
-    contest.entry("Ivo", wave_id=wave_of(contest, 0))
+    ivo = contest.entry("Ivo", wave_id=wave_of(contest, 0))
     sheet = {name: contest.sheet[name] for name in ("categories", "rounds")}
     sheet["categories"] = [{"id": one["id"], "name": one["name"]} for one in sheet["categories"]]
     one = sheet["rounds"][0]
     kept = [{"id": problem["id"]} for problem in one["problems"]]
+    sheet["rounds"] = [a_round()]  # another round
+    assert code(contest.ask("PUT", "/sheet", sheet)) == "cup-used"
     sheet["rounds"] = [a_round(id=one["id"], problems=kept)]
     assert code(contest.ask("PUT", "/sheet", sheet)) == "cup-used"
+    assert contest.ask("PATCH", f"/entries/{ivo}", {"withdrawn": True}).is_success
+    assert contest.ask("PUT", "/sheet", sheet).is_success
 
 
 def test_attempts_end_and_do_not_count_beyond_the_limit(public: World) -> None:

@@ -1139,6 +1139,7 @@ CASES = {
     "make_judge_link": Case("setter", Scope.MANAGE, cups.a_problem),
     "make_judge_sheet": Case("setter", Scope.MANAGE, cups.with_row(Round, "one")),
     "revoke_judge_link": Case("setter", Scope.MANAGE, cups.a_judge_link),
+    "revoke_judge_links": Case("setter", Scope.MANAGE, cups.with_row(Round, "one")),
     "open_judge_link": Case(
         "anyone",
         Scope.READ,

@@ -45,8 +45,7 @@ _CLIPS: Final = Limit("clip", 20, 86400)
 _ESTIMATES: Final = Limit("problem-estimate", 300, 3600)
 _DOCUMENTS: Final = Limit("document", 120, 3600)
 _CODE: Final = Limit("second-factor", 10, 900)
-# All judges of a competition may open their links behind one address.
-_JUDGE_LINKS: Final = Limit("judge-link", 200, 900)
+_JUDGE_LINKS: Final = Limit("judge-link", 100, 900)
 # Each kind of mail has its own limit: requests for one kind do not block another.
 # A whole hall may sign up behind one address; resets are few.
 _MAILS_FROM: Final = {
@@ -123,8 +122,8 @@ def count_code(session: Session, person: UUID) -> None:
     _count_try(session, _CODE, str(person))
 
 
-def count_judge_link(session: Session, network: str) -> None:
-    """Count an attempt to open a judge's link."""
+def count_wrong_judge_link(session: Session, network: str) -> None:
+    """Count an attempt to open a judge's link that does not exist."""
     _count_try(session, _JUDGE_LINKS, network)
 
 

@@ -147,21 +147,24 @@ def wave_of(session: Session, row: Competition, wave: UUID) -> Wave:
 
 
 def _check_wave(session: Session, row: Competition, wave: UUID | None, entry: Entry | None) -> None:
-    """Check that a person may choose this wave by themselves.
+    """Check that a person may choose this wave by themselves; one that withdrew in a wave that has
+    begun may come back to it.
 
     Raises
     ------
     RequestError, NotFoundError, ConflictError : they must choose one, it does not exist, is over or
         full, or their own has begun.
     """
+    own = None if entry is None else entry.wave_id
+    if own is not None and session.get_one(Wave, own).starts_at <= now():
+        if own != wave:
+            raise ConflictError("cup-wave-stays", "cup-ask-judge")
+        return
     if wave is None:
-        if waves_of(session, row):
+        if row.self_scoring and waves_of(session, row):
             raise RequestError("cup-choose-wave")
         return
     chosen = wave_of(session, row, wave)
-    own = None if entry is None else entry.wave_id
-    if own is not None and own != wave and session.get_one(Wave, own).starts_at <= now():
-        raise ConflictError("cup-wave-stays", "cup-ask-judge")
     if chosen.ends_at <= now():
         raise ConflictError("cup-wave-over", name=chosen.name)
     taken = select(func.count()).where(Entry.wave_id == wave, Entry.withdrawn.is_(False))

@@ -12,7 +12,7 @@ from walltopo_gym.competitions.calendar import add_dates, publish_beginnings
 from walltopo_gym.competitions.demo import hold_cups
 from walltopo_gym.competitions.entering import forget_names
 from walltopo_gym.competitions.live import LiveBoards
-from walltopo_gym.competitions.models import Entry, ScoreEvent, WaiverSignature
+from walltopo_gym.competitions.models import Entry, JudgeLink, ScoreEvent, WaiverSignature
 from walltopo_gym.crowd.filled import DemoFilled
 from walltopo_gym.database.engine import Database
 from walltopo_gym.events import ComingDates, OwnTables, PersonDeleted
@@ -35,6 +35,7 @@ def _own_tables(session: Session, question: OwnTables) -> None:
             ("competition_entries", Entry),
             ("competition_waivers", WaiverSignature),
             ("score_events", ScoreEvent),
+            ("competition_judge_links", JudgeLink),
         ]
     )
 

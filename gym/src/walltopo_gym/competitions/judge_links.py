@@ -20,10 +20,14 @@ from walltopo_gym.accounts.secrets import hash_of, new_secret
 from walltopo_gym.clock import now
 from walltopo_gym.competitions.models import Competition, JudgeLink, LinkJudge, Problem, Round
 from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError, SignInNeededError
+from walltopo_gym.gyms.members import role_of
 from walltopo_gym.gyms.models import Gym
+from walltopo_gym.gyms.roles import Role
 
 # Links of one problem that are not revoked.
 MAX_LINKS: Final = 20
+# Browsers, or names in one browser, that opened one link.
+MAX_JUDGES: Final = 100
 
 
 @dataclass(frozen=True)
@@ -53,13 +57,14 @@ def make_link(
     ConflictError : the round is over, or the problem has `MAX_LINKS` links.
     """
     competition = session.get_one(Competition, one.competition_id)
-    if _is_over(one, competition, now()):
+    if is_over(one, competition, now()):
         raise ConflictError("cup-round-over", name=one.name)
     current = select(func.count()).where(
         JudgeLink.problem_id == problem.id, JudgeLink.revoked_at.is_(None)
     )
     if (session.scalar(current) or 0) >= MAX_LINKS:
-        raise ConflictError("judge-links-many", "judge-links-revoke", most=MAX_LINKS)
+        label = label_of(session, problem)
+        raise ConflictError("judge-links-many", "judge-links-revoke", problem=label, most=MAX_LINKS)
     secret, kept = new_secret()
     link = JudgeLink(problem_id=problem.id, token_hash=kept, person_id=person)
     session.add(link)
@@ -77,6 +82,15 @@ def links_of(session: Session, row: Competition) -> list[JudgeLink]:
         .order_by(Round.place, Problem.place, JudgeLink.created_at.desc(), JudgeLink.id)
     )
     return list(session.scalars(rows))
+
+
+def revoke_link(session: Session, link: JudgeLink) -> bool:
+    """Revoke a link; return whether it was not revoked before."""
+    if link.revoked_at is not None:
+        return False
+    link.revoked_at = now()
+    session.flush()
+    return True
 
 
 def judges_of(session: Session, links: Collection[UUID]) -> list[LinkJudge]:
@@ -98,6 +112,11 @@ def link_of(session: Session, row: Competition, link: UUID) -> JudgeLink:
     return found
 
 
+def link_with(session: Session, secret: str) -> JudgeLink | None:
+    """Return the link of this secret; None if there is none."""
+    return session.scalar(select(JudgeLink).where(JudgeLink.token_hash == hash_of(secret)))
+
+
 def open_link(
     session: Session, secret: str, name: str, link_cookie: Any
 ) -> tuple[JudgeAccess, str]:
@@ -112,13 +131,15 @@ def open_link(
     Raises
     ------
     NotFoundError, ForbiddenError : no such link; it is revoked, or its round is over.
+    ConflictError : `MAX_JUDGES` opened it.
     """
-    link = session.scalar(select(JudgeLink).where(JudgeLink.token_hash == hash_of(secret)))
+    link = link_with(session, secret)
     if link is None:
         raise NotFoundError("judge-link-unknown", "judge-link-ask-new")
     earlier = link_cookie(link.id)
     judge = _judge_with(session, link, earlier)
     if judge is None or judge.name != name:
+        _check_judges(session, link)
         earlier, kept = new_secret()
         judge = LinkJudge(link_id=link.id, name=name, token_hash=kept)
         session.add(judge)
@@ -135,7 +156,7 @@ def judge_in(session: Session, link: UUID, cookie: str) -> JudgeAccess:
     Raises
     ------
     SignInNeededError : the browser has not opened this link.
-    ForbiddenError : the link is revoked.
+    ForbiddenError : the link is revoked, or its maker is no setter of the gym any more.
     """
     found = session.get(JudgeLink, link, populate_existing=True)
     judge = None if found is None else _judge_with(session, found, cookie)
@@ -151,7 +172,7 @@ def check_open(access: JudgeAccess) -> None:
     ------
     ForbiddenError : it is.
     """
-    if _is_over(access.round, access.competition, now()):
+    if is_over(access.round, access.competition, now()):
         raise ForbiddenError("judge-link-over", "cup-tell-judge", name=access.round.name)
 
 
@@ -183,6 +204,18 @@ def label_of(session: Session, problem: Problem) -> str:
     return str((session.scalar(before) or 0) + 1)
 
 
+def is_over(one: Round, competition: Competition, at: datetime) -> bool:
+    """Return whether a round is over; that of an ended competition is, even if it never began."""
+    has_ended = "ended" in (one.state, competition.state)
+    return has_ended or (one.closes_at is not None and one.closes_at <= at)
+
+
+def _check_judges(session: Session, link: JudgeLink) -> None:
+    judges = select(func.count()).where(LinkJudge.link_id == link.id)
+    if (session.scalar(judges) or 0) >= MAX_JUDGES:
+        raise ConflictError("judge-link-many", "judge-link-ask-new", most=MAX_JUDGES)
+
+
 def _judge_with(session: Session, link: JudgeLink, cookie: str) -> LinkJudge | None:
     held = LinkJudge.token_hash == hash_of(cookie)
     return session.scalar(select(LinkJudge).where(LinkJudge.link_id == link.id, held))
@@ -194,6 +227,8 @@ def _access(session: Session, link: JudgeLink, judge: LinkJudge) -> JudgeAccess:
         raise NotFoundError("not-there-feature")
     if link.revoked_at is not None:
         raise ForbiddenError("judge-link-revoked", "judge-link-ask-new")
+    if not role_of(session, gym.id, link.person_id).covers(Role.SETTER):
+        raise ForbiddenError("judge-link-maker", "judge-link-ask-new")
     return JudgeAccess(judge, link, problem, one, competition, gym)
 
 
@@ -202,9 +237,3 @@ def _place_of(session: Session, link: JudgeLink) -> tuple[Problem, Round, Compet
     one = session.get_one(Round, problem.round_id)
     competition = session.get_one(Competition, one.competition_id)
     return problem, one, competition, session.get_one(Gym, competition.gym_id)
-
-
-def _is_over(one: Round, competition: Competition, at: datetime) -> bool:
-    """Return whether a round is over; that of an ended competition is, even if it never began."""
-    has_ended = "ended" in (one.state, competition.state)
-    return has_ended or (one.closes_at is not None and one.closes_at <= at)

@@ -16,6 +16,7 @@ from walltopo_gym.clock import now
 from walltopo_gym.competitions.bodies import EventBody
 from walltopo_gym.competitions.entering import entry_of
 from walltopo_gym.competitions.history import struck_events
+from walltopo_gym.competitions.judge_links import is_over
 from walltopo_gym.competitions.ledger import (
     BOULDER_KINDS,
     JUDGED,
@@ -51,7 +52,8 @@ _SAME: Final = (
     "number",
 )
 _LONGEST_LATE: Final = timedelta(days=7)
-# Events of one competitor on one problem: a competitor's own stop long before those of judges.
+# Events of one competitor on one problem: the competitor's own; those by all judges' links; and
+# all events, when a judge with an account sends one.
 MAX_OWN_EVENTS: Final = 300
 MAX_EVENTS: Final = 1_000
 # Events that strike each other in a row; a judge strikes the first one instead of the last.
@@ -124,12 +126,13 @@ def store_event(
     _check_sense(session, row, body)
     one = _check_problem(session, row, body, entry)
     _check_open(row)
-    _check_number(session, body, judges=sender.judges)
+    _check_number(session, body, sender)
     chain = _chain(session, body.target_id) if body.kind in STRIKING else []
     if isinstance(sender, ByLink):
         _check_link(body, sender, chain)
         for touched in _rounds_touched(session, chain, one):
             _check_window(row, touched, max(climbed_at, sender.judge.created_at), at)
+            _check_late_strike(session, row, touched, sender, chain, at)
     elif not sender.judges:
         _check_own(row, body, entry, sender.person, chain)
         if body.kind in STRIKING:  # an appeal changes no result, so it may come after a round
@@ -235,17 +238,22 @@ def _check_problem(
     return one
 
 
-def _check_number(session: Session, body: EventBody, *, judges: bool) -> None:
+def _check_number(session: Session, body: EventBody, sender: Account | ByLink) -> None:
     """Refuse more events of a competitor on a problem than an honest day has.
 
     Raises
     ------
-    ConflictError : there are too many; a judge may still enter some.
+    ConflictError : there are too many; a judge with an account may still enter some.
     """
     here = ScoreEvent.entry_id == body.entry_id, ScoreEvent.problem_id == body.problem_id
-    number = session.scalar(select(func.count()).select_from(ScoreEvent).where(*here)) or 0
-    if number >= (MAX_EVENTS if judges else MAX_OWN_EVENTS):
-        raise ConflictError("event-too-many", "" if judges else "cup-ask-judge")
+    events = select(func.count()).select_from(ScoreEvent).where(*here)
+    if isinstance(sender, ByLink):
+        events = events.where(ScoreEvent.link_judge_id.is_not(None))
+    elif not sender.judges:
+        events = events.where(ScoreEvent.person_id == sender.person)
+    is_judge = isinstance(sender, Account) and sender.judges
+    if (session.scalar(events) or 0) >= (MAX_EVENTS if is_judge else MAX_OWN_EVENTS):
+        raise ConflictError("event-too-many", "" if is_judge else "cup-ask-judge")
 
 
 def _chain(session: Session, event: UUID | None) -> Sequence[ScoreEvent]:
@@ -287,6 +295,24 @@ def _check_link(body: EventBody, sender: ByLink, chain: Sequence[ScoreEvent]) ->
     problems = {body.problem_id, *(event.problem_id for event in chain)}
     if problems != {sender.problem}:
         raise ForbiddenError("judge-link-problem", "judge-link-scan-other")
+
+
+def _check_late_strike(
+    session: Session,
+    row: Competition,
+    one: Round,
+    sender: ByLink,
+    chain: Sequence[ScoreEvent],
+    at: datetime,
+) -> None:
+    """Refuse an event by a judge's link that strikes another sender's result of an ended round.
+
+    Raises
+    ------
+    ForbiddenError : it does so.
+    """
+    if chain and is_over(one, row, at) and not sender.sent(session, chain[0]):
+        raise ForbiddenError("judge-link-late", "cup-ask-judge", name=one.name)
 
 
 def _check_own(

@@ -111,12 +111,25 @@ def _change_rounds(
 def _change_waves(session: Session, one: Round, all_wanted: Sequence[WaveBody]) -> None:
     known = _prune_rows(session, Wave, Wave.round_id == one.id, all_wanted)
     for place, wanted in enumerate(all_wanted):
-        if wanted.ends_at <= wanted.starts_at:
-            raise RequestError("cup-wave-ends-before", name=wanted.name)
+        _check_wave(one, wanted)
         wave = _row_of(session, known, wanted.id, Wave, round_id=one.id)
         wave.place, wave.name, wave.places = place, wanted.name, wanted.places
         wave.starts_at, wave.ends_at = wanted.starts_at, wanted.ends_at
     session.flush()
+
+
+def _check_wave(one: Round, wanted: WaveBody) -> None:
+    """Check the times of a wave; a round that has begun may have ended before its last wave.
+
+    Raises
+    ------
+    RequestError : it ends before it starts, or lies outside the planned time of its round.
+    """
+    if wanted.ends_at <= wanted.starts_at:
+        raise RequestError("cup-wave-ends-before", name=wanted.name)
+    opens_at, closes_at = one.opens_at or wanted.starts_at, one.closes_at or wanted.ends_at
+    if one.begun_at is None and not opens_at <= wanted.starts_at < wanted.ends_at <= closes_at:
+        raise RequestError("cup-wave-outside", "cup-wave-times", name=wanted.name)
 
 
 def _change_problems(
@@ -207,11 +220,14 @@ def _check_unused(session: Session, kind: Any, gone: UUID) -> None:
     if kind is Category:
         used = select(func.count()).where(Entry.category_id == gone)
     elif kind is Wave:
-        used = select(func.count()).where(Entry.wave_id == gone)
+        used = select(func.count()).where(Entry.wave_id == gone, Entry.withdrawn.is_(False))
     else:
         scored = select(func.count()).select_from(ScoreEvent)
         scored = scored.join(Problem, Problem.id == ScoreEvent.problem_id)
         used = scored.where((Problem.round_id if kind is Round else Problem.id) == gone)
+    if kind is Round:
+        for wave in session.scalars(select(Wave.id).where(Wave.round_id == gone)):
+            _check_unused(session, Wave, wave)
     if session.scalar(used):
         raise ConflictError("cup-used", "cup-used-move")
 

@@ -64,6 +64,8 @@ export const makeJudgeLink = (path: Here, problem: string) =>
   answer(api.POST(`${OF}/problems/{problem}/judge-links`, { params: { path: { ...path, problem } } }));
 export const revokeJudgeLink = (path: Here, link: string) =>
   answer(api.DELETE(`${OF}/judge-links/{link}`, { params: { path: { ...path, link } } }));
+export const revokeJudgeLinks = (path: Here, round: string) =>
+  answer(api.DELETE(`${OF}/rounds/{one}/judge-links`, { params: { path: { ...path, one: round } } }));
 export const judgeSheet = (path: Here, round: string, query: { language: Language; size: "a4" | "letter" }) =>
   api.POST(`${OF}/rounds/{one}/judge-sheet`, { params: { path: { ...path, one: round }, query }, parseAs: "blob" });
 export const openJudgeLink = (body: Schemas["OpenBody"]) => answer(api.POST("/api/v1/judge-links/open", { body }));

@@ -38,6 +38,8 @@ export interface RoundDraft {
 export interface Draft {
   /** The usual format that filled it, while the wizard is open; null: another one. Not stored. */
   template: TemplateName | null;
+  /** The rounds and categories as a format filled them last. Not stored. */
+  filled: string;
   format: Format;
   /** With ropes: results are high points. Not stored; the rules of the rounds say it. */
   rope: boolean;
@@ -149,8 +151,9 @@ export function removeCategory(draft: Draft, at: number): void {
 }
 
 export function newDraft(): Draft {
+  const parts = templateParts("scramble");
   return {
-    ...templateParts("scramble"), name: "", about: "", fee: "", waiver: "", starts_at: null, ends_at: null, self_entry: true, late_minutes: 60,
+    ...parts, filled: fillingOf(parts), name: "", about: "", fee: "", waiver: "", starts_at: null, ends_at: null, self_entry: true, late_minutes: 60,
     league_best: null, team_size: null,
   };
 }
@@ -188,6 +191,11 @@ export function templateParts(name: TemplateName): Pick<Draft, "template" | "for
   };
 }
 
+/** Rounds and categories as one text, to see whether somebody edited them. */
+export function fillingOf({ rounds, categories }: Pick<Draft, "rounds" | "categories">): string {
+  return JSON.stringify([rounds, categories]);
+}
+
 /** The next wave: as long as the one before, and right after it. */
 export function nextWave(waves: readonly WaveDraft[], starts_at: string | null): WaveDraft {
   const last = waves.at(-1);
@@ -204,7 +212,7 @@ export function draftOf(sheet: Sheet): Draft {
   const { format, name, about, fee, waiver, starts_at, ends_at, self_entry, self_scoring, late_minutes, league_best, team_size, categories } = sheet;
   const rounds = sheet.rounds.map(({ state: _s, begun_at: _b, ...round }) => ({ ...round, kind: round.kind as RoundDraft["kind"], scoring: { ...round.scoring }, problems: round.problems.map((problem) => ({ ...problem })), waves: round.waves.map(({ entries: _, ...wave }) => wave), fresh: [] }));
   return {
-    template: null, format, rope: sheet.rounds.some(({ scoring }) => isLead(scoring)),
+    template: null, filled: "", format, rope: sheet.rounds.some(({ scoring }) => isLead(scoring)),
     name, about, fee, waiver, starts_at, ends_at, self_entry, self_scoring, late_minutes, league_best, team_size,
     categories: categories.map(({ entries: _, ...category }) => category), rounds,
   };
@@ -216,7 +224,7 @@ export function allOf(round: Pick<RoundDraft, "problems" | "fresh">): NewProblem
 }
 
 /** The words of it, without format and sheet. */
-export function wordsOf({ template: _t, format: _f, rope: _o, categories: _c, rounds: _r, ...words }: Draft) {
+export function wordsOf({ template: _t, filled: _l, format: _f, rope: _o, categories: _c, rounds: _r, ...words }: Draft) {
   return words;
 }
 

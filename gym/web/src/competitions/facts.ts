@@ -17,8 +17,8 @@ export type Pad = Schemas["JudgePad"];
 export type JudgeLink = Schemas["JudgeLinkOut"];
 export type Starter = Schemas["StarterOut"];
 /** A score event; this browser learns the server's fields later. */
-export type Scored = Pick<Schemas["EventOut"], "id" | "entry_id" | "problem_id" | "kind" | "n" | "target_id" | "text" | "made_at">
-  & Partial<Pick<Schemas["EventOut"], "hold" | "plus" | "seconds" | "by_name" | "by_link">>;
+export type Scored = Pick<Schemas["EventOut"], "id" | "entry_id" | "problem_id" | "kind" | "n" | "target_id" | "made_at">
+  & Partial<Pick<Schemas["EventOut"], "text" | "hold" | "plus" | "seconds" | "by_name" | "by_link">>;
 export type Board = Schemas["BoardView"];
 export type RoundHead = Schemas["RoundHead"];
 export type Line = Schemas["Line"];

@@ -14,13 +14,19 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.access import AnyoneMay, Rule
 from walltopo_gym.accounts.audit import log_change
-from walltopo_gym.accounts.limits import count_document, count_judge_link
+from walltopo_gym.accounts.limits import count_document, count_wrong_judge_link
 from walltopo_gym.accounts.people import names_by_id
 from walltopo_gym.api.documents import DocumentTurn, document_response
 from walltopo_gym.api.fields import Body, Name, Secret
 from walltopo_gym.api.services import Db, ServicesOf, network_of, rule_session
 from walltopo_gym.clock import now
-from walltopo_gym.competitions.bodies import EventBody, ProblemOut, RoundState, ScoringBody
+from walltopo_gym.competitions.bodies import (
+    EventBody,
+    MarkFields,
+    ProblemOut,
+    RoundState,
+    ScoringBody,
+)
 from walltopo_gym.competitions.http.competitions import (
     StarterOut,
     competition_of,
@@ -42,13 +48,16 @@ from walltopo_gym.competitions.judge_links import (
     judges_of,
     label_of,
     link_of,
+    link_with,
     links_of,
     make_link,
     open_link,
+    revoke_link,
 )
 from walltopo_gym.competitions.judge_sheet import JudgeCode, SheetSize, judge_sheet
 from walltopo_gym.competitions.judging import ByLink, store_event
-from walltopo_gym.competitions.models import Competition, Problem, Round
+from walltopo_gym.competitions.ledger import Kind
+from walltopo_gym.competitions.models import Competition, JudgeLink, Problem, Round
 from walltopo_gym.competitions.order import starters
 from walltopo_gym.competitions.scoring.rules import Scoring
 from walltopo_gym.competitions.service import locked_competition, round_of
@@ -115,6 +124,32 @@ class PadEntry(BaseModel):
     name: str
 
 
+class PadEvent(BaseModel):
+    """A score event on a judge's pad, without what only accounts see. `by_name`: of the judge whose
+    link it came by, empty for an account; `by_link`: label of that link's problem."""
+
+    id: UUID
+    entry_id: UUID
+    problem_id: UUID | None
+    kind: Kind
+    n: int | None
+    hold: int | None
+    plus: bool
+    seconds: int | None
+    target_id: UUID | None
+    made_at: datetime
+    by_name: str
+    by_link: str | None
+    counts: bool
+
+
+class PadMark(MarkFields):
+    """A competitor's mark on the problem, and its events."""
+
+    entry_id: UUID
+    events: list[PadEvent]
+
+
 class JudgePad(BaseModel):
     """All that a judge by link sees: their name, the problem and its round, the start list, and the
     marks on the problem. `starters`: the running order, empty without one."""
@@ -133,7 +168,7 @@ class JudgePad(BaseModel):
     problem: ProblemOut
     entries: list[PadEntry]
     starters: list[StarterOut]
-    marks: list[ProblemMark]
+    marks: list[PadMark]
 
 
 def _link_rule(link: UUID, request: Request, services: ServicesOf) -> JudgeAccess:
@@ -231,12 +266,17 @@ def make_judge_sheet(
 def revoke_judge_link(competition: UUID, link: UUID, session: Db, access: SetterMay) -> None:
     """Revoke a judge's link at once; repeating it is fine. Scores that came by it stay."""
     row = locked_competition(session, access.gym.id, competition)
-    found = link_of(session, row, link)
-    if found.revoked_at is None:
-        found.revoked_at = now()
-        problem = session.get_one(Problem, found.problem_id)
-        one = session.get_one(Round, problem.round_id)
-        _log(session, access, "judge-link.revoke", row, one, problem)
+    _revoke(session, access, row, link_of(session, row, link))
+
+
+@router.delete("/gyms/{gym}/competitions/{competition}/rounds/{one}/judge-links", status_code=204)
+def revoke_judge_links(competition: UUID, one: UUID, session: Db, access: SetterMay) -> None:
+    """Revoke all judges' links of a round at once; repeating it is fine."""
+    row = locked_competition(session, access.gym.id, competition)
+    found = round_of(session, row, one)
+    for link in links_of(session, row):
+        if session.get_one(Problem, link.problem_id).round_id == found.id:
+            _revoke(session, access, row, link)
 
 
 @router.post("/judge-links/open")
@@ -244,8 +284,13 @@ def open_judge_link(
     body: OpenBody, request: Request, response: Response, services: ServicesOf, actor: AnyoneMay
 ) -> OpenedLink:
     """Open a judge's link in this browser, under the judge's name."""
-    with services.database.writing() as session:
-        count_judge_link(session, network_of(request))
+    with services.database.reading() as session:
+        is_known = link_with(session, body.secret) is not None
+    if not is_known:
+        # All judges of a competition may open their links behind one address: only wrong secrets
+        # count.
+        with services.database.writing() as session:
+            count_wrong_judge_link(session, network_of(request))
     with services.database.writing() as session:
         access, cookie = open_link(
             session, body.secret, body.name, lambda link: request.cookies.get(cookie_name(link), "")
@@ -260,21 +305,18 @@ def open_judge_link(
             problem=label_of(session, access.problem),
             judge=access.judge.name,
         )
-    response.set_cookie(
-        cookie_name(access.link.id),
-        cookie,
-        max_age=_COOKIE_S,
-        path="/",
-        secure=True,
-        httponly=True,
-        samesite="strict",
-    )
+    _set_cookie(response, access.link.id, cookie)
     return OpenedLink(id=access.link.id)
 
 
 @router.get("/judge-links/{link}/pad")
-def read_judge_pad(link: UUID, session: Db, access: JudgeByLink) -> JudgePad:
-    """Return the problem of a judge's link, the start list of its round, and the marks."""
+def read_judge_pad(
+    link: UUID, request: Request, response: Response, session: Db, access: JudgeByLink
+) -> JudgePad:
+    """Return the problem of a judge's link, the start list of its round, and the marks.
+
+    The browser's cookie lasts from now on, so a pad that is in use does not close.
+    """
     check_open(access)
     row, one, problem = access.competition, access.round, access.problem
     entries = [
@@ -298,8 +340,9 @@ def read_judge_pad(link: UUID, session: Db, access: JudgeByLink) -> JudgePad:
         "problem": _problem_out(session, problem),
         "entries": sorted(entries, key=lambda entry: entry.bib),
         "starters": running_order(session, row, one) if has_order else [],
-        "marks": problem_marks(session, row, problem.id),
+        "marks": [_pad_mark(mark) for mark in problem_marks(session, row, problem.id)],
     }
+    _set_cookie(response, link, request.cookies[cookie_name(link)])
     return JudgePad.model_validate(facts)
 
 
@@ -312,7 +355,7 @@ def put_link_event(
     response: Response,
     services: ServicesOf,
     access: JudgeByLink,
-) -> EventOut:
+) -> PadEvent:
     """Store a score event about the link's problem, as `put_score_event` does."""
     with services.database.writing() as session:
         row = locked_competition(session, access.gym.id, access.competition.id)
@@ -323,7 +366,37 @@ def put_link_event(
         judge.used_at = now()
     response.status_code = 201 if is_new else 200
     with services.database.reading() as session:
-        return events_out(session, access.competition.id, [kept], about=not is_new)[0]
+        [stored] = events_out(session, access.competition.id, [kept], about=not is_new)
+    return _pad_event(stored)
+
+
+def _set_cookie(response: Response, link: UUID, secret: str) -> None:
+    response.set_cookie(
+        cookie_name(link),
+        secret,
+        max_age=_COOKIE_S,
+        path="/",
+        secure=True,
+        httponly=True,
+        samesite="strict",
+    )
+
+
+def _revoke(session: Session, access: Access, row: Competition, link: JudgeLink) -> None:
+    if revoke_link(session, link):
+        problem = session.get_one(Problem, link.problem_id)
+        one = session.get_one(Round, problem.round_id)
+        _log(session, access, "judge-link.revoke", row, one, problem)
+
+
+def _pad_mark(mark: ProblemMark) -> PadMark:
+    facts = mark.model_dump(exclude={"events"})
+    return PadMark(**facts, events=[_pad_event(event) for event in mark.events])
+
+
+def _pad_event(event: EventOut) -> PadEvent:
+    facts = event.model_dump(include=set(PadEvent.model_fields))
+    return PadEvent.model_validate(facts | ({} if event.by_link else {"by_name": ""}))
 
 
 def _address(services: ServicesOf, secret: str) -> str:
