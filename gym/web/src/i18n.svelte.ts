@@ -46,6 +46,9 @@ const isolated = (value: string): string => (RIGHT_TO_LEFT.test(value) ? `\u2068
 const VALUES = { escapeValue: true, escape: isolated };
 const PLACES = { prefix: "{", suffix: "}", ...VALUES };
 let spoken = $state<Language>("en");
+// The languages whose sentences of server errors are here; they come after the page.
+let explained = $state.raw<Language[]>([]);
+let explaining: Promise<void> = Promise.resolve();
 
 /** A text; components that show it are redrawn when the language changes. */
 export function t(key: Key, values: Record<string, unknown> = {}): string {
@@ -54,6 +57,7 @@ export function t(key: Key, values: Record<string, unknown> = {}): string {
 
 /** The sentence of a server error by its code; null in English, or for an unknown code. */
 export function problemText(code: string, values: Record<string, string>): string | null {
+  if (!explained.includes(spoken)) return null;
   const given = { ...values, ...(values.count === undefined ? {} : { count: Number(values.count) }) };
   const how = { ...given, ns: "problems", lng: spoken, interpolation: PLACES };
   return i18next.exists(code, how) ? i18next.t(code, how) : null;
@@ -97,9 +101,20 @@ export function withTexts(area: Area): <T>(page: T) => Promise<T> {
   };
 }
 
+/** Resolves once the sentences of server errors are here, or cannot be loaded. */
+export function problemsKnown(): Promise<void> {
+  return explaining;
+}
+
+async function explain(code: Language): Promise<void> {
+  const problems = await PROBLEMS[`../../src/walltopo_gym/messages/${code}.json`]?.().catch(() => undefined);
+  if (!problems) return;
+  i18next.addResourceBundle(code, "problems", problems);
+  explained = [...explained, code];
+}
+
 export async function speak(code: Language, keep = true): Promise<void> {
-  const problems = await PROBLEMS[`../../src/walltopo_gym/messages/${code}.json`]?.();
-  if (problems) i18next.addResourceBundle(code, "problems", problems);
+  explaining = explain(code);
   await Promise.all([...learned].map((area) => learn(code, area)));
   spoken = code;
   document.documentElement.lang = code;

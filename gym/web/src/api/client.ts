@@ -1,7 +1,7 @@
 /** The server's API, as its OpenAPI document has it. `schema.d.ts` is generated: `npm run api`. */
 
 import createClient from "openapi-fetch";
-import { problemText, t } from "../i18n.svelte";
+import { problemsKnown, problemText, t } from "../i18n.svelte";
 import { isPortal } from "../offline/portal";
 import { heard, isCutOff, lost } from "../offline/reception.svelte";
 import type { components, paths } from "./schema";
@@ -80,6 +80,9 @@ export async function answer<T>(requested: Promise<{ data?: T; error?: unknown; 
   } catch (error) {
     throw ApiError.of(error);
   }
-  if (!result.response.ok) throw ApiError.from(result.response.status, result.error);
+  if (!result.response.ok) {
+    await problemsKnown();
+    throw ApiError.from(result.response.status, result.error);
+  }
   return result.data as T;
 }
