@@ -202,6 +202,13 @@ class Admission(Question[bool]):
 
 
 @dataclass(frozen=True)
+class ClosedWalls(Question[tuple[UUID, datetime]]):
+    """The walls of a gym that are closed to climbers, and since when."""
+
+    gym: UUID
+
+
+@dataclass(frozen=True)
 class TookPart(Question[bool]):
     """Did a person leave data in a gym?"""
 

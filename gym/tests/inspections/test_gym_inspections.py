@@ -361,3 +361,28 @@ def test_photos_count_for_the_storage_of_their_gym(world: World) -> None:
     measure_storage(world.server.database, world.server.services.store)
     with world.server.database.reading() as session:
         assert used_bytes(session, [world.gym.id])[world.gym.id] > 0
+
+
+def test_a_wall_is_closed_until_a_later_inspection(world: World, scan: UUID) -> None:
+    other = add_wall(world, "Other")
+
+    def closed(who: str = "member") -> dict[str, bool]:
+        walls = world.server.ask("GET", f"{world.path}/walls", world.people[who]).json()
+        return {wall["id"]: wall["closed_since"] is not None for wall in walls}
+
+    wall = str(world.wall.id)
+    assert closed() == {wall: False, other: False}
+    made = begin(world)
+    assert closed() == {wall: False, other: False}
+    ended = made.finish("closed").json()["finished_at"]
+    assert closed() == {wall: True, other: False}
+    one = world.server.ask("GET", f"{world.path}/walls/{wall}", world.people["member"]).json()
+    assert one["closed_since"] == ended
+    # Nobody could end it while inspections are off.
+    for off in (["inspections"], []):
+        body = {"features_off": off}
+        assert world.server.ask("PATCH", world.path, world.owner, body).is_success
+        assert closed()[wall] == (not off)
+    assert begin(world, walls=[other]).finish("closed").is_success
+    assert begin(world).finish("defects").is_success
+    assert closed() == {wall: False, other: True}

@@ -154,6 +154,21 @@ test("a round of the wall becomes a signed record", async ({ browser, places }) 
   await page.getByRole("button", { name: "Finish and sign" }).waitFor();
   await wallDrawn(page);
   await check(owner, "inspection-correction");
+
+  // Climbers see that a wall is closed.
+  await page.getByLabel("Closed to climbers").setChecked(true);
+  await page.getByRole("button", { name: "Finish and sign" }).click();
+  await page.getByRole("dialog").getByRole("button", { name: "Finish and sign" }).click();
+  await page.getByRole("region", { name: "Record" }).waitFor();
+  const climber = await visit(browser, places);
+  await climber.go(`/g/${gym}`);
+  await climber.page.getByText("Closed to climbers since").waitFor();
+  await check(climber, "closed-gym");
+  await climber.go(`/g/${gym}/w/${wall}`);
+  await climber.page.getByText("Closed to climbers since").waitFor();
+  await wallDrawn(climber.page);
+  await check(climber, "closed-wall");
+  await climber.close();
   await go(`/g/${gym}/inspections`);
   await page.getByText("Correction").waitFor();
   await check(owner, "inspections");

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 from sqlalchemy.orm import Session
 
 from walltopo_gym.database.engine import Database
-from walltopo_gym.events import HoldHistoryOf, OwnTables, RowsExpired
+from walltopo_gym.events import ClosedWalls, HoldHistoryOf, OwnTables, RowsExpired
 from walltopo_gym.feature import Feature
+from walltopo_gym.inspections.closed import add_closed
 from walltopo_gym.inspections.history import add_marks
 from walltopo_gym.inspections.models import Inspection, InspectionEntry, InspectionKey
 from walltopo_gym.inspections.retention import drop_old_records
@@ -44,7 +45,7 @@ def _own_tables(session: Session, question: OwnTables) -> None:
 FEATURE = Feature(
     "inspections",
     switch="inspections",
-    listeners={HoldHistoryOf: (add_marks,)},
+    listeners={HoldHistoryOf: (add_marks,), ClosedWalls: (add_closed,)},
     data_listeners={OwnTables: (_own_tables,), RowsExpired: (drop_old_records,)},
     chores=_chores,
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from datetime import datetime
 from typing import Annotated, Final
 from uuid import UUID
@@ -16,6 +17,7 @@ from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.fields import Body, Name, Text
 from walltopo_gym.api.services import Db, Services, ServicesOf
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
+from walltopo_gym.events import ClosedWalls, collect_answers
 from walltopo_gym.gyms.access import Access, GuestMay, OwnerMay, SetterMay
 from walltopo_gym.walls.lookup import wall_of
 from walltopo_gym.walls.models import FloorPlan, Wall
@@ -43,7 +45,8 @@ class WallChange(Body):
 
 
 class WallOut(BaseModel):
-    """A wall; `published_scan_id` is the public version."""
+    """A wall; `published_scan_id` is the public version. `closed_since`: when an inspection closed
+    it to climbers, null while it is open."""
 
     id: UUID
     name: str
@@ -52,6 +55,7 @@ class WallOut(BaseModel):
     published_scan_id: UUID | None
     revision: int
     created_at: datetime
+    closed_since: datetime | None
 
 
 @router.get("/gyms/{gym}/walls")
@@ -60,7 +64,8 @@ def list_walls(session: Db, access: GuestMay) -> list[WallOut]:
     rows = session.scalars(
         select(Wall).where(Wall.gym_id == access.gym.id).order_by(Wall.place, Wall.name)
     )
-    return [_wall_out(row) for row in rows]
+    closed = dict(collect_answers(session, ClosedWalls(access.gym.id)))
+    return [_wall_out(row, closed) for row in rows]
 
 
 @router.post("/gyms/{gym}/walls", status_code=201)
@@ -71,13 +76,14 @@ def make_wall(body: NewWall, session: Db, access: SetterMay) -> WallOut:
     session.add(row)
     session.flush()
     _log(session, access, "wall.create", row)
-    return _wall_out(row)
+    return _wall_out(row, {})
 
 
 @router.get("/gyms/{gym}/walls/{wall}")
 def read_wall(wall: UUID, session: Db, access: GuestMay) -> WallOut:
     """Return a wall."""
-    return _wall_out(wall_of(session, access.gym.id, wall))
+    row = wall_of(session, access.gym.id, wall)
+    return _wall_out(row, dict(collect_answers(session, ClosedWalls(access.gym.id))))
 
 
 @router.patch("/gyms/{gym}/walls/{wall}")
@@ -93,7 +99,7 @@ def change_wall(wall: UUID, body: WallChange, session: Db, access: SetterMay) ->
         row.zone = body.zone
         queue_publications(session, access.gym.id)
     _log(session, access, "wall.change", row)
-    return _wall_out(row)
+    return _wall_out(row, dict(collect_answers(session, ClosedWalls(access.gym.id))))
 
 
 @router.delete("/gyms/{gym}/walls/{wall}", status_code=204)
@@ -105,8 +111,9 @@ def drop_wall(wall: UUID, session: Db, access: OwnerMay) -> None:
     _log(session, access, "wall.delete", row)
 
 
-def _wall_out(row: Wall) -> WallOut:
-    return WallOut.model_validate(row, from_attributes=True)
+def _wall_out(row: Wall, closed: Mapping[UUID, datetime]) -> WallOut:
+    fields = {name: getattr(row, name) for name in WallOut.model_fields if name != "closed_since"}
+    return WallOut.model_validate(fields | {"closed_since": closed.get(row.id)})
 
 
 def _refuse_taken(session: Session, gym: UUID, name: str) -> None:
