@@ -94,6 +94,7 @@ KEPT = {
     "photos": {"name", "state", "reason", "sha256"},
     "placements": {"holds", "hold_types", "reach", "longest_reach", "features", "as_was"},
     "plans": {"entries", "found", "error"},
+    "request_counts": {"key"},
     "reset_plans": {"note", "wishes", "state"},
     "route_sign_offs": {"grade"},
     "rope_lines": {"label", "belays", "points"},

@@ -73,6 +73,15 @@ def test_the_editor_opens_the_results_of_the_present_run(world: World, tiny_scan
     first._upload_results("1")
     with world.server.database.reading() as session:
         assert session.get_one(ScanEdits, scan).shown == 0
+    # So are those of a save after which another server saved.
+    with world.server.database.writing() as session:
+        session.get_one(ScanEdits, scan).revision = 2
+    second._upload_results("1")
+    with world.server.database.reading() as session:
+        assert session.get_one(ScanEdits, scan).shown == 0
+    second._upload_results("2")
+    with world.server.database.reading() as session:
+        assert session.get_one(ScanEdits, scan).shown == 2
 
 
 @pytest.mark.slow

@@ -1,9 +1,4 @@
-"""Middleware of every request: size, rate, origin, headers.
-
-`limits` counts requests in this process: two servers behind a proxy accept twice as many. Limits
-that must hold across servers (password attempts, mails) are counted in the database
-(accounts/limits.py).
-"""
+"""Middleware of every request: size, rate, origin, headers."""
 
 from __future__ import annotations
 
@@ -13,7 +8,6 @@ from typing import Final
 from urllib.parse import urlsplit
 
 from limits import RateLimitItemPerMinute
-from limits.storage import MemoryStorage
 from limits.strategies import SlidingWindowCounterRateLimiter
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import ClientDisconnect, Request
@@ -21,6 +15,7 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from walltopo_gym.api.error_responses import error_response
+from walltopo_gym.api.request_counts import SharedCounts
 from walltopo_gym.api.services import network_of
 from walltopo_gym.errors import RequestError
 
@@ -39,12 +34,13 @@ class Bounds:
     Parameters
     ----------
     per_minute : requests of one network; 0: no limit.
+    counts : of the requests so far.
     """
 
-    def __init__(self, app: ASGIApp, per_minute: int) -> None:
+    def __init__(self, app: ASGIApp, per_minute: int, counts: SharedCounts) -> None:
         self._app = app
         self._limit = RateLimitItemPerMinute(per_minute) if per_minute else None
-        self._counter = SlidingWindowCounterRateLimiter(MemoryStorage())
+        self._counter = SlidingWindowCounterRateLimiter(counts)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         is_free = scope["type"] != "http" or scope["path"].startswith(_FREE)

@@ -90,6 +90,23 @@ class Database:
                 raise RuntimeError("the new tables would have references that lead to nothing")
         self.engine.dispose()  # with the connections that do not watch references
 
+    @contextmanager
+    def turn_of(self, subject: str) -> Iterator[None]:
+        """Wait until no other server has the turn of `subject`, and keep it during the block,
+        without a transaction. SQLite is one server's."""
+        if self.is_sqlite:
+            yield
+            return
+        facts = {"kind": _TURNS, "subject": subject}
+        options = {"isolation_level": "AUTOCOMMIT"}
+        with self.engine.connect().execution_options(**options) as connection:
+            connection.execute(text("SELECT pg_advisory_lock(:kind, hashtext(:subject))"), facts)
+            try:
+                yield
+            finally:
+                ended = text("SELECT pg_advisory_unlock(:kind, hashtext(:subject))")
+                connection.execute(ended, facts)
+
     def insert(self, table: type[Any]) -> Insert:
         """Return an insertion that supports `on_conflict_do_...`."""
         if self.is_sqlite:

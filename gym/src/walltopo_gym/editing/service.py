@@ -6,9 +6,10 @@ import shutil
 import threading
 from collections import OrderedDict
 from pathlib import Path
-from typing import Final
-from uuid import UUID
+from typing import IO, Final
+from uuid import UUID, uuid4
 
+from walltopo.core.locks import take_lock
 from walltopo.editing.messages import EditResult, RebuildStatus
 from walltopo.pipeline.edit_session import STAGES_AFTER_LOG, open_session
 from walltopo.scans.edits import EditLog
@@ -143,12 +144,16 @@ class OpenScan:
     def _upload_results(self, version: str) -> None:
         """Upload the folder's results: files first, then the row that names them.
 
-        Those of an earlier run of the scan are dropped.
+        Those of an earlier run of the scan are dropped, and those of an earlier save: a later one
+        may have been saved at another server, which uploads its own.
         """
-        with self._database.reading() as session:
-            row = session.get(Scan, self.scan)
-        if row is None or row.run != self.run:
-            return
+        with self._database.turn_of(f"results {self.scan}"):
+            with self._database.reading() as session:
+                row, saved = session.get(Scan, self.scan), read_log(session, self.scan)
+            if row is not None and row.run == self.run and saved.revision == int(version):
+                self._upload(version)
+
+    def _upload(self, version: str) -> None:
         for stage in STAGES_AFTER_LOG:
             upload_stage(self._store, self.scan, self._folder, stage)
         upload_files(self._store, self.scan, self._folder, self._folder.edits)
@@ -156,6 +161,50 @@ class OpenScan:
         store_front(self._store, self.scan, self._folder)
         with self._database.writing() as session:
             mark_shown(session, self.scan, int(version), files)
+
+
+class OwnFolder:
+    """A folder of this process in a folder of many, created when it is first needed.
+
+    Another process may use the same data folder. A lock beside the folder tells that its process
+    lives; folders of others, which a kill left, are deleted.
+    """
+
+    def __init__(self, parent: Path) -> None:
+        self._parent = parent
+        self._lock: IO[bytes] | None = None
+        self._path: Path | None = None
+
+    def path(self) -> Path:
+        """Return the folder."""
+        if self._path is None:
+            self._parent.mkdir(parents=True, exist_ok=True)
+            self._delete_abandoned()
+            name = uuid4().hex
+            self._lock = (self._parent / f"{name}.lock").open("wb")
+            take_lock(self._lock)
+            self._path = self._parent / name
+            self._path.mkdir()
+        return self._path
+
+    def close(self) -> None:
+        """Delete the folder."""
+        if self._path is None or self._lock is None:
+            return
+        shutil.rmtree(self._path, ignore_errors=True)
+        self._lock.close()
+        (self._parent / f"{self._path.name}.lock").unlink(missing_ok=True)
+        self._path = self._lock = None
+
+    def _delete_abandoned(self) -> None:
+        for entry in self._parent.iterdir():
+            if entry.suffix == ".lock":
+                continue
+            lock = self._parent / f"{entry.name}.lock"
+            with lock.open("wb") as stream:
+                if take_lock(stream):
+                    shutil.rmtree(entry, ignore_errors=True)
+                    lock.unlink(missing_ok=True)
 
 
 _SOON_S: Final = 60
@@ -166,12 +215,12 @@ class EditSessions:
 
     Parameters
     ----------
-    folder : for scan folders of this process alone.
+    folder : for the folders of all processes on this machine; each has one of its own in it.
     max_open : maximum number of open scans.
     """
 
     def __init__(self, folder: Path, max_open: int, database: Database, store: FileStore) -> None:
-        self._folder, self._max = folder, max_open
+        self._own, self._max = OwnFolder(folder), max_open
         self._database, self._store = database, store
         self._opening = threading.Lock()
         self._opened: OrderedDict[UUID, OpenScan] = OrderedDict()
@@ -194,7 +243,7 @@ class EditSessions:
                 found = None
             if found is None:
                 self._make_room()
-                folder = self._folder / str(scan)
+                folder = self._own.path() / str(scan)
                 found = OpenScan(scan, run, folder, self._database, self._store)
                 self._opened[scan] = found
             self._opened.move_to_end(scan)
@@ -205,6 +254,7 @@ class EditSessions:
         with self._opening:
             while self._opened:
                 self._opened.popitem()[1].close()
+            self._own.close()
 
     def _make_room(self) -> None:
         while len(self._opened) >= self._max:

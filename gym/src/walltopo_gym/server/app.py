@@ -25,6 +25,7 @@ from walltopo_gym.accounts.http import oidc
 from walltopo_gym.accounts.passwords import Passwords
 from walltopo_gym.api.error_responses import ERROR_RESPONSES, handle_errors
 from walltopo_gym.api.middleware import BodyLimit, Bounds, CrossOriginGuard, SafeHeaders
+from walltopo_gym.api.request_counts import SharedCounts
 from walltopo_gym.api.services import Services
 from walltopo_gym.database.engine import CONNECTIONS
 from walltopo_gym.editing.service import EditSessions
@@ -77,10 +78,13 @@ def open_services(settings: GymSettings) -> Services:
 
 
 @asynccontextmanager
-async def _many_threads(app: FastAPI) -> AsyncIterator[None]:
-    """Let more threads wait for the one writer of SQLite, so that it always finds one itself."""
+async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
+    """Let more threads wait for the one writer of SQLite, so that it always finds one itself; share
+    the counts of requests with other servers."""
     current_default_thread_limiter().total_tokens = _THREADS
-    yield
+    counts: SharedCounts = app.state.counts
+    async with counts.exchanging():
+        yield
 
 
 def build_app(services: Services) -> FastAPI:
@@ -91,7 +95,7 @@ def build_app(services: Services) -> FastAPI:
     RuntimeError : an endpoint does not declare an access rule.
     """
     app = FastAPI(
-        lifespan=_many_threads,
+        lifespan=_lifespan,
         title="walltopo gym",
         version=version("walltopo-gym"),
         openapi_url=f"{PREFIX}/openapi.json",
@@ -105,6 +109,8 @@ def build_app(services: Services) -> FastAPI:
     app.state.transaction_slots = CapacityLimiter(CONNECTIONS)
     app.state.turns = {}
     app.state.metrics = Metrics(services)
+    per_minute = services.settings.requests_per_minute
+    app.state.counts = SharedCounts(services.database, per_minute)
     for routers in _CORE:
         _include(app, routers, [])
     for feature in features_on(services.settings):
@@ -117,7 +123,7 @@ def build_app(services: Services) -> FastAPI:
     handle_errors(app)
     app.add_middleware(BodyLimit, longer=_LONGER_BODIES)
     app.add_middleware(CrossOriginGuard, origin=services.settings.link_base)
-    app.add_middleware(Bounds, per_minute=services.settings.requests_per_minute)
+    app.add_middleware(Bounds, per_minute=per_minute, counts=app.state.counts)
     app.add_middleware(RequestLogMiddleware, metrics=app.state.metrics)
     app.add_middleware(SafeHeaders)
     return app

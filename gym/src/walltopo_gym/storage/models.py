@@ -1,4 +1,5 @@
-"""Tables of the measured use of the file store, of runs of backups, and of the server's secrets."""
+"""Tables of the measured use of the file store, of runs of backups, of the server's secrets, and of
+counted requests."""
 
 from __future__ import annotations
 
@@ -59,3 +60,16 @@ class ServerSecret(Base):
 
     name: Mapped[str] = mapped_column(String(40), primary_key=True)
     content: Mapped[str] = mapped_column(Text)
+
+
+class RequestCount(Base):
+    """The requests of a network in one window of time, at all servers together.
+
+    `key`: a hash of network and window, so that no address is stored.
+    """
+
+    __tablename__ = "request_counts"
+
+    key: Mapped[str] = mapped_column(String(64), primary_key=True)
+    count: Mapped[int]
+    at: Mapped[datetime] = mapped_column(index=True, default=now)
