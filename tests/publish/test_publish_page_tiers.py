@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from glbfile import Glb  # type: ignore[import-not-found]
 from made_scan import build_scan, export_scan  # type: ignore[import-not-found]
 from msgspec import structs
 
@@ -95,3 +97,20 @@ def test_the_first_tier_is_there_for_drawings(wall: WallModel, tmp_path: Path) -
     assert len(look.surface.triangles) == tiers.triangles["first"]
     assert look.picture is not None
     assert look.picture.shape[2] == 3
+
+
+def test_files_for_phones_need_no_extension(wall: WallModel, tmp_path: Path) -> None:
+    plain = page_tiers(wall, SETTINGS, tmp_path / "tiers")
+    (tmp_path / "plain").mkdir()
+    plain.link_into(tmp_path / "plain")
+    assert not {path.name for path in (tmp_path / "plain").iterdir()} & {"ar.glb", "ar.usdz"}
+    made = page_tiers(wall, replace(SETTINGS, ar_files=True), tmp_path / "tiers")
+    (tmp_path / "page").mkdir()
+    made.link_into(tmp_path / "page")
+    glb = Glb.read(tmp_path / "page" / "ar.glb")
+    assert "extensionsRequired" not in glb.json
+    assert [image["mimeType"] for image in glb.json["images"]] == ["image/jpeg"]
+    indices = glb.json["meshes"][0]["primitives"][0]["indices"]
+    assert glb.json["accessors"][indices]["count"] == 3 * made.triangles["first"]
+    with zipfile.ZipFile(tmp_path / "page" / "ar.usdz") as archive:
+        assert archive.namelist() == ["wall.usda", "textures/wall.jpg"]

@@ -85,6 +85,8 @@ test("from review to what a climber sees", async ({ browser, places }) => {
   await climber.shot("gym");
   await climber.page.getByRole("link", { name: "Cave" }).click();
   await wallDrawn(climber.page);
+  // No phone that shows a wall in a room.
+  assert.equal(await climber.page.locator("a[rel=ar]").count(), 0);
   assert.deepEqual(await grave(climber.page), []);
   await climber.shot("wall");
   await counted(climber.page.locator("main li a"), rows);
@@ -110,6 +112,26 @@ test("from review to what a climber sees", async ({ browser, places }) => {
   await climber.page.getByRole("heading", { name: "Moon 1" }).waitFor({ state: "detached" });
   assert.match(new URL(climber.page.url()).pathname, /\/r\/[0-9a-f-]{36}$/); // the search stays in the address
   await climber.close();
+
+  // An iPhone and an Android phone show the wall in the room.
+  const path = new URL(`${places.address}/g/${places.gym}/w/${places.wall}`).pathname;
+  for (const [phone, look, link] of [["iphone", {}, "a[rel=ar]"], ["android", { userAgent: "Mozilla/5.0 (Linux; Android 15)" }, "a[href^='intent:']"]]) {
+    const other = await visit(browser, places, look);
+    await other.page.addInitScript((isApple) => isApple && (DOMTokenList.prototype.supports = (word) => word === "ar"), phone === "iphone");
+    await other.go(path);
+    const found = other.page.locator(link);
+    await found.scrollIntoViewIfNeeded();
+    await wallDrawn(other.page);
+    assert.deepEqual(await grave(other.page), []);
+    await other.shot(`wall-in-room-${phone}`);
+    const target = await found.getAttribute("href");
+    const file = phone === "iphone" ? places.address + target : new URLSearchParams(target.split("?")[1].split("#")[0]).get("file");
+    const answer = await other.context.request.get(file);
+    const [kind, magic] = phone === "iphone" ? ["model/vnd.usdz+zip", "PK"] : ["model/gltf-binary", "glTF"];
+    assert.equal(answer.headers()["content-type"], kind);
+    assert.equal((await answer.body()).subarray(0, magic.length).toString(), magic);
+    await other.close();
+  }
 
   // Stripped, it is gone from the wall, and its address says so.
   const stripped = climber.page.url();

@@ -20,11 +20,12 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError
 from walltopo.core.files import atomic_path, hash_path
+from walltopo.publish.gltf import write_glb
 from walltopo.publish.meshopt import available
 from walltopo.publish.settings import ExportSettings
 from walltopo.publish.shown import part_shown
 from walltopo.publish.surface import Surface, TexturedSurface
-from walltopo.publish.texture_image import decode_picture
+from walltopo.publish.texture_image import decode_picture, encode_picture
 from walltopo.publish.tiers import TierBuilder
 from walltopo.publish.wall_data import WallModel, read_wall
 from walltopo.publish.web_page import LABELS, write_tier
@@ -34,6 +35,7 @@ from walltopo.scans.manifest import Manifest
 
 TIERS = "tiers"  # the folder's name, in `work/`
 NAMES = ("detail", "first")
+AR_FILES = ("ar.usdz", "ar.glb")
 VERSION = 4  # increase when the tiers change
 _INDEX, _LOOK, _COVERAGE = "index.json", "first.npz", "coverage.npz"
 _SURFACE = tuple(field.name for field in fields(Surface))
@@ -61,12 +63,12 @@ class PageTiers:
 
     def link_into(self, folder: Path) -> None:
         """Put the files of the page into a folder, as hard links if the file system has them."""
-        for name in NAMES:
-            for file in (f"{name}.glb", f"{name}.js"):
-                try:
-                    os.link(self.folder / file, folder / file)
-                except OSError:
-                    shutil.copyfile(self.folder / file, folder / file)
+        of_page = [f"{name}.{suffix}" for name in NAMES for suffix in ("glb", "js")]
+        for file in [*of_page, *(name for name in AR_FILES if (self.folder / name).exists())]:
+            try:
+                os.link(self.folder / file, folder / file)
+            except OSError:
+                shutil.copyfile(self.folder / file, folder / file)
 
     def megabytes(self, name: str) -> float:
         """Return the size of a tier in megabytes."""
@@ -147,10 +149,25 @@ def _make(
     }
     encoded = np.frombuffer(picture[0], dtype=np.uint8) if picture else none
     np.savez(folder / _LOOK, **parts, picture=encoded)
+    if settings.ar_files:
+        _write_ar_files(folder, builder.textured_surface("first"), settings)
     counts = builder.coverage.astype(np.uint16)
     np.savez_compressed(folder / _COVERAGE, counts=counts, shown=builder.shown)
     files = {path.name: hash_path(path) for path in sorted(folder.iterdir())}
     _Index(made_from=key, files=files, triangles=triangles).save(folder / _INDEX)
+
+
+def _write_ar_files(folder: Path, look: TexturedSurface, settings: ExportSettings) -> None:
+    """Write a surface for Quick Look and for Scene Viewer, which know neither meshopt nor WebP."""
+    from walltopo.publish.files.usdz import write_usdz
+
+    surface = replace(look.surface, feature=np.zeros_like(look.surface.feature), guessed=None)
+    picture = None
+    if look.picture is not None:
+        picture = encode_picture(look.picture, settings.first_texture, "JPEG")
+    usdz, glb = (folder / name for name in AR_FILES)
+    write_usdz(usdz, surface, None if picture is None else picture[0])
+    glb.write_bytes(write_glb(surface, [], [], picture=picture))
 
 
 def _builder(wall: WallModel, settings: ExportSettings) -> TierBuilder:
@@ -179,7 +196,7 @@ def _made_from(wall: WallModel, settings: ExportSettings) -> str:
     sizes = {
         field.name: getattr(settings, field.name)
         for field in fields(settings)
-        if field.name.startswith((*NAMES, "surroundings"))
+        if field.name.startswith((*NAMES, "surroundings", "ar_files"))
     }
     digest = hashlib.blake2b(repr((VERSION, available(), sorted(sizes.items()))).encode())
     mesh, patches = wall.mesh, wall.face_instance if wall.patches is None else wall.patches

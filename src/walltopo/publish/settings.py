@@ -20,6 +20,7 @@ class ExportSettings:
     detail_texture: Annotated[int, about("Longer side of the detail tier's texture", unit="px", low=64, high=16384, expert=True)] = 4096
     archive_texture: Annotated[int, about("Longer side of the texture in wall.glb", unit="px", low=64, high=16384, expert=True)] = 8192
     surroundings: Annotated[bool, about("The page and pictures also show what is around the climbing wall: floor, ceiling, room", expert=True)] = False
+    ar_files: Annotated[bool, about("Also page/ar.usdz and page/ar.glb, by which a phone shows the wall in a room", expert=True)] = False
     title: Annotated[str, about("Title of the page and the report; empty: the folder's name")] = ""
     # fmt: on
 

@@ -189,6 +189,7 @@ class ScanSteps:
             download_scan(self.store, reference, before)
             words += rescan_settings(before.root, part, colours)
         words += self._own_network(scan, folder.root.parent / "network.onnx")
+        words.append("export.ar_files=true")
         config = str(self.settings.scan_settings or "")
         return Job(str(sources), str(folder.root), config, words)
 
