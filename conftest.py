@@ -161,8 +161,7 @@ def tiny_scan(tiny_photos: Path, once: Once) -> Path:
     from walltopo.pipeline.runner import scan
     from walltopo.pipeline.settings import load_settings
 
-    words = ["sparse.threads=1", "texture.size=512", "export.ar_files=true"]
-    settings = load_settings(None, words)
+    settings = load_settings(None, ["sparse.threads=1", "texture.size=512"])
     return once("tiny-scan", lambda out: scan(tiny_photos, out, settings))
 
 

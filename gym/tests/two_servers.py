@@ -99,7 +99,7 @@ async def _pipe(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> N
 
 @dataclass
 class Tally:
-    """What happened under load.
+    """The counts of a run under load.
 
     Parameters
     ----------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
@@ -28,6 +29,8 @@ from gym.tests.web.places import (
 from gym.tests.worlds import Server, World, make_world
 from msgspec.structs import replace
 
+from walltopo.pipeline.runner import scan as scan_photos
+from walltopo.pipeline.settings import load_settings
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.routes import Routes
 from walltopo_gym.gyms.members import add_member
@@ -80,6 +83,8 @@ def test_flow(
     world = new_world(tmp_path / "app")
     member = world.people["member"].id
     assert member is not None
+    if flow == "publishing":
+        tiny_scan = with_ar_files(tiny_photos, tiny_scan, tmp_path / "scan")
     scan = world.finished(tiny_scan) if flow in IN_REVIEW else publish_wall(world, tiny_scan)
     places: dict[str, object] = {
         "photos": str(tiny_photos),
@@ -102,6 +107,14 @@ def test_flow(
             serving(world, port, f"http://localhost:{port}", places)
         )
         playwright(environment, f"{flow}.spec.mjs", f"--output={tmp_path / 'failures'}")
+
+
+def with_ar_files(photos: Path, folder: Path, copy: Path) -> Path:
+    """Copy a scan and export it as the platform's worker does: with the files for phones."""
+    shutil.copytree(folder, copy)
+    words = ["sparse.threads=1", "texture.size=512", "export.ar_files=true"]
+    scan_photos(photos, copy, load_settings(None, words))
+    return copy
 
 
 def _places_of_one_flow(
