@@ -51,3 +51,10 @@ class Feature:
         """Return its endpoints: `ROUTERS` of its module or package `http`."""
         found: Sequence[APIRouter] = import_module(f"walltopo_gym.{self.name}.http").ROUTERS
         return found
+
+    def root_routers(self) -> Sequence[APIRouter]:
+        """Return its endpoints outside of the API, for standards that fix an address:
+        `ROOT_ROUTERS` of the same module, if it has any."""
+        module = import_module(f"walltopo_gym.{self.name}.http")
+        found: Sequence[APIRouter] = getattr(module, "ROOT_ROUTERS", ())
+        return found

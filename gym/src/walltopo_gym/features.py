@@ -30,6 +30,7 @@ from walltopo_gym.storage.switch_note import check_whole
 
 NAMES: Final = (
     "announcements",
+    "apps",
     "climbing_log",
     "clips",
     "competitions",

@@ -31,6 +31,8 @@ FORGOTTEN = {
 # Columns of text that name people by id, if at all, or that the gym wrote about itself.
 KEPT = {
     "announcements": {"texts"},
+    "app_grants": {"code_hash", "challenge", "redirect", "scopes"},
+    "app_refresh_tokens": {"token_hash"},
     "audit": {"action", "subject", "details"},
     "backup_runs": {"kind", "name", "state", "step", "error"},
     "competition_categories": {"name", "gender"},

@@ -29,7 +29,7 @@ from sqlalchemy import func, select
 
 from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.mails import new_link
-from walltopo_gym.accounts.models import AuditEntry, SignIn
+from walltopo_gym.accounts.models import AppConnection, AuditEntry, SignIn
 from walltopo_gym.announcements.service import make_announcement
 from walltopo_gym.climbing.models import Follow
 from walltopo_gym.clips.models import Clip
@@ -128,6 +128,39 @@ def _mailed(kind: Any) -> Callable[[World], str]:
 def _token(world: World) -> dict[str, Any]:
     made = world.server.ask("POST", "/me/tokens", world.owner, {"name": "t", "scopes": ["read"]})
     return {"token": made.json()["id"]}
+
+
+def _app_body(world: World) -> dict[str, Any]:
+    return {
+        "name": "Log",
+        "home_page": "https://log.example/",
+        "redirects": ["https://log.example/done"],
+        "confidential": True,
+    }
+
+
+def _plain_app_body(world: World) -> dict[str, Any]:
+    return {name: value for name, value in _app_body(world).items() if name != "confidential"}
+
+
+def _an_app(world: World) -> dict[str, Any]:
+    made = world.server.ask("POST", "/me/apps", world.owner, _app_body(world))
+    assert made.is_success, made.text
+    return {"app": made.json()["id"]}
+
+
+def _authorization_body(world: World) -> dict[str, Any]:
+    query = f"client_id={_an_app(world)['app']}&response_type=code&code_challenge={'x' * 43}"
+    return {"query": f"?{query}&code_challenge_method=S256&scope=read"}
+
+
+def _a_connection(world: World) -> dict[str, Any]:
+    body = _authorization_body(world)
+    made = world.server.ask("POST", "/me/authorizations", world.owner, body)
+    assert made.is_success, made.text
+    mine = select(AppConnection.id).where(AppConnection.person_id == world.owner.id)
+    with world.server.database.reading() as session:
+        return {"connection": session.scalars(mine).first()}
 
 
 def wall(world: World) -> dict[str, Any]:
@@ -733,6 +766,15 @@ CASES = {
     "list_tokens": Case("signed-in"),
     "make_token": Case("signed-in", body=lambda w: {"name": "t", "scopes": ["read"]}),
     "drop_token": Case("signed-in", values=_token),
+    "list_apps": Case("signed-in"),
+    "make_app": Case("signed-in", body=_app_body),
+    "put_app": Case("signed-in", values=_an_app, body=_plain_app_body),
+    "renew_app_secret": Case("signed-in", values=_an_app),
+    "delete_app": Case("signed-in", values=_an_app),
+    "check_authorization": Case("signed-in", body=_authorization_body),
+    "authorize_app": Case("signed-in", body=_authorization_body),
+    "list_connected_apps": Case("signed-in"),
+    "drop_connected_app": Case("signed-in", values=_a_connection),
     "list_gyms": Case("anyone", Scope.READ),
     "list_own_gyms": Case("signed-in"),
     "make_gym": Case("signed-in", body=lambda w: {"name": f"Hall {_invitation(w)[:9]}"}),
@@ -1206,6 +1248,10 @@ EXCEPT = (
             "drop_push",
             "try_push",
             "drop_token",
+            "put_app",
+            "renew_app_secret",
+            "delete_app",
+            "drop_connected_app",
             "change_ascent",
             "drop_ascent",
             "drop_other_ascent",

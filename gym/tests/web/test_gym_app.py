@@ -60,6 +60,7 @@ PUBLISHED = (
     "clips",
     "moves",
     "holds",
+    "apps",
     "operator",
 )
 

@@ -3,6 +3,7 @@
 import i18next from "i18next";
 import { browserLanguages } from "./lib/languages";
 import type accounts from "./accounts/locales/en.json";
+import type apps from "./apps/locales/en.json";
 import type climbingLog from "./climbingLog/locales/en.json";
 import type clips from "./clips/locales/en.json";
 import type competitions from "./competitions/locales/en.json";
@@ -19,6 +20,7 @@ import type problems from "./problems/locales/en.json";
 import type resets from "./resets/locales/en.json";
 import type ropes from "./ropes/locales/en.json";
 import type scans from "./scans/locales/en.json";
+import type webhooks from "./webhooks/locales/en.json";
 
 export const LANGUAGES = { en: "English", de: "Deutsch", cs: "Čeština", fr: "Français" } as const;
 export type Language = keyof typeof LANGUAGES;
@@ -28,10 +30,10 @@ type Paths<T, Before extends string = ""> = {
   [K in keyof T & string]: T[K] extends string ? `${Before}${Forms<K>}` : Paths<T[K], `${Before}${K}.`>;
 }[keyof T & string];
 /** The key of a text in `locales/en.json`, or in that of an area (`withTexts`); without plural endings. */
-export type Key = Paths<typeof en & typeof accounts & typeof climbingLog & typeof clips & typeof competitions & typeof competitionSetup & typeof hall & typeof insights & typeof inspections & typeof listening & typeof lists & typeof notifications & typeof operator & typeof problems & typeof resets & typeof ropes & typeof scans>;
+export type Key = Paths<typeof en & typeof accounts & typeof apps & typeof climbingLog & typeof clips & typeof competitions & typeof competitionSetup & typeof hall & typeof insights & typeof inspections & typeof listening & typeof lists & typeof notifications & typeof operator & typeof problems & typeof resets & typeof ropes & typeof scans & typeof webhooks>;
 
 /** A part of the app with texts of its own, which only its pages load (`routes.ts`). */
-export type Area = "accounts" | "climbingLog" | "clips" | "competitions" | "competitionSetup" | "hall" | "insights" | "inspections" | "listening" | "lists" | "notifications" | "operator" | "problems" | "resets" | "ropes" | "scans";
+export type Area = "accounts" | "apps" | "climbingLog" | "clips" | "competitions" | "competitionSetup" | "hall" | "insights" | "inspections" | "listening" | "lists" | "notifications" | "operator" | "problems" | "resets" | "ropes" | "scans" | "webhooks";
 
 const KEPT = "walltopo-language";
 const TEXTS = import.meta.glob<object>(["./locales/*.json", "./*/locales/*.json"], { import: "default" });

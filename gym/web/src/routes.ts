@@ -8,6 +8,7 @@ import NotFound from "./shell/NotFound.svelte";
 import { pageHooks } from "./shell/unloaded.svelte";
 
 const accounts = withTexts("accounts");
+const apps = withTexts("apps");
 const climbingLog = withTexts("climbingLog");
 const competitions = withTexts("competitions");
 const competitionSetup = withTexts("competitionSetup");
@@ -22,6 +23,7 @@ const ofProblems = withTexts("problems");
 const resets = withTexts("resets");
 const ropes = withTexts("ropes");
 const scans = withTexts("scans");
+const webhooks = withTexts("webhooks");
 
 const wall = () => import("./walls/WallPage.svelte");
 const holds = () => import("./holds/HoldsToCheck.svelte");
@@ -48,6 +50,8 @@ export const { p, navigate, preload, route } = createRouter({
   "/me": () => import("./accounts/Me.svelte").then(accounts),
   "/me/profile": () => import("./accounts/MyProfile.svelte"),
   "/me/security": () => import("./accounts/Security.svelte").then(accounts),
+  "/me/apps": () => import("./apps/AppsPage.svelte").then(accounts).then(apps),
+  "/oauth/authorize": () => import("./apps/Consent.svelte").then(accounts).then(apps),
   "/me/log": () => import("./climbingLog/LogPage.svelte").then(climbingLog),
   "/me/log/import": () => import("./climbingLog/ImportLog.svelte").then(climbingLog),
   "/me/log/year/:year": () => import("./climbingLog/YearPage.svelte").then(climbingLog),
@@ -93,7 +97,7 @@ export const { p, navigate, preload, route } = createRouter({
   "/g/:gym/settings/comments": () => import("./climbing/Reports.svelte").then(ofProblems),
   "/g/:gym/settings/people": () => import("./gyms/People.svelte"),
   "/g/:gym/settings/plan": () => import("./walls/PlanEditor.svelte"),
-  "/g/:gym/settings/webhooks": () => import("./webhooks/Webhooks.svelte"),
+  "/g/:gym/settings/webhooks": () => import("./webhooks/Webhooks.svelte").then(webhooks),
   "/g/:gym/settings/log": () => import("./gyms/Log.svelte"),
   "/g/:gym/holds": holds,
   "/g/:gym/w/:wall/holds": holds,

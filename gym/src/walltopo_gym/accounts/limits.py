@@ -46,6 +46,10 @@ _ESTIMATES: Final = Limit("problem-estimate", 300, 3600)
 _DOCUMENTS: Final = Limit("document", 120, 3600)
 _CODE: Final = Limit("second-factor", 10, 900)
 _JUDGE_LINKS: Final = Limit("judge-link", 100, 900)
+_APPS: Final = Limit("app", 30, 86400)
+_AUTHORIZATIONS: Final = Limit("app-authorization", 60, 3600)
+# The server of an app refreshes the tokens of all of its people from one network.
+_APP_TOKENS: Final = Limit("app-token", 2000, 900)
 # Each kind of mail has its own limit: requests for one kind do not block another.
 # A whole hall may sign up behind one address; resets are few.
 _MAILS_FROM: Final = {
@@ -125,6 +129,21 @@ def count_code(session: Session, person: UUID) -> None:
 def count_wrong_judge_link(session: Session, network: str) -> None:
     """Count an attempt to open a judge's link that does not exist."""
     _count_try(session, _JUDGE_LINKS, network)
+
+
+def count_app(session: Session, person: UUID) -> None:
+    """Count a registration of an app."""
+    _count_try(session, _APPS, str(person))
+
+
+def count_authorization(session: Session, person: UUID) -> None:
+    """Count a consent to an app."""
+    _count_try(session, _AUTHORIZATIONS, str(person))
+
+
+def count_app_token(session: Session, network: str) -> None:
+    """Count a request for an app's tokens."""
+    _count_try(session, _APP_TOKENS, network)
 
 
 def count_mail(session: Session, kind: Kind, email: str, network: str, known: str | None) -> None:

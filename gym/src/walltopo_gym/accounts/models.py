@@ -57,7 +57,10 @@ class KnownBrowser(Keyed, Base):
 
 
 class ApiToken(Keyed, Base):
-    """An API token. It acts as its person, within its scopes."""
+    """An API token. It acts as its person, within its scopes.
+
+    `grant_id`: of an app's access token; None: the person made it.
+    """
 
     __tablename__ = "api_tokens"
 
@@ -66,6 +69,69 @@ class ApiToken(Keyed, Base):
     token_hash: Mapped[str] = mapped_column(String(64), unique=True)
     scopes: Mapped[list[str]] = mapped_column(JSON)
     expires_at: Mapped[datetime]
+    grant_id: Mapped[UUID | None] = mapped_column(
+        ForeignKey("app_grants.id", ondelete="CASCADE"), index=True
+    )
+
+
+class App(Keyed, Base):
+    """A registered app of others; its id is its client id (RFC 6749).
+
+    `home_page` and `redirects` are addresses. `password_hash`: of the client's secret; None: a
+    public client, which can keep no secret.
+    """
+
+    __tablename__ = "apps"
+
+    person_id: Mapped[UUID] = mapped_column(ForeignKey(_PERSON, ondelete="CASCADE"), index=True)
+    name: Mapped[str] = mapped_column(String(80))
+    home_page: Mapped[str] = mapped_column(String(500))
+    redirects: Mapped[list[str]] = mapped_column(JSON)
+    password_hash: Mapped[str | None] = mapped_column(String(64))
+
+
+class AppConnection(Keyed, Base):
+    """An app that a person has let act for them; `used_at`: when it last fetched tokens."""
+
+    __tablename__ = "app_connections"
+    __table_args__ = (UniqueConstraint("app_id", "person_id"),)
+
+    app_id: Mapped[UUID] = mapped_column(ForeignKey("apps.id", ondelete="CASCADE"))
+    person_id: Mapped[UUID] = mapped_column(ForeignKey(_PERSON, ondelete="CASCADE"), index=True)
+    used_at: Mapped[datetime | None]
+
+
+class AppGrant(Keyed, Base):
+    """One consent of a person, with the code that the app exchanges for tokens. All tokens that
+    came from it end with it.
+
+    `challenge`: of PKCE, S256. `expires_at`: of the code until it is used at `used_at`, then of the
+    newest refresh token.
+    """
+
+    __tablename__ = "app_grants"
+
+    connection_id: Mapped[UUID] = mapped_column(
+        ForeignKey("app_connections.id", ondelete="CASCADE"), index=True
+    )
+    code_hash: Mapped[str] = mapped_column(String(64), unique=True)
+    challenge: Mapped[str] = mapped_column(String(43))
+    redirect: Mapped[str] = mapped_column(String(500))
+    scopes: Mapped[list[str]] = mapped_column(JSON)
+    used_at: Mapped[datetime | None]
+    expires_at: Mapped[datetime]
+
+
+class AppRefreshToken(Keyed, Base):
+    """A refresh token of a grant. It is used once; its row stays, so that a second use is seen."""
+
+    __tablename__ = "app_refresh_tokens"
+
+    grant_id: Mapped[UUID] = mapped_column(
+        ForeignKey("app_grants.id", ondelete="CASCADE"), index=True
+    )
+    token_hash: Mapped[str] = mapped_column(String(64), unique=True)
+    used_at: Mapped[datetime | None]
 
 
 class Passkey(Keyed, Base):

@@ -23,6 +23,7 @@ Change = Literal[
     "second-factor-off",
     "token-added",
     "token-removed",
+    "app-connected",
     "password-changed",
     "account-deleted",
     "account-locked",
@@ -48,7 +49,7 @@ class _Notifier:
 
         Parameters
         ----------
-        name : of the passkey or token, as its maker wrote it.
+        name : of the passkey, token or app, as its maker wrote it.
         """
         to = session.get_one(Person, person).email
         mail = notice(self._services.settings, to, change, _language(self._request), name)
@@ -65,7 +66,7 @@ def notice(
 
     Parameters
     ----------
-    to : the owner's address; name : of the passkey or token, as its maker wrote it.
+    to : the owner's address; name : of the passkey, token or app, as its maker wrote it.
     """
     templates = mail_templates()[language]
     lines = [templates[change]["text"].replace("{name}", name)]

@@ -12,7 +12,15 @@ from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.audit import log_change
-from walltopo_gym.accounts.models import ApiToken, Identity, Passkey, Person, Profile, SignIn
+from walltopo_gym.accounts.models import (
+    ApiToken,
+    AppConnection,
+    Identity,
+    Passkey,
+    Person,
+    Profile,
+    SignIn,
+)
 from walltopo_gym.errors import RequestError
 
 
@@ -63,10 +71,12 @@ def add_person(
 
 
 def set_password(session: Session, person: Person, password_hash: str) -> None:
-    """Set a new password and end all sign-ins and tokens. The caller has checked the password."""
+    """Set a new password and end all sign-ins, tokens and connections of apps. The caller has
+    checked the password."""
     person.password_hash = password_hash
     sign_out_everywhere(session, person.id)
-    session.execute(delete(ApiToken).where(ApiToken.person_id == person.id))
+    for kind in (ApiToken, AppConnection):
+        session.execute(delete(kind).where(kind.person_id == person.id))
     log_change(session, "person.password", person=person.id)
 
 

@@ -118,8 +118,13 @@ def _too_large() -> Response:
 _SAFE = {"GET", "HEAD", "OPTIONS"}
 
 
+# Endpoints outside of the API that read no cookie.
+_COOKIELESS: Final = re.compile(r"/oauth/(token|revoke)|/mcp")
+
+
 class CrossOriginGuard:
-    """Refuses requests from pages of other origins.
+    """Refuses changes by pages of other origins, unless the request has a token, which no page can
+    have by accident, or its endpoint reads no cookie.
 
     Parameters
     ----------
@@ -132,7 +137,8 @@ class CrossOriginGuard:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] == "http" and scope["method"] not in _SAFE:
             headers = Headers(scope=scope)
-            if not self._is_ours(headers):
+            is_bare = _COOKIELESS.fullmatch(scope["path"]) or _has_token(headers)
+            if not is_bare and not self._is_ours(headers):
                 answer = error_response(RequestError("other-site"), 403)
                 await answer(scope, receive, send)
                 return
@@ -146,6 +152,52 @@ class CrossOriginGuard:
         if origin is None or origin == self._origin:
             return True
         return urlsplit(origin).netloc == headers.get("host")
+
+
+def _has_token(headers: Headers) -> bool:
+    """Return whether a request has a token; its cookies then count for nothing."""
+    return headers.get("authorization", "").partition(" ")[0].lower() == "bearer"
+
+
+_SHARED: Final = re.compile(r"/api/v1/.*|/oembed|/mcp|/oauth/(token|revoke)|/\.well-known/.*")
+_PREFLIGHT: Final = {
+    "access-control-allow-origin": "*",
+    "access-control-allow-methods": "GET, HEAD, POST, PUT, PATCH, DELETE",
+    # `*` covers all headers but this one.
+    "access-control-allow-headers": "*, authorization",
+    "access-control-max-age": "7200",
+}
+
+
+class CrossOriginSharing:
+    """Lets pages of any origin use the API as programs do, anonymously or with a token (CORS).
+
+    Credentials are never allowed, so browsers send no cookie along and show no response to a
+    request that had one. Public files may also be embedded, such as pictures.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] != "http" or not _SHARED.fullmatch(scope["path"]):
+            await self._app(scope, receive, send)
+            return
+        wanted = Headers(scope=scope).get("access-control-request-method")
+        if scope["method"] == "OPTIONS" and wanted is not None:
+            await Response(status_code=204, headers=_PREFLIGHT)(scope, receive, send)
+            return
+
+        async def send_shared(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                headers = MutableHeaders(scope=message)
+                headers["access-control-allow-origin"] = "*"
+                headers["access-control-expose-headers"] = "*"
+                if headers.get("cache-control", "").startswith("public"):
+                    headers["cross-origin-resource-policy"] = "cross-origin"
+            await send(message)
+
+        await self._app(scope, receive, send_shared)
 
 
 _ALWAYS: Final = {

@@ -24,7 +24,13 @@ from walltopo_gym.accounts.access import declare_rules
 from walltopo_gym.accounts.http import oidc
 from walltopo_gym.accounts.passwords import Passwords
 from walltopo_gym.api.error_responses import ERROR_RESPONSES, handle_errors
-from walltopo_gym.api.middleware import BodyLimit, Bounds, CrossOriginGuard, SafeHeaders
+from walltopo_gym.api.middleware import (
+    BodyLimit,
+    Bounds,
+    CrossOriginGuard,
+    CrossOriginSharing,
+    SafeHeaders,
+)
 from walltopo_gym.api.request_counts import SharedCounts
 from walltopo_gym.api.services import Services
 from walltopo_gym.database.engine import CONNECTIONS
@@ -116,6 +122,8 @@ def build_app(services: Services) -> FastAPI:
     for feature in features_on(services.settings):
         switched = [] if feature.switch is None else [feature_rule(feature.switch)]
         _include(app, feature.routers(), switched)
+        for router in feature.root_routers():
+            app.include_router(router)
     app.include_router(health_router)
     app.include_router(metrics_router)
     app.include_router(oidc.router)
@@ -124,6 +132,7 @@ def build_app(services: Services) -> FastAPI:
     app.add_middleware(BodyLimit, longer=_LONGER_BODIES)
     app.add_middleware(CrossOriginGuard, origin=services.settings.link_base)
     app.add_middleware(Bounds, per_minute=per_minute, counts=app.state.counts)
+    app.add_middleware(CrossOriginSharing)
     app.add_middleware(RequestLogMiddleware, metrics=app.state.metrics)
     app.add_middleware(SafeHeaders)
     return app

@@ -69,6 +69,7 @@ _PLACES: Final = {
     "me",
     "new-gym",
     "new-password",
+    "oauth",
     "operator",
     "people",
     "r",
@@ -79,6 +80,9 @@ _PLACES: Final = {
     "unsubscribe",
     "verify",
 }
+
+# First parts of addresses that programs alone use.
+_NO_PAGES: Final = {".well-known", "api", "health", "mcp", "oembed", "ready"}
 
 
 @dataclass(frozen=True)
@@ -164,7 +168,7 @@ def read_short_address(code: str, request: Request, services: ServicesOf) -> Res
 def read_page(place: str, request: Request, services: ServicesOf) -> Response:
     """Return the app's page; only pages below `/embed` may be framed by other sites."""
     first, _, rest = place.partition("/")
-    if first in ("api", "health", "ready"):
+    if first in _NO_PAGES:
         raise NotFoundError("not-there-endpoint")
     is_embedded = first == "embed"
     shown = rest if is_embedded else place

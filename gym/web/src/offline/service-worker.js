@@ -13,9 +13,9 @@ const ANSWERS = "answers";
 const MAX_BYTES = 150e6;
 const MAX_ANSWERS = 400;
 const PATIENCE_MS = 4000;
-const NOT_THE_APP = /^\/(api|embed|health|ready|metrics)(\/|$)/;
+const NOT_THE_APP = /^\/(api|embed|health|mcp|metrics|oembed|ready|\.well-known)(\/|$)/;
 // Streams, and what is too much or too private to lie about.
-const NOT_KEPT = /\/operator\/|\/(events|editor\/.*|me\/data|me\/tokens|clips\/[^/]+\/film|[^/]+\.csv|record\.json)$/;
+const NOT_KEPT = /\/operator\/|\/(events|editor\/.*|me\/(apps|connected-apps|data|tokens)|clips\/[^/]+\/film|[^/]+\.csv|record\.json)$/;
 
 self.addEventListener("install", (event) => {
   event.waitUntil(fill());

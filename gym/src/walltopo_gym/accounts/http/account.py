@@ -140,7 +140,8 @@ def change_password(
     notify: NotifyOwner,
     actor: SignedInMay,
 ) -> None:
-    """Change one's password. All other sign-ins and all tokens end. The owner gets a mail."""
+    """Change one's password. All other sign-ins, all tokens and all connections of apps end. The
+    owner gets a mail."""
     check_own_password(services, actor.known, body.old)
     with services.database.reading() as session:
         person = session.get_one(Person, actor.known)
@@ -335,10 +336,9 @@ class MadeToken(Token):
 
 @router.get("/me/tokens")
 def list_tokens(session: Db, actor: SignedInMay) -> list[Token]:
-    """Return one's API tokens."""
-    rows = session.scalars(
-        select(ApiToken).where(ApiToken.person_id == actor.known).order_by(ApiToken.created_at)
-    )
+    """Return one's API tokens, without those of apps."""
+    mine = select(ApiToken).where(ApiToken.person_id == actor.known, ApiToken.grant_id.is_(None))
+    rows = session.scalars(mine.order_by(ApiToken.created_at))
     return [Token.model_validate(row, from_attributes=True) for row in rows]
 
 
@@ -365,7 +365,8 @@ def make_token(body: NewToken, session: Db, notify: NotifyOwner, actor: Confirme
 @router.delete("/me/tokens/{token}", status_code=204)
 def drop_token(token: UUID, session: Db, notify: NotifyOwner, actor: ConfirmedMay) -> None:
     """Delete an API token. The owner gets a mail."""
-    ended = delete(ApiToken).where(ApiToken.id == token, ApiToken.person_id == actor.known)
+    mine = ApiToken.person_id == actor.known, ApiToken.grant_id.is_(None)
+    ended = delete(ApiToken).where(ApiToken.id == token, *mine)
     name = session.scalar(ended.returning(ApiToken.name))
     if name is None:
         raise NotFoundError("not-there-token")
