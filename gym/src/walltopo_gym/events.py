@@ -48,6 +48,27 @@ class ReviewChanged(GymEvent):
 
 
 @dataclass(frozen=True)
+class ScanFinished(GymEvent):
+    """A scan reached its review, or failed.
+
+    Parameters
+    ----------
+    failed : it has no result.
+    """
+
+    wall: UUID
+    scan: UUID
+    failed: bool
+
+
+@dataclass(frozen=True)
+class AscentsChanged(GymEvent):
+    """Ascents of routes were stored, corrected or withdrawn."""
+
+    routes: frozenset[UUID]
+
+
+@dataclass(frozen=True)
 class WallPublished(GymEvent):
     """A scan became a wall's published version."""
 

@@ -46,6 +46,7 @@ from walltopo_gym.publishing.codes import code_of
 from walltopo_gym.publishing.moves import SuggestedMoves
 from walltopo_gym.scans.service import State
 from walltopo_gym.walls.models import RopeLine, Wall
+from walltopo_gym.webhooks.models import WebhookEvent
 
 ROLES = ("guest", "member", "judge", "setter", "owner")
 PEOPLE = ("nobody", "stranger", "operator", "member", "judge", "setter", "owner")
@@ -161,6 +162,17 @@ def _a_connection(world: World) -> dict[str, Any]:
     mine = select(AppConnection.id).where(AppConnection.person_id == world.owner.id)
     with world.server.database.reading() as session:
         return {"connection": session.scalars(mine).first()}
+
+
+def _a_delivery(world: World) -> dict[str, Any]:
+    body = {"url": "https://example.com/"}
+    made = world.server.ask("POST", f"{world.path}/webhooks", world.owner, body).json()
+    facts = {"body": {"type": "wall.published"}, "delivered_at": now()}
+    message = WebhookEvent(webhook_id=UUID(made["id"]), **facts)
+    with world.server.database.writing() as session:
+        session.add(message)
+        session.flush()
+        return {"webhook": made["id"], "delivery": message.id}
 
 
 def wall(world: World) -> dict[str, Any]:
@@ -1137,6 +1149,7 @@ CASES = {
     "read_stickers": Case("anyone", Scope.READ, lambda w: {"paper": "a4", "count": 6}),
     "list_webhooks": Case("owner", Scope.MANAGE),
     "make_webhook": Case("owner", Scope.MANAGE, body=lambda w: {"url": "https://example.com/"}),
+    "replay_delivery": Case("owner", Scope.MANAGE, _a_delivery),
     "drop_webhook": Case("owner", Scope.MANAGE, a_webhook),
     "list_plans": Case("setter", Scope.PUBLISH),
     "put_plan": Case("setter", Scope.PUBLISH, a_draft, lambda w: PLAN),

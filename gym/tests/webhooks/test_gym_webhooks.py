@@ -9,22 +9,35 @@ import json
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import timedelta
 from http.server import BaseHTTPRequestHandler, HTTPServer
 from typing import Any
-from uuid import UUID
+from uuid import UUID, uuid4
 
 import pytest
-from gym.tests.hurried import at_work, forget_jobs, waiting
+from gym.tests.hurried import at_work, do_all, forget_jobs, waiting
 from gym.tests.running import wait_for
 from gym.tests.worlds import Server, World, hold
 from sqlalchemy import select
 
+from walltopo_gym.clock import now
 from walltopo_gym.errors import RequestError
-from walltopo_gym.jobs.queue import Task
+from walltopo_gym.events import CompetitionBegins, publish_event
+from walltopo_gym.jobs.queue import Failure, Task
 from walltopo_gym.outgoing import check_url
+from walltopo_gym.scans.queues import scan_finished
+from walltopo_gym.scans.service import State
+from walltopo_gym.scans.worker import record_failure as record_scan_failure
 from walltopo_gym.webhooks.delivery import Delivery, record_failure
 from walltopo_gym.webhooks.models import Webhook, WebhookEvent
-from walltopo_gym.webhooks.service import DELIVERY, queue_webhook_message, send
+from walltopo_gym.webhooks.service import (
+    COUNTS,
+    DELIVERY,
+    count_ascents,
+    note_delivery,
+    queue_webhook_message,
+    send,
+)
 
 
 @contextmanager
@@ -55,8 +68,10 @@ def listener(*statuses: int) -> Iterator[tuple[str, list[tuple[dict[str, str], b
 
 
 def events(world: World) -> list[UUID]:
+    """The gym's messages that are not delivered yet."""
     with world.server.database.reading() as session:
         ours = select(WebhookEvent.id).join(Webhook).where(Webhook.gym_id == world.gym.id)
+        ours = ours.where(WebhookEvent.delivered_at.is_(None))
         return list(session.scalars(ours.order_by(WebhookEvent.created_at)))
 
 
@@ -146,3 +161,131 @@ def test_a_change_that_is_rolled_back_queues_nothing(world: World) -> None:
         session.rollback()
     assert events(world) == []
     assert waiting(world.server, DELIVERY.name) == []
+
+
+def bodies(world: World) -> list[dict[str, Any]]:
+    """The gym's messages, the oldest first."""
+    with world.server.database.reading() as session:
+        ours = select(WebhookEvent.body).join(Webhook).where(Webhook.gym_id == world.gym.id)
+        return list(session.scalars(ours.order_by(WebhookEvent.created_at)))
+
+
+def test_a_message_is_sent_again_with_its_id(world: World) -> None:
+    forget_jobs(world.server)
+    server = world.server
+    with listener() as (url, answer):
+        hooked(world, url)
+        with server.database.writing() as session:
+            queue_webhook_message(session, world.gym.id, "wall.published", wall="w")
+        do_all(server, delivery(server))
+        (hook,) = server.ask("GET", f"{world.path}/webhooks", world.owner).json()
+        (message,) = hook["deliveries"]
+        assert message["delivered_at"] is not None
+        assert (hook["waiting"], hook["error"]) == (0, "")
+        path = f"{world.path}/webhooks/{hook['id']}/deliveries/{message['id']}/replay"
+        # Two clicks are one more delivery.
+        answers = [server.ask("POST", path, world.owner).status_code for _ in range(2)]
+        assert answers == [204, 409]
+        (hook,) = server.ask("GET", f"{world.path}/webhooks", world.owner).json()
+        assert hook["waiting"] == 1
+        do_all(server, delivery(server))
+    ids = [headers["webhook-id"] for headers, _ in answer]
+    assert ids == [message["id"]] * 2
+    assert answer[0][1] == answer[1][1]
+
+
+def test_a_message_of_another_webhook_is_not_there(world: World) -> None:
+    hooked(world, "https://example.com/a")
+    hooked(world, "https://example.com/b")
+    with world.server.database.writing() as session:
+        queue_webhook_message(session, world.gym.id, "wall.published")
+    hooks = world.server.ask("GET", f"{world.path}/webhooks", world.owner).json()
+    message = hooks[0]["deliveries"][0]["id"]
+    path = f"{world.path}/webhooks/{hooks[1]['id']}/deliveries/{message}/replay"
+    assert world.server.ask("POST", path, world.owner).json()["code"] == "not-there-delivery"
+
+
+def test_delivered_messages_go_after_some_days(world: World) -> None:
+    hooked(world, "https://example.com/")
+    with world.server.database.writing() as session:
+        for _ in range(3):
+            queue_webhook_message(session, world.gym.id, "wall.published")
+    old, new, waits = events(world)
+    with world.server.database.writing() as session:
+        webhook = session.get_one(WebhookEvent, old).webhook_id
+        session.get_one(WebhookEvent, old).delivered_at = now() - timedelta(days=8)
+        note_delivery(session, new, webhook)
+    with world.server.database.reading() as session:
+        ours = select(WebhookEvent.id).where(WebhookEvent.webhook_id == webhook)
+        assert set(session.scalars(ours)) == {new, waits}
+
+
+def climb(world: World, who: str, kind: str = "top") -> UUID:
+    route = world.published()["routes"][0]["id"]
+    body = {"route_id": route, "kind": kind, "climbed_at": now().isoformat(), "tries": 1}
+    ascent = uuid4()
+    path = f"{world.path}/ascents/{ascent}"
+    assert world.server.ask("PUT", path, world.people[who], body).is_success
+    return ascent
+
+
+def test_ascents_come_as_counts_of_a_route_once_in_a_while(world: World) -> None:
+    forget_jobs(world.server)
+    scan = world.reviewed({1: [1]}, [hold(1, 0.0, 1.0)])
+    assert world.publish(scan, {"number": 1}).is_success
+    climb(world, "judge")
+    assert waiting(world.server, COUNTS.name) == []  # nobody listens
+    hooked(world, "https://example.com/")
+    for who, kind in (("member", "flash"), ("judge", "top"), ("setter", "try")):
+        climb(world, who, kind)
+    (job,) = waiting(world.server, COUNTS.name)
+    for _ in range(2):  # a killed worker's job is repeated
+        count_ascents(world.server.database, *job)
+    (body,) = bodies(world)
+    assert body["type"] == "ascents.counted"
+    route = world.published()["routes"][0]["id"]
+    assert body["data"] == {
+        "wall": str(world.wall.id),
+        "route": route,
+        "ascents": {"flash": 1, "top": 2, "try": 1},
+        "climbers": 2,
+    }
+    assert not any(str(one.id) in json.dumps(body) for one in world.people.values() if one.id)
+
+
+def test_a_correction_and_a_withdrawal_are_counted_too(world: World) -> None:
+    scan = world.reviewed({1: [1]}, [hold(1, 0.0, 1.0)])
+    assert world.publish(scan, {"number": 1}).is_success
+    ascent, member = climb(world, "member"), world.people["member"]
+    hooked(world, "https://example.com/")
+    for method, body in (("PATCH", {"kind": "try"}), ("DELETE", None)):
+        forget_jobs(world.server)
+        answer = world.server.ask(method, f"/me/ascents/{ascent}", member, body)
+        assert answer.is_success, answer.text
+        assert len(waiting(world.server, COUNTS.name)) == 1
+
+
+def test_a_scan_tells_of_its_end(world: World) -> None:
+    hooked(world, "https://example.com/")
+    for failed in (False, True):
+        scan = world.scan(State.RUNNING)
+        with world.server.database.writing() as session:
+            scan_finished(session, scan, failed=failed)
+    scan = world.scan(State.QUEUED)
+    with world.server.database.writing() as session:
+        record_scan_failure(session, Failure("killed", "killed", 1, None), str(scan), 0)
+    kinds = [body["type"] for body in bodies(world)]
+    assert kinds == ["scan.finished", "scan.failed", "scan.failed"]
+    assert bodies(world)[-1]["data"] == {"wall": str(world.wall.id), "scan": str(scan)}
+
+
+def test_a_competition_is_announced_once(world: World) -> None:
+    hooked(world, "https://example.com/")
+    competition, at = uuid4(), now()
+    event = CompetitionBegins(world.gym.id, competition, "Cup", at, frozenset({uuid4()}))
+    for _ in range(2):  # it is published several times
+        with world.server.database.writing() as session:
+            publish_event(session, event)
+    (body,) = bodies(world)
+    assert body["type"] == "competition.begins"
+    assert body["data"] == {"competition": str(competition), "at": at.isoformat()}

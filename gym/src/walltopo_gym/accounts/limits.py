@@ -46,6 +46,7 @@ _ESTIMATES: Final = Limit("problem-estimate", 300, 3600)
 _DOCUMENTS: Final = Limit("document", 120, 3600)
 _CODE: Final = Limit("second-factor", 10, 900)
 _JUDGE_LINKS: Final = Limit("judge-link", 100, 900)
+_REPLAYS: Final = Limit("webhook-replay", 120, 3600)
 _APPS: Final = Limit("app", 30, 86400)
 _AUTHORIZATIONS: Final = Limit("app-authorization", 60, 3600)
 # The server of an app refreshes the tokens of all of its people from one network.
@@ -129,6 +130,11 @@ def count_code(session: Session, person: UUID) -> None:
 def count_wrong_judge_link(session: Session, network: str) -> None:
     """Count an attempt to open a judge's link that does not exist."""
     _count_try(session, _JUDGE_LINKS, network)
+
+
+def count_replay(session: Session, gym: UUID) -> None:
+    """Count a message to a webhook that is sent again."""
+    _count_try(session, _REPLAYS, str(gym))
 
 
 def count_app(session: Session, person: UUID) -> None:

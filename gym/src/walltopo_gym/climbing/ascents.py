@@ -20,6 +20,7 @@ from walltopo_gym.climbing.kinds import FIRST_TRIES, Kind, kinds_of
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
+from walltopo_gym.events import AscentsChanged, publish_event
 from walltopo_gym.gyms.days import zone_of
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.publishing.models import Route
@@ -123,7 +124,13 @@ def _store_ascents(
         moments |= changed
     if moments:
         count_again(session, gym, person, moments)
+        _publish_change(session, gym, [row for row, _ in rows])
     return rows
+
+
+def _publish_change(session: Session, gym: Gym, ascents: Iterable[Ascent]) -> None:
+    routes = frozenset(row.route_id for row in ascents if row.route_id is not None)
+    publish_event(session, AscentsChanged(gym.id, routes))
 
 
 def _write_ascent(
@@ -219,6 +226,7 @@ def correct_ascent(session: Session, ascent: UUID, person: UUID, change: AscentC
     row.note = row.note if change.note is None else change.note
     if gym is not None:
         count_again(session, gym, person, {before, row.climbed_at})
+        _publish_change(session, gym, [row])
     return row
 
 
@@ -283,4 +291,6 @@ def withdraw(session: Session, ascent: UUID, person: UUID) -> None:
     if row.taken_back_at is None:
         row.taken_back_at = now()
         if row.gym_id is not None:
-            count_again(session, session.get_one(Gym, row.gym_id), person, [row.climbed_at])
+            gym = session.get_one(Gym, row.gym_id)
+            count_again(session, gym, person, [row.climbed_at])
+            _publish_change(session, gym, [row])

@@ -12,7 +12,7 @@ from uuid import UUID
 from sqlalchemy import ColumnElement, exists, func, select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.events import ReviewChanged, publish_event
+from walltopo_gym.events import ReviewChanged, ScanFinished, publish_event
 from walltopo_gym.jobs.queue import Job, enqueue
 from walltopo_gym.scans.models import Photo, PhotoOverlap, Scan
 from walltopo_gym.walls.models import Wall
@@ -100,6 +100,12 @@ def are_coming(scan: UUID) -> ColumnElement[bool]:
 def routes_changed(session: Session, scan: UUID) -> None:
     """Tell that the routes of a scan are new, or were edited."""
     publish_event(session, ReviewChanged(gym_of(session, scan), scan))
+
+
+def scan_finished(session: Session, scan: UUID, *, failed: bool) -> None:
+    """Tell that a scan reached its review, or failed."""
+    wall = session.get_one(Scan, scan).wall_id
+    publish_event(session, ScanFinished(gym_of(session, scan), wall, scan, failed))
 
 
 def queue_moves(session: Session, scan: UUID, priority: int = 1) -> None:

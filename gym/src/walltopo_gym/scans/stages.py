@@ -32,7 +32,7 @@ from walltopo_gym.scans.job import Failed, Job
 from walltopo_gym.scans.models import Photo, Scan, ScanEdits, ScanProgress
 from walltopo_gym.scans.own_network import network_of
 from walltopo_gym.scans.pictures import store_front
-from walltopo_gym.scans.queues import gym_of, routes_changed
+from walltopo_gym.scans.queues import gym_of, routes_changed, scan_finished
 from walltopo_gym.scans.receiving import suffix_of
 from walltopo_gym.scans.running import RunningScan, WorkerStopsError
 from walltopo_gym.scans.service import State, change_state
@@ -132,6 +132,7 @@ class ScanSteps:
                 update(Scan).where(Scan.id == scan).values(files=files, scale=_scale_of(folder))
             )
             routes_changed(session, scan)
+            scan_finished(session, scan, failed=False)
 
     def fail(self, scan: UUID, run: int, why: str) -> None:
         """Store why the scan failed, unless it was cancelled or restarted."""
@@ -142,7 +143,9 @@ class ScanSteps:
             error, hint = "the scan failed by a fault of the program", "The operator's log has it."
         change = update(Scan).where(Scan.id == scan, Scan.run == run, Scan.state == State.RUNNING)
         with self.database.writing() as session:
-            session.execute(change.values(state=State.FAILED, error=error[:2000], hint=hint[:2000]))
+            values = {"state": State.FAILED, "error": error[:2000], "hint": hint[:2000]}
+            if session.scalar(change.values(values).returning(Scan.id)) is not None:
+                scan_finished(session, scan, failed=True)
 
     def stop(self) -> None:
         """Kill all child processes; unfinished stages are repeated."""

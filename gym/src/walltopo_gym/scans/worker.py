@@ -22,6 +22,7 @@ from walltopo_gym.errors import ConflictError
 from walltopo_gym.jobs.queue import Failure
 from walltopo_gym.scans.job import Failed
 from walltopo_gym.scans.models import Scan
+from walltopo_gym.scans.queues import scan_finished
 from walltopo_gym.scans.running import WorkerStopsError
 from walltopo_gym.scans.service import State
 from walltopo_gym.scans.stages import ScanSteps, failure_message
@@ -91,10 +92,12 @@ def record_failure(session: Session, failure: Failure, scan: str, run: int) -> N
     """Mark a scan as failed because every worker that ran it died."""
     at_work = Scan.state.in_((State.QUEUED, State.RUNNING))
     change = update(Scan).where(Scan.id == UUID(scan), Scan.run == run, at_work)
-    session.execute(
+    found = session.scalar(
         change.values(
             state=State.FAILED,
             error="the scan failed by a fault of the program",
             hint="The operator's log has it.",
-        )
+        ).returning(Scan.id)
     )
+    if found is not None:
+        scan_finished(session, found, failed=True)

@@ -11,7 +11,6 @@ import time
 from dataclasses import dataclass
 from uuid import UUID
 
-from sqlalchemy import update
 from sqlalchemy.orm import Session
 
 from walltopo.core import WalltopoError
@@ -21,7 +20,7 @@ from walltopo_gym.errors import RequestError
 from walltopo_gym.jobs.queue import Failure
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.webhooks.models import Webhook, WebhookEvent
-from walltopo_gym.webhooks.service import send
+from walltopo_gym.webhooks.service import note_delivery, send
 
 _LOG = logging.getLogger("walltopo_gym.webhooks")
 
@@ -39,7 +38,7 @@ class Delivery:
     database: Database
 
     def deliver(self, event: str) -> None:
-        """Send a message and delete it once it was accepted.
+        """Send a message until it is accepted once.
 
         Raises
         ------
@@ -48,7 +47,7 @@ class Delivery:
         with self.database.reading() as session:
             row = session.get(WebhookEvent, UUID(event))
             webhook = None if row is None else session.get(Webhook, row.webhook_id)
-        if row is None or webhook is None:
+        if row is None or webhook is None or row.delivered_at is not None:
             return
         private = self.settings.webhooks_to_private
         try:
@@ -60,12 +59,8 @@ class Delivery:
         except Exception as why:  # an address or a secret that nothing can be sent with
             _LOG.exception("webhook %s", webhook.id)
             raise WalltopoError(f"nothing can be sent there ({type(why).__name__})") from why
-        delivered = update(Webhook).where(Webhook.id == webhook.id).values(last_delivered_at=now())
         with self.database.writing() as session:
-            kept = session.get(WebhookEvent, row.id)
-            if kept is not None:
-                session.delete(kept)
-                session.execute(delivered)
+            note_delivery(session, row.id, webhook.id)
 
 
 def record_failure(session: Session, failure: Failure, event: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from threading import Event
 from typing import TYPE_CHECKING
 
@@ -11,7 +12,7 @@ from walltopo_gym.events import RowsExpired
 from walltopo_gym.feature import Feature
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore
-from walltopo_gym.webhooks.service import DELIVERY, LISTENERS, drop_given_up
+from walltopo_gym.webhooks.service import COUNTS, DELIVERY, LISTENERS, count_ascents, drop_given_up
 
 if TYPE_CHECKING:
     from walltopo_gym.jobs.queue import Task
@@ -23,7 +24,10 @@ def _tasks(
     from walltopo_gym.jobs.queue import Task
     from walltopo_gym.webhooks.delivery import Delivery, record_failure
 
-    return [Task(DELIVERY, Delivery(settings, database).deliver, record_failure)]
+    return [
+        Task(DELIVERY, Delivery(settings, database).deliver, record_failure),
+        Task(COUNTS, partial(count_ascents, database)),
+    ]
 
 
 FEATURE = Feature(

@@ -1,4 +1,4 @@
-"""Endpoints of webhooks for publications and stripped routes."""
+"""Endpoints of webhooks and of their messages."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.audit import log_change
+from walltopo_gym.accounts.limits import count_replay
 from walltopo_gym.api.fields import Body
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.database.engine import take_turn
@@ -19,7 +20,7 @@ from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.gyms.access import OwnerMay
 from walltopo_gym.outgoing import check_url
 from walltopo_gym.webhooks.models import Webhook, WebhookEvent
-from walltopo_gym.webhooks.service import DELIVERY, new_signing_secret
+from walltopo_gym.webhooks.service import DELIVERY, is_waiting, new_signing_secret, replay
 
 router = APIRouter(tags=["webhooks"])
 
@@ -32,7 +33,8 @@ class NewWebhook(Body):
 
 
 class Delivery(BaseModel):
-    """An undelivered message; `next_at`: time of the next try."""
+    """A message; `waiting`: it was neither accepted nor given up; `next_at`: time of the next try;
+    `delivered_at`: null until it is accepted."""
 
     id: UUID
     type: str
@@ -40,11 +42,14 @@ class Delivery(BaseModel):
     tries: int
     next_at: datetime
     error: str
+    delivered_at: datetime | None
+    waiting: bool
 
 
 class WebhookOut(BaseModel):
     """A webhook; `waiting`: number of undelivered messages, `error`: why the last one failed;
-    `last_delivered_at`: time of the last delivery; `deliveries`: the first that wait."""
+    `last_delivered_at`: time of the last delivery; `deliveries`: the latest messages of the last
+    days, delivered or not."""
 
     id: UUID
     url: str
@@ -100,16 +105,37 @@ def drop_webhook(webhook: UUID, session: Db, access: OwnerMay) -> None:
     )
 
 
+@router.post("/gyms/{gym}/webhooks/{webhook}/deliveries/{delivery}/replay", status_code=204)
+def replay_delivery(webhook: UUID, delivery: UUID, services: ServicesOf, access: OwnerMay) -> None:
+    """Send a message again, with the id that it had."""
+    with services.database.writing() as session:
+        count_replay(session, access.gym.id)
+    with services.database.writing() as session:
+        row = session.get(Webhook, webhook)
+        # Locked: of two requests at once one sends it.
+        event = session.get(WebhookEvent, delivery, with_for_update=True)
+        if row is None or row.gym_id != access.gym.id:
+            raise NotFoundError("not-there-webhook")
+        if event is None or event.webhook_id != row.id:
+            raise NotFoundError("not-there-delivery")
+        replay(session, access.gym.id, event)
+        person, gym = access.actor.known, access.gym.id
+        log_change(session, "webhook.replay", person=person, gym=gym, subject=row.url)
+
+
 def _webhook_out(session: Session, row: Webhook) -> WebhookOut:
-    waiting = select(WebhookEvent).where(WebhookEvent.webhook_id == row.id)
-    events = session.scalars(waiting.order_by(WebhookEvent.created_at.desc())).all()
-    error = next((event.error for event in events if event.error), "")
+    mine = select(WebhookEvent).where(WebhookEvent.webhook_id == row.id)
+    latest = mine.order_by(WebhookEvent.created_at.desc()).limit(_SHOWN)
+    undelivered = WebhookEvent.webhook_id == row.id, WebhookEvent.delivered_at.is_(None)
+    waits = WebhookEvent.tries < DELIVERY.max_tries
+    waiting = select(func.count()).select_from(WebhookEvent).where(*undelivered, waits)
+    failed = select(WebhookEvent.error).where(*undelivered, WebhookEvent.error != "")
     return WebhookOut(
         id=row.id,
         url=row.url,
         created_at=row.created_at,
-        error=error,
-        waiting=sum(event.tries < DELIVERY.max_tries for event in events),
+        error=session.scalar(failed.order_by(WebhookEvent.created_at.desc()).limit(1)) or "",
+        waiting=session.scalar(waiting) or 0,
         last_delivered_at=row.last_delivered_at,
         deliveries=[
             Delivery(
@@ -119,8 +145,10 @@ def _webhook_out(session: Session, row: Webhook) -> WebhookOut:
                 created_at=event.created_at,
                 next_at=event.next_at,
                 error=event.error,
+                delivered_at=event.delivered_at,
+                waiting=is_waiting(event),
             )
-            for event in events[:_SHOWN]
+            for event in session.scalars(latest)
         ],
     )
 

@@ -29,9 +29,11 @@ class Webhook(Keyed, Base):
 
 
 class WebhookEvent(Keyed, Base):
-    """A message to one address: written with the change itself, deleted after delivery.
+    """A message to one address, written with the change itself. It stays for some days after its
+    delivery, so that it can be sent again.
 
-    `tries`: number of failures; `next_at`: time of the next try; `error`: result of the last try.
+    `tries`: number of failures; `next_at`: time of the next try; `error`: result of the last try;
+    `delivered_at`: None until it is accepted.
     """
 
     __tablename__ = "webhook_events"
@@ -43,3 +45,4 @@ class WebhookEvent(Keyed, Base):
     tries: Mapped[int] = mapped_column(default=0)
     next_at: Mapped[datetime] = mapped_column(default=now)
     error: Mapped[str] = mapped_column(String(300), default="")
+    delivered_at: Mapped[datetime | None]

@@ -9,47 +9,151 @@ import json
 import secrets
 from datetime import timedelta
 from typing import Any, Final, Literal
-from uuid import UUID, uuid4
+from uuid import UUID, uuid4, uuid5
 
-from sqlalchemy import delete, select
+from sqlalchemy import delete, exists, select, update
 from sqlalchemy.orm import Session
 
+from walltopo_gym.climbing.tallies import tallies
 from walltopo_gym.clock import now
-from walltopo_gym.database.engine import Listeners
+from walltopo_gym.database.engine import Database, Listeners
+from walltopo_gym.errors import ConflictError
 from walltopo_gym.events import (
+    AscentsChanged,
+    CompetitionBegins,
     HoldReported,
     RouteRestored,
     RoutesAdded,
     RouteStripped,
     RowsExpired,
+    ScanFinished,
     WallPublished,
 )
 from walltopo_gym.jobs.queue import Job, enqueue
 from walltopo_gym.outgoing import post
+from walltopo_gym.publishing.models import Route
+from walltopo_gym.walls.models import Wall
 from walltopo_gym.webhooks.models import Webhook, WebhookEvent
 
 Kind = Literal[
-    "wall.published", "routes.added", "route.stripped", "route.restored", "hold.reported"
+    "wall.published",
+    "routes.added",
+    "route.stripped",
+    "route.restored",
+    "hold.reported",
+    "scan.finished",
+    "scan.failed",
+    "ascents.counted",
+    "competition.begins",
 ]
 # About a day in all, then it is given up.
 # Kept this long, so that the reason can be read.
 _GIVEN_UP: Final = timedelta(days=30)
+# Kept this long, so that it can be sent again.
+_DELIVERED: Final = timedelta(days=7)
 _PREFIX: Final = "whsec_"
 DELIVERY: Final = Job("webhooks", waits=(10, 60, 300, 1800, 7200, 21600, 43200))
+# A route's ascents are counted once in so many seconds, so that no message is of one climber's tick
+# and none stands for each of a busy evening.
+_COUNTED_EVERY_S: Final = 600
+_SLACK_S: Final = 30  # for transactions that are open when it ends
+COUNTS: Final = Job("webhook-counts", at_once=1, of_one_gym=1)
 
 
-def queue_webhook_message(session: Session, gym: UUID, kind: Kind, **facts: str) -> None:
+def queue_webhook_message(
+    session: Session, gym: UUID, kind: Kind, *, once: str = "", **facts: object
+) -> None:
     """Queue a message to the gym's webhooks.
 
     Parameters
     ----------
-    facts : ids of the changed objects; the API has the rest.
+    once : name of the occasion, whose second message is dropped; empty: each is another one.
+    facts : ids of the changed objects, or counts; the API has the rest.
     """
     body = {"type": kind, "timestamp": now().isoformat(), "data": facts}
     for webhook in session.scalars(select(Webhook.id).where(Webhook.gym_id == gym)).all():
-        event = WebhookEvent(id=uuid4(), webhook_id=webhook, body=body)
-        session.add(event)
-        enqueue(session, DELIVERY, str(event.id), gym=gym)
+        key = uuid5(webhook, f"{kind} {once}") if once else uuid4()
+        if once and session.get(WebhookEvent, key) is not None:
+            continue
+        session.add(WebhookEvent(id=key, webhook_id=webhook, body=body))
+        enqueue(session, DELIVERY, str(key), gym=gym)
+
+
+def note_delivery(session: Session, event: UUID, webhook: UUID) -> None:
+    """Store that a message was accepted, and delete those that were accepted some days ago."""
+    at = now()
+    sent = update(WebhookEvent).where(WebhookEvent.id == event)
+    session.execute(sent.values(delivered_at=at, error=""))
+    session.execute(update(Webhook).where(Webhook.id == webhook).values(last_delivered_at=at))
+    old = WebhookEvent.webhook_id == webhook, WebhookEvent.delivered_at < at - _DELIVERED
+    session.execute(delete(WebhookEvent).where(*old))
+
+
+def is_waiting(event: WebhookEvent) -> bool:
+    """Return whether a message was neither accepted nor given up."""
+    return event.delivered_at is None and event.tries < DELIVERY.max_tries
+
+
+def replay(session: Session, gym: UUID, event: WebhookEvent) -> None:
+    """Send a message again, with its id.
+
+    Raises
+    ------
+    ConflictError : it is waiting.
+    """
+    if is_waiting(event):
+        raise ConflictError("delivery-waits")
+    event.tries, event.error, event.next_at, event.delivered_at = 0, "", now(), None
+    enqueue(session, DELIVERY, str(event.id), gym=gym)
+
+
+def _scan_finished(session: Session, event: ScanFinished) -> None:
+    kind: Kind = "scan.failed" if event.failed else "scan.finished"
+    queue_webhook_message(session, event.gym, kind, wall=str(event.wall), scan=str(event.scan))
+
+
+def _competition_begins(session: Session, event: CompetitionBegins) -> None:
+    name = str(event.competition)
+    once = f"{name} {event.at.isoformat()}"
+    queue_webhook_message(
+        session,
+        event.gym,
+        "competition.begins",
+        once=once,
+        competition=name,
+        at=event.at.isoformat(),
+    )
+
+
+def _ascents_changed(session: Session, event: AscentsChanged) -> None:
+    """Queue the counts of the routes for the end of the present period."""
+    if not session.scalar(select(exists().where(Webhook.gym_id == event.gym))):
+        return
+    period, into_s = divmod(int(now().timestamp()), _COUNTED_EVERY_S)
+    wait = timedelta(seconds=_COUNTED_EVERY_S - into_s + _SLACK_S)
+    for route in sorted(event.routes):
+        key = f"{COUNTS.name}-{route}-{period}"
+        enqueue(session, COUNTS, str(route), period, gym=event.gym, key=key, delay=wait)
+
+
+def count_ascents(database: Database, route: str, period: int) -> None:
+    """Queue a message with a route's counts, which names nobody; once in a period."""
+    with database.writing() as session:
+        row = session.get(Route, UUID(route))
+        wall = None if row is None else session.get(Wall, row.wall_id)
+        if row is None or wall is None:
+            return
+        tally = tallies(session, [row.id])[row.id]
+        queue_webhook_message(
+            session,
+            wall.gym_id,
+            "ascents.counted",
+            once=f"{route} {period}",
+            wall=str(wall.id),
+            route=route,
+            ascents=tally.ascents,
+            climbers=tally.climbers,
+        )
 
 
 def _wall_published(session: Session, event: WallPublished) -> None:
@@ -81,11 +185,13 @@ def _hold_reported(session: Session, event: HoldReported) -> None:
 
 
 def drop_given_up(session: Session, question: RowsExpired) -> None:
-    """Delete deliveries that failed for good some time ago."""
+    """Delete messages that were delivered, or that failed for good, some time ago."""
     late = now() - _GIVEN_UP
     given_up = WebhookEvent.next_at < late, WebhookEvent.tries >= DELIVERY.max_tries
     events = delete(WebhookEvent).where(*given_up)
     question.found.append(len(session.scalars(events.returning(WebhookEvent.id)).all()))
+    sent = delete(WebhookEvent).where(WebhookEvent.delivered_at < now() - _DELIVERED)
+    question.found.append(len(session.scalars(sent.returning(WebhookEvent.id)).all()))
 
 
 LISTENERS: Final[Listeners] = {
@@ -94,6 +200,9 @@ LISTENERS: Final[Listeners] = {
     RouteStripped: (_route_stripped,),
     RouteRestored: (_route_restored,),
     HoldReported: (_hold_reported,),
+    ScanFinished: (_scan_finished,),
+    AscentsChanged: (_ascents_changed,),
+    CompetitionBegins: (_competition_begins,),
 }
 
 
