@@ -44,7 +44,7 @@ from walltopo_gym.operating.metrics import Metrics
 from walltopo_gym.operating.restoration import Restoration
 from walltopo_gym.operating.setup import Setup
 from walltopo_gym.scans.incoming import LONGEST_PHOTO, Incoming
-from walltopo_gym.server import pages
+from walltopo_gym.server import oembed, pages
 from walltopo_gym.server.request_log import RequestLogMiddleware
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import open_store, private_folder
@@ -127,6 +127,7 @@ def build_app(services: Services) -> FastAPI:
     app.include_router(health_router)
     app.include_router(metrics_router)
     app.include_router(oidc.router)
+    app.include_router(oembed.router)
     app.include_router(pages.router)  # the last: it answers every path that is left
     handle_errors(app)
     app.add_middleware(BodyLimit, longer=_LONGER_BODIES)

@@ -16,6 +16,7 @@ from html import escape
 from importlib.resources import files
 from pathlib import Path
 from typing import Final
+from urllib.parse import urlencode
 from uuid import UUID
 
 from fastapi import APIRouter, Request, Response
@@ -194,7 +195,7 @@ _SITE = "walltopo"
 
 
 @dataclass(frozen=True)
-class _Preview:
+class Preview:
     """Title, description, and the addresses of a picture and of a wall's first tier; empty if
     missing."""
 
@@ -216,7 +217,7 @@ def head_of(services: Services, path: str, viewer: str, *, indexed: bool) -> str
     """
     parts = path.strip("/").split("/")
     with services.database.reading() as session:
-        shown = _preview(session, parts)
+        shown = preview_of(session, parts)
     base = services.settings.link_base
     tags = [f"<title>{escape(shown.title)}</title>"]
     if not (indexed and shown.listed):
@@ -232,6 +233,8 @@ def head_of(services: Services, path: str, viewer: str, *, indexed: bool) -> str
         }
         tags.append('<meta name="twitter:card" content="summary_large_image">')
     tags += [f'<meta property="og:{name}" content="{escape(text)}">' for name, text in meta.items()]
+    if shown.picture:
+        tags.append(_discovery(f"{base}/{path}", base, shown.title))
     tags.append(f'<meta name="wall-viewer" content="{viewer}">')
     tags.append(f'<meta name="features" content="{" ".join(services.settings.features)}">')
     if shown.tiers:
@@ -242,18 +245,25 @@ def head_of(services: Services, path: str, viewer: str, *, indexed: bool) -> str
     return "".join(tags)
 
 
-def _preview(session: Session, parts: list[str]) -> _Preview:
+def _discovery(address: str, base: str, title: str) -> str:
+    """Return the tag by which other sites find how to embed a wall (https://oembed.com)."""
+    target = f"{base}/oembed?{urlencode({'url': address, 'format': 'json'})}"
+    kind = 'rel="alternate" type="application/json+oembed"'
+    return f'<link {kind} href="{escape(target)}" title="{escape(title)}">'
+
+
+def preview_of(session: Session, parts: list[str]) -> Preview:
     """Return the preview of the gym, wall or route in the path, as far as it exists."""
     match parts:
         case ["g", slug, *rest]:
             gym = session.scalar(select(Gym).where(Gym.slug == slug, Gym.visibility != "private"))
             if gym is not None:
                 return _of_gym(session, gym, rest)
-    return _Preview(_SITE)
+    return Preview(_SITE)
 
 
-def _of_gym(session: Session, gym: Gym, rest: list[str]) -> _Preview:
-    plain = _Preview(gym.name, gym.place, listed=gym.visibility == "public")
+def _of_gym(session: Session, gym: Gym, rest: list[str]) -> Preview:
+    plain = Preview(gym.name, gym.place, listed=gym.visibility == "public")
     if len(rest) < 2 or rest[0] != "w":
         return plain
     wall = session.get(Wall, key) if (key := _key(rest[1])) else None
@@ -277,9 +287,9 @@ def _of_gym(session: Session, gym: Gym, rest: list[str]) -> _Preview:
             )
             if session.scalar(shown) is not None:
                 picture = f"{base}/routes/{route.id}/picture{version}"
-            return _Preview(title, line, picture, plain.listed, tiers)
+            return Preview(title, line, picture, plain.listed, tiers)
     line = " · ".join(filter(None, (gym.name, gym.place)))
-    return _Preview(wall.name, line, picture, plain.listed, tiers)
+    return Preview(wall.name, line, picture, plain.listed, tiers)
 
 
 def _key(text: str) -> UUID | None:
