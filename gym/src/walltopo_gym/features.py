@@ -31,6 +31,7 @@ from walltopo_gym.storage.switch_note import check_whole
 NAMES: Final = (
     "announcements",
     "apps",
+    "assistants",
     "climbing_log",
     "clips",
     "competitions",
