@@ -14,7 +14,7 @@ TRAIN_ENV := OMP_NUM_THREADS=1 MALLOC_MMAP_THRESHOLD_=4000000000 MALLOC_TRIM_THR
 # Processes that the tests run in: more than two cores, because browsers and servers wait much. 0: in this one.
 WORKERS ?= 3
 
-.PHONY: help web demo gym dev test test-all coverage docs-check count audit test-ultralytics test-pythons lint docs site wheels sbom npm-package sums sign release-check containers film moves-film viewer app pictures system system-venv system-compiler browser database clean train train-export
+.PHONY: help web demo gym dev test test-all coverage docs-check count audit test-ultralytics test-pythons lint docs site wheels sbom npm-package clients sums sign release-check containers film moves-film viewer app pictures system system-venv system-compiler browser database clean train train-export
 .DEFAULT_GOAL := help
 
 help:
@@ -33,6 +33,7 @@ help:
 	@echo "make count    lines of code and files of each package"
 	@echo "make wheels   wheels and source archives of all distributions in dist/"
 	@echo "make site     build the documentation as static files in site/"
+	@echo "make clients  the clients of a gym's API, an npm package and a wheel, in dist/"
 	@echo "make sbom     what the packages are made of (CycloneDX) and their licences in dist/"
 	@echo "make release-check   make everything that a release publishes, install it into empty environments, upgrade old data"
 	@echo "make containers   build the containers' image from Debian's packages and play a gym's day in it (Debian, root)"
@@ -174,7 +175,7 @@ sign: sums
 PYTHONS ?= python3.11 python3.12 python3.13
 release-check: $(VENV)/release-ready
 	rm -rf dist
-	$(MAKE) --no-print-directory wheels sbom npm-package
+	$(MAKE) --no-print-directory wheels sbom npm-package clients
 	$(BIN)/python -m twine check --strict dist/*.whl dist/walltopo*.tar.gz
 	$(MAKE) --no-print-directory sums
 	$(BIN)/python -m tools.release_check dist $(PYTHONS)
@@ -188,6 +189,10 @@ containers: $(VENV)/dev-ready web browser database
 
 npm-package:
 	cd viewer && npm ci --no-audit --no-fund && mkdir -p ../dist && npm pack --pack-destination ../dist
+
+# Made of the server's document, by the tools of the app.
+clients: $(VENV)/release-ready web
+	$(BIN)/python -m tools.clients dist
 
 # The types of the app's client of the API are made of the server's own document, and checked with the app.
 app: $(VENV)/dev-ready web
