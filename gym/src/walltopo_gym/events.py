@@ -196,6 +196,15 @@ class CompetitionBegins(GymEvent):
 
 
 @dataclass(frozen=True)
+class CompetitionMoved(GymEvent):
+    """A competition was published ("open"), started ("running") or ended ("ended"), perhaps again
+    after it was moved back."""
+
+    competition: UUID
+    state: Literal["open", "running", "ended"]
+
+
+@dataclass(frozen=True)
 class PersonDeleted(Event):
     """An account is about to be deleted, with every row that refers to it."""
 

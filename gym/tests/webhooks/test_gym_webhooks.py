@@ -15,6 +15,7 @@ from typing import Any
 from uuid import UUID, uuid4
 
 import pytest
+from gym.tests.competitions.contest import Contest
 from gym.tests.hurried import at_work, do_all, forget_jobs, waiting
 from gym.tests.running import wait_for
 from gym.tests.worlds import Server, World, hold
@@ -277,6 +278,16 @@ def test_a_scan_tells_of_its_end(world: World) -> None:
     kinds = [body["type"] for body in bodies(world)]
     assert kinds == ["scan.finished", "scan.failed", "scan.failed"]
     assert bodies(world)[-1]["data"] == {"wall": str(world.wall.id), "scan": str(scan)}
+
+
+def test_a_competition_says_how_it_goes_on(world: World) -> None:
+    hooked(world, "https://example.com/")
+    contest = Contest(world).make()
+    for state in ("open", "open", "running", "ended"):
+        contest.move(state)
+    kinds = [body["type"].removeprefix("competition.") for body in bodies(world)]
+    assert kinds == ["published", "started", "ended"]
+    assert {body["data"]["competition"] for body in bodies(world)} == {contest.sheet["id"]}
 
 
 def test_a_competition_is_announced_once(world: World) -> None:

@@ -10,7 +10,13 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.clock import now
-from walltopo_gym.competitions.bodies import CategoryBody, ProblemBody, RoundBody, WaveBody
+from walltopo_gym.competitions.bodies import (
+    CategoryBody,
+    ProblemBody,
+    RoundBody,
+    State,
+    WaveBody,
+)
 from walltopo_gym.competitions.models import (
     Category,
     Competition,
@@ -24,6 +30,7 @@ from walltopo_gym.competitions.order import check_before, draw_order, forget_dra
 from walltopo_gym.competitions.scoring.rules import Rules, Scoring
 from walltopo_gym.competitions.sheet import Format
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
+from walltopo_gym.events import CompetitionMoved, publish_event
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.walls.models import Wall
 
@@ -245,7 +252,7 @@ def round_of(session: Session, row: Competition, one: UUID) -> Round:
     return found
 
 
-def move_competition(session: Session, row: Competition, state: str) -> None:
+def move_competition(session: Session, row: Competition, state: State) -> None:
     """Change the state. Running begins the first round; ending ends all rounds.
 
     Raises
@@ -254,6 +261,7 @@ def move_competition(session: Session, row: Competition, state: str) -> None:
     """
     if state == "draft" and row.last_seq:
         raise ConflictError("cup-scored", "cup-end-instead")
+    has_moved = row.state != state
     row.state = state
     row.revision += 1
     rounds = _rounds(session, row)
@@ -263,6 +271,8 @@ def move_competition(session: Session, row: Competition, state: str) -> None:
         for one in rounds:
             one.state = "ended" if one.begun_at is not None else one.state
     session.flush()
+    if has_moved and state in ("open", "running", "ended"):
+        publish_event(session, CompetitionMoved(row.gym_id, row.id, state))
 
 
 def move_round(session: Session, row: Competition, one: Round, state: str) -> None:

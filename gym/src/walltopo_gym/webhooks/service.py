@@ -7,6 +7,7 @@ import hashlib
 import hmac
 import json
 import secrets
+from collections.abc import Mapping
 from datetime import timedelta
 from typing import Any, Final, Literal
 from uuid import UUID, uuid4, uuid5
@@ -21,6 +22,7 @@ from walltopo_gym.errors import ConflictError
 from walltopo_gym.events import (
     AscentsChanged,
     CompetitionBegins,
+    CompetitionMoved,
     HoldReported,
     RouteRestored,
     RoutesAdded,
@@ -45,13 +47,21 @@ Kind = Literal[
     "scan.failed",
     "ascents.counted",
     "competition.begins",
+    "competition.published",
+    "competition.started",
+    "competition.ended",
 ]
-# About a day in all, then it is given up.
+_MOVED: Final[Mapping[str, Kind]] = {
+    "open": "competition.published",
+    "running": "competition.started",
+    "ended": "competition.ended",
+}
 # Kept this long, so that the reason can be read.
 _GIVEN_UP: Final = timedelta(days=30)
 # Kept this long, so that it can be sent again.
 _DELIVERED: Final = timedelta(days=7)
 _PREFIX: Final = "whsec_"
+# About a day in all, then it is given up.
 DELIVERY: Final = Job("webhooks", waits=(10, 60, 300, 1800, 7200, 21600, 43200))
 # A route's ascents are counted once in so many seconds, so that no message is of one climber's tick
 # and none stands for each of a busy evening.
@@ -123,6 +133,11 @@ def _competition_begins(session: Session, event: CompetitionBegins) -> None:
         competition=name,
         at=event.at.isoformat(),
     )
+
+
+def _competition_moved(session: Session, event: CompetitionMoved) -> None:
+    kind = _MOVED[event.state]
+    queue_webhook_message(session, event.gym, kind, competition=str(event.competition))
 
 
 def _ascents_changed(session: Session, event: AscentsChanged) -> None:
@@ -203,6 +218,7 @@ LISTENERS: Final[Listeners] = {
     ScanFinished: (_scan_finished,),
     AscentsChanged: (_ascents_changed,),
     CompetitionBegins: (_competition_begins,),
+    CompetitionMoved: (_competition_moved,),
 }
 
 
