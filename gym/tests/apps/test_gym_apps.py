@@ -5,6 +5,7 @@ from __future__ import annotations
 from base64 import b64encode
 from concurrent.futures import ThreadPoolExecutor
 from datetime import timedelta
+from functools import partial
 from uuid import UUID
 
 import pytest
@@ -21,6 +22,7 @@ from gym.tests.worlds import ORIGIN, PASSWORD, Server, Somebody, World
 from hypothesis import given
 from hypothesis import strategies as st
 from sqlalchemy import select, update
+from tests.at_once import at_once
 
 from walltopo_gym.accounts import limits
 from walltopo_gym.accounts.actor import Scope
@@ -305,6 +307,85 @@ def test_a_locked_account_lets_no_app_in(world: World, app: AppOf) -> None:
     assert app.refresh(tokens["refresh_token"]).status_code == 200
 
 
+def test_an_app_of_a_locked_maker_is_of_no_use(server: Server) -> None:
+    maker, member = server.person(), server.person()
+    app = register(server, maker)
+    tokens = app.connect(member)
+    lock = update(Person).where(Person.id == maker.id)
+    with server.database.writing() as session:
+        session.execute(lock.values(locked_at=now()))
+    assert server.ask("GET", "/gyms", bearer(tokens)).status_code == 401
+    assert app.refresh(tokens["refresh_token"]).json()["error"] == "invalid_client"
+    assert app.check(member, app.query()).json()["code"] == "app-unknown"
+    own = server.token(member, Scope.READ)  # the person's own tokens go on
+    assert server.ask("GET", "/gyms", own).status_code == 200
+
+
+def status_of_refresh(app: AppOf, secret: str) -> int:
+    return app.refresh(secret).status_code
+
+
+def status_of_disconnecting(server: Server, who: Somebody, path: str) -> int:
+    return server.ask("DELETE", path, who).status_code
+
+
+def test_an_app_that_refreshes_all_the_time_keeps_nobody_from_disconnecting_it(
+    server: Server,
+) -> None:
+    app, member = register(server, server.person()), server.person()
+    for _ in range(5):
+        tokens = app.connect(member)
+        secret = tokens["refresh_token"]
+        [connection] = server.ask("GET", "/me/connected-apps", member).json()
+        path = f"/me/connected-apps/{connection['id']}"
+        answers = at_once(
+            *4 * [partial(status_of_refresh, app, secret)],
+            partial(status_of_disconnecting, server, member, path),
+        )
+        assert answers[-1] == 204
+        assert set(answers[:-1]) <= {200, 400}
+
+
+def test_used_refresh_tokens_go_and_new_ones_have_a_limit(
+    world: World, app: AppOf, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(limits, "_REFRESHES", limits.Limit("app-refresh", 3, 3600))
+    secret = app.connect(world.people["member"])["refresh_token"]
+    secret = app.refresh(secret).json()["refresh_token"]
+    week = now() - timedelta(days=8)
+    ours = AppRefreshToken.grant_id.in_(
+        select(AppGrant.id)
+        .join(AppConnection, AppConnection.id == AppGrant.connection_id)
+        .where(AppConnection.app_id == UUID(app.id))
+    )
+    with world.server.database.writing() as session:
+        old = update(AppRefreshToken).where(ours, AppRefreshToken.used_at.is_not(None))
+        session.execute(old.values(used_at=week))
+    last = app.refresh(secret)
+    assert last.status_code == 200
+    with world.server.database.reading() as session:
+        moments = session.scalars(select(AppRefreshToken.used_at).where(ours)).all()
+    assert len(moments) == 2  # the one just used, and the new one
+    assert week not in moments
+    assert app.refresh(last.json()["refresh_token"]).status_code == 429
+
+
+@pytest.mark.parametrize("verifier", ["v", "v" * 42, "v" * 129, "ä" * 43])
+def test_a_verifier_has_the_form_of_the_standard(world: World, app: AppOf, verifier: str) -> None:
+    code = app.approve(world.people["member"], code_challenge=challenge_of(verifier))["code"]
+    assert app.redeem(code, code_verifier=verifier).json()["error"] == "invalid_grant"
+
+
+@pytest.mark.parametrize("address", ["com.example.app:///done", "https://log.example/a?b=c"])
+def test_an_answer_goes_to_the_registered_address_letter_by_letter(
+    server: Server, address: str
+) -> None:
+    app = register(server, server.person(), redirects=[address])
+    body = {"query": app.query(redirect_uri=address)}
+    answer = server.ask("POST", "/me/authorizations", server.person(), body)
+    assert answer.json()["address"].startswith(address + ("&" if "?" in address else "?"))
+
+
 def test_a_new_password_disconnects_all_apps(server: Server) -> None:
     app, who = register(server, server.person()), server.person()
     tokens = app.connect(who)
@@ -402,8 +483,14 @@ def test_unsafe_redirect_addresses_cannot_be_registered(server: Server, address:
 
 
 def test_a_home_page_is_a_web_page(server: Server) -> None:
-    body = {"name": "Log", "home_page": "javascript:alert(1)", "redirects": [REDIRECT]}
-    assert server.ask("POST", "/me/apps", server.person(), body).status_code == 422
+    body = {"name": "Log", "home_page": "", "redirects": [REDIRECT]}
+    for page, status in (
+        ("javascript:alert(1)", 422),
+        ("https://walls.example.com@evil.example/", 422),
+        ("https://social.example/@log", 201),
+    ):
+        answer = server.ask("POST", "/me/apps", server.person(), body | {"home_page": page})
+        assert answer.status_code == status, page
 
 
 def test_a_developer_changes_an_app_and_its_secret(server: Server) -> None:

@@ -404,6 +404,21 @@ def test_after_its_round_a_link_strikes_only_its_own_results(world: World) -> No
     assert late.status_code == 201, late.text
 
 
+def test_a_strike_that_was_prepared_strikes_nothing_after_the_round(world: World) -> None:
+    contest = judged(world)
+    jana = contest.entry("Jana")
+    phone = a_phone(contest)
+    phone.open()
+    top = contest.say(jana, "top", 0, 1).json()["id"]
+    made = (now() - timedelta(minutes=1)).isoformat()
+    first = phone.say(jana, "void", contest.problem(0), None, target_id=top).json()["id"]
+    second = phone.say(jana, "void", contest.problem(0), None, target_id=first).json()["id"]
+    contest.move_round(0, "ended")
+    words = {"made_at": made, "sent_at": now().isoformat(), "target_id": second}
+    assert code(phone.say(jana, "void", contest.problem(0), None, **words)) == "judge-link-late"
+    assert contest.ranks("setter")[0] == (1, "Jana")
+
+
 def test_links_of_a_setter_who_left_are_closed(world: World) -> None:
     contest = judged(world)
     phone = a_phone(contest)

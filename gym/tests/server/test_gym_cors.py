@@ -5,7 +5,7 @@ from __future__ import annotations
 from uuid import uuid4
 
 import pytest
-from gym.tests.worlds import Server, World, hold, make_world
+from gym.tests.worlds import NOBODY, Server, World, hold, make_world
 
 from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.server.app import PREFIX
@@ -71,6 +71,34 @@ def test_what_is_private_is_embedded_by_nobody(world: World) -> None:
     file = world.published()["files"]["index.html"].removeprefix(PREFIX)
     answer = world.server.ask("GET", file, world.people["member"], headers=OTHER)
     assert answer.headers["cross-origin-resource-policy"] == "same-origin"
+
+
+def test_no_page_reads_a_kept_answer_to_somebody(world: World) -> None:
+    """A browser keeps answers, and hands them to pages of the same site without asking again."""
+    member, bearer = world.people["member"], world.server.token(world.owner, Scope.READ)
+    for path in ("/me", world.path):
+        for who, is_shared in ((member, False), (bearer, True), (NOBODY, True)):
+            answer = world.server.ask("GET", path, who, headers=OTHER)
+            assert ("access-control-allow-origin" in answer.headers) == is_shared
+            assert "Cookie" in answer.headers["vary"]
+
+
+def test_no_page_tries_passwords_in_visitors_browsers(world: World) -> None:
+    headers = OTHER | {"sec-fetch-site": "cross-site"}
+    body = {"email": world.owner.email, "password": "guessed"}
+    bearer = world.server.token(world.people["member"], Scope.READ)
+    for who in (NOBODY, bearer):
+        assert world.server.ask("POST", "/session", who, body, headers).status_code == 403
+
+
+def test_a_defect_is_readable_too(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise RuntimeError("a defect")
+
+    monkeypatch.setattr(server.database, "reading", fail)
+    answer = server.ask("GET", "/gyms", headers=OTHER)
+    assert answer.status_code == 500
+    assert answer.headers["access-control-allow-origin"] == "*"
 
 
 def test_no_page_of_the_app_is_shared(server: Server) -> None:

@@ -39,11 +39,18 @@ def test_a_wall_is_embedded_by_its_address(public: World) -> None:
     frame = f'<iframe src="{ORIGIN}/embed/g/{public.gym.slug}/w/{public.wall.id}"'
     assert body["html"].startswith(frame)
     assert answer.headers["access-control-allow-origin"] == "*"
+    assert body["thumbnail_width"] == WIDTH
     small = oembed(public, address_of(public), maxwidth=320, maxheight=200).json()
     assert (small["width"], small["height"]) == (320, 200)
     assert "thumbnail_url" not in small
     large = oembed(public, address_of(public), maxwidth=2000, maxheight=2000).json()
     assert large["thumbnail_width"] == WIDTH
+
+
+@pytest.mark.parametrize("odd", ["//[", "/g/a%00/w/b", "/g/a%00b", "/g/%ff/w/x"])
+def test_odd_addresses_are_not_found(public: World, odd: str) -> None:
+    assert oembed(public, ORIGIN + odd).status_code == 404
+    assert public.server.client().get(f"/api/v1/gyms/{odd[3:] or 'x'}").status_code == 404
 
 
 def test_a_routes_name_cannot_leave_the_frame(public: World) -> None:

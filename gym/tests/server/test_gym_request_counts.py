@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from gym.tests.running import wait_for
 from gym.tests.worlds import ORIGIN, Server, new_database
 from limits import RateLimitItemPerMinute
 from limits.strategies import SlidingWindowCounterRateLimiter
-from sqlalchemy import delete, select
+from sqlalchemy import select
+from sqlalchemy.exc import OperationalError
 from starlette.testclient import TestClient
 
 from walltopo_gym.api import request_counts
 from walltopo_gym.api.request_counts import SharedCounts
 from walltopo_gym.storage.models import RequestCount
-
-pytestmark = pytest.mark.both_databases("counts are added by a conflict of keys")
 
 LIMIT = 20
 
@@ -36,10 +37,16 @@ class Counter:
 
 
 @pytest.fixture
-def clock(server: Server, monkeypatch: pytest.MonkeyPatch) -> list[float]:
-    """A clock that tests move; it begins with a window that nobody has used."""
-    with server.database.writing() as session:
-        session.execute(delete(RequestCount))
+def server(tmp_path: Path, postgres: str) -> Iterator[Server]:
+    """A server whose database others may share."""
+    made = Server(tmp_path, new_database(postgres))
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """A clock that tests move; it begins with a window."""
     at = [1_800_000_000.0]
     monkeypatch.setattr("limits.storage.memory.time", SimpleNamespace(time=lambda: at[0]))
     return at
@@ -84,6 +91,46 @@ def test_no_address_and_no_quiet_network_is_stored(server: Server, clock: list[f
     with server.database.reading() as session:
         [row] = session.scalars(select(RequestCount)).all()
     assert (len(row.key), row.count) == (64, 6)
+
+
+def test_what_may_have_arrived_is_not_sent_again(
+    server: Server, clock: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    counter = Counter(server)
+    counter.admit(10)
+    add = counter.counts._add
+
+    def add_and_fail(*args: Any) -> None:
+        add(*args)
+        raise OperationalError("COMMIT", {}, Exception("the connection is lost"))
+
+    monkeypatch.setattr(counter.counts, "_add", add_and_fail)
+    for _ in range(3):
+        with pytest.raises(OperationalError):
+            counter.counts.exchange()
+    monkeypatch.setattr(counter.counts, "_add", add)
+    counter.counts.exchange()
+    with server.database.reading() as session:
+        assert sum(session.scalars(select(RequestCount.count))) == 10
+    assert counter.admit(LIMIT) == LIMIT - 10
+
+
+def test_networks_that_are_gone_take_no_memory(server: Server, clock: list[float]) -> None:
+    counter = Counter(server)
+    for number in range(50):
+        counter.admit(1, f"10.0.1.{number}")
+    clock[0] += 300
+    counter.counts.exchange()
+    assert not counter.counts._lives
+    assert not counter.counts._new
+
+
+def test_what_nobody_shares_takes_no_memory(tmp_path: Path) -> None:
+    alone = Server(tmp_path)
+    counter = Counter(alone)
+    assert counter.admit(LIMIT + 5) == LIMIT
+    assert not counter.counts._lives
+    alone.close()
 
 
 def test_a_server_exchanges_counts_as_long_as_it_serves(

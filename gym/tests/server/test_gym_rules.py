@@ -731,17 +731,15 @@ CLIP = TUS | {"upload-length": "5", "upload-metadata": "filename YS5tcDQ="}
 GRADES = {"name": "Ours", "kind": "own", "grades": [{"label": "easy"}, {"label": "hard"}]}
 
 CASES = {
-    "request_account": Case(
-        "anyone", Scope.READ, body=lambda w: {"email": f"{w.gym.slug}@example.com"}
-    ),
+    "request_account": Case("anyone", None, body=lambda w: {"email": f"{w.gym.slug}@example.com"}),
     "make_account": Case(
         "anyone",
-        Scope.READ,
+        None,
         body=lambda w: {"token": _mailed("sign-up")(w), "name": "New", "password": PASSWORD},
     ),
     "begin_session": Case(
         "anyone",
-        Scope.READ,
+        None,
         body=lambda w: {"email": w.server.person().email, "password": PASSWORD},
     ),
     "read_second_factor": Case("signed-in"),
@@ -759,22 +757,18 @@ CASES = {
     "allow_device_sign_in": Case(
         "signed-in", values=a_device_sign_in, body=lambda w: {"code": "123456"}
     ),
-    "claim_device_sign_in": Case("anyone", Scope.READ, body=lambda w: {"secret": _offered(w)}),
-    "begin_session_by_device_sign_in": Case(
-        "anyone", Scope.READ, body=lambda w: {"secret": _claimed(w)}
-    ),
+    "claim_device_sign_in": Case("anyone", None, body=lambda w: {"secret": _offered(w)}),
+    "begin_session_by_device_sign_in": Case("anyone", None, body=lambda w: {"secret": _claimed(w)}),
     "change_password": Case(
         "signed-in", body=lambda w: {"old": PASSWORD, "new": "another chalk bucket 8"}
     ),
-    "ask_for_reset": Case(
-        "anyone", Scope.READ, body=lambda w: {"email": f"{w.gym.slug}@example.com"}
-    ),
+    "ask_for_reset": Case("anyone", None, body=lambda w: {"email": f"{w.gym.slug}@example.com"}),
     "reset_password": Case(
         "anyone",
-        Scope.READ,
+        None,
         body=lambda w: {"token": _mailed("reset")(w), "password": "another chalk bucket 9"},
     ),
-    "list_ways_in": Case("anyone", Scope.READ, body=lambda w: {"token": _mailed("reset")(w)}),
+    "list_ways_in": Case("anyone", None, body=lambda w: {"token": _mailed("reset")(w)}),
     "list_tokens": Case("signed-in"),
     "make_token": Case("signed-in", body=lambda w: {"name": "t", "scopes": ["read"]}),
     "drop_token": Case("signed-in", values=_token),
@@ -1078,8 +1072,8 @@ CASES = {
     "make_passkey": Case("signed-in", body=lambda w: {"name": "phone", "credential": {}}),
     "list_passkeys": Case("signed-in"),
     "drop_passkey": Case("signed-in", values=a_passkey),
-    "begin_passkey_session": Case("anyone", Scope.READ),
-    "begin_session_by_passkey": Case("anyone", Scope.READ, body=a_signed_challenge),
+    "begin_passkey_session": Case("anyone", None),
+    "begin_session_by_passkey": Case("anyone", None, body=a_signed_challenge),
     "read_server": Case("anyone", Scope.READ),
     "list_findings": Case("operator"),
     "list_operator_workers": Case("operator"),
@@ -1091,11 +1085,9 @@ CASES = {
     "cancel_operator_scan": Case("operator", values=a_queued_scan),
     "read_storage": Case("operator"),
     "measure_operator_storage": Case("operator"),
-    "list_setup_backups": Case("anyone", Scope.READ, body=lambda w: {"code": "wrong"}),
-    "upload_backup": Case("anyone", Scope.READ, content=b"a backup"),
-    "restore_into_empty": Case(
-        "anyone", Scope.READ, body=lambda w: {"code": "wrong", "name": None}
-    ),
+    "list_setup_backups": Case("anyone", None, body=lambda w: {"code": "wrong"}),
+    "upload_backup": Case("anyone", None, content=b"a backup"),
+    "restore_into_empty": Case("anyone", None, body=lambda w: {"code": "wrong", "name": None}),
     "list_backups": Case("operator"),
     "make_backup": Case("operator"),
     "try_stored_backup": Case("operator", values=lambda w: {"name": "none.tar"}),
@@ -1131,7 +1123,7 @@ CASES = {
     "put_hall": Case("owner", Scope.MANAGE, body=lambda w: HALL),
     "make_hall_key": Case("owner", Scope.MANAGE),
     "drop_hall_key": Case("owner", Scope.MANAGE),
-    "open_screen": Case("anyone", Scope.READ, body=lambda w: {"secret": _hall_secret(w)}),
+    "open_screen": Case("anyone", None, body=lambda w: {"secret": _hall_secret(w)}),
     "read_poster": Case("setter", Scope.MANAGE),
     "read_cards": Case("setter", Scope.MANAGE, lambda w: a_route(w) and {}),
     "read_calendar": Case("guest", Scope.READ),
@@ -1141,9 +1133,9 @@ CASES = {
     "put_push": Case("signed-in", body=lambda w: a_push_body()),
     "drop_push": Case("signed-in", values=an_own_push),
     "try_push": Case("signed-in", values=an_own_push),
-    "end_mails": Case("anyone", Scope.READ, a_mails_link),
+    "end_mails": Case("anyone", None, a_mails_link),
     "read_preferences_by_link": Case("anyone", Scope.READ, a_mails_link),
-    "put_preferences_by_link": Case("anyone", Scope.READ, a_mails_link, lambda w: {"digest": True}),
+    "put_preferences_by_link": Case("anyone", None, a_mails_link, lambda w: {"digest": True}),
     "read_short_link": Case("anyone", Scope.READ, a_short_link),
     "read_scale_plate": Case("anyone", Scope.READ, lambda w: {"paper": "a4", "number": 1}),
     "read_stickers": Case("anyone", Scope.READ, lambda w: {"paper": "a4", "count": 6}),
@@ -1197,7 +1189,7 @@ CASES = {
     "revoke_judge_links": Case("setter", Scope.MANAGE, cups.with_row(Round, "one")),
     "open_judge_link": Case(
         "anyone",
-        Scope.READ,
+        None,
         cups.a_judge_link,
         lambda w: {"secret": cups.secret_of(w), "name": "E"},
     ),

@@ -105,6 +105,8 @@ def _person_rule(rule: Rule, proof: _Proof | None = None) -> Callable[..., Actor
 
 
 AnyoneMay = Annotated[Actor, Depends(_person_rule(Rule("anyone", Scope.READ)))]
+# For visitors who sign in, sign up or follow a link; a program that acts for a person does not.
+BrowserMay = Annotated[Actor, Depends(_person_rule(Rule("anyone", None)))]
 SignedInMay = Annotated[Actor, Depends(_person_rule(Rule("signed-in", None)))]
 # For what outlasts a sign-in: ways to sign in, and programs that act for a person.
 ConfirmedMay = Annotated[Actor, Depends(_person_rule(Rule("signed-in", None), _OF_OWNER))]

@@ -8,10 +8,18 @@ from enum import StrEnum
 from typing import Final
 from uuid import UUID
 
-from sqlalchemy import delete, select
-from sqlalchemy.orm import Session
+from sqlalchemy import delete, or_, select
+from sqlalchemy.orm import Session, aliased
 
-from walltopo_gym.accounts.models import ApiToken, KnownBrowser, Person, SignIn
+from walltopo_gym.accounts.models import (
+    ApiToken,
+    App,
+    AppConnection,
+    AppGrant,
+    KnownBrowser,
+    Person,
+    SignIn,
+)
 from walltopo_gym.accounts.secrets import hash_of, new_secret
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ForbiddenError, SignInNeededError
@@ -81,13 +89,23 @@ def by_token(session: Session, secret: str) -> Actor:
 
     Raises
     ------
-    SignInNeededError : the token does not exist or has expired.
+    SignInNeededError : the token does not exist or has expired, or it is an app's whose maker's
+        account is locked.
     """
+    maker = aliased(Person)
+    of_locked_makers = (
+        select(AppGrant.id)
+        .join(AppConnection, AppConnection.id == AppGrant.connection_id)
+        .join(App, App.id == AppConnection.app_id)
+        .join(maker, maker.id == App.person_id)
+        .where(maker.locked_at.is_not(None))
+    )
     row = session.execute(
         select(ApiToken.scopes, Person.id, Person.operator)
         .join(Person, Person.id == ApiToken.person_id)
         .where(ApiToken.token_hash == hash_of(secret), ApiToken.expires_at > now())
         .where(Person.locked_at.is_(None))
+        .where(or_(ApiToken.grant_id.is_(None), ApiToken.grant_id.not_in(of_locked_makers)))
     ).one_or_none()
     if row is None:
         raise SignInNeededError("token-unknown", "make-new-one")

@@ -46,8 +46,11 @@ _ESTIMATES: Final = Limit("problem-estimate", 300, 3600)
 _DOCUMENTS: Final = Limit("document", 120, 3600)
 _CODE: Final = Limit("second-factor", 10, 900)
 _JUDGE_LINKS: Final = Limit("judge-link", 100, 900)
+_JUDGE_NAMES: Final = Limit("judge-name", 30, 3600)
 _REPLAYS: Final = Limit("webhook-replay", 120, 3600)
 _APPS: Final = Limit("app", 30, 86400)
+# An app needs one an hour.
+_REFRESHES: Final = Limit("app-refresh", 60, 3600)
 _AUTHORIZATIONS: Final = Limit("app-authorization", 60, 3600)
 # The server of an app refreshes the tokens of all of its people from one network.
 _APP_TOKENS: Final = Limit("app-token", 2000, 900)
@@ -125,6 +128,16 @@ def count_document(session: Session, person: UUID) -> None:
 def count_code(session: Session, person: UUID) -> None:
     """Count an attempt at the second factor after the right password."""
     _count_try(session, _CODE, str(person))
+
+
+def count_refresh(session: Session, grant: UUID) -> None:
+    """Count new tokens of an app's grant."""
+    _count_try(session, _REFRESHES, str(grant))
+
+
+def count_judge_name(session: Session, link: UUID, network: str) -> None:
+    """Count a new judge of a link from a network."""
+    _count_try(session, _JUDGE_NAMES, f"{link} {network}")
 
 
 def count_wrong_judge_link(session: Session, network: str) -> None:

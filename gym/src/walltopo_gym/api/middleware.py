@@ -173,7 +173,9 @@ class CrossOriginSharing:
     """Lets pages of any origin use the API as programs do, anonymously or with a token (CORS).
 
     Credentials are never allowed, so browsers send no cookie along and show no response to a
-    request that had one. Public files may also be embedded, such as pictures.
+    request that had one. A browser may still hand over a kept response to a request with a cookie,
+    so such a response does not allow it, unless it is public. Public files may also be embedded,
+    such as pictures.
     """
 
     def __init__(self, app: ASGIApp) -> None:
@@ -183,7 +185,9 @@ class CrossOriginSharing:
         if scope["type"] != "http" or not _SHARED.fullmatch(scope["path"]):
             await self._app(scope, receive, send)
             return
-        wanted = Headers(scope=scope).get("access-control-request-method")
+        request = Headers(scope=scope)
+        is_bare = "cookie" not in request or _has_token(request)
+        wanted = request.get("access-control-request-method")
         if scope["method"] == "OPTIONS" and wanted is not None:
             await Response(status_code=204, headers=_PREFLIGHT)(scope, receive, send)
             return
@@ -191,10 +195,14 @@ class CrossOriginSharing:
         async def send_shared(message: Message) -> None:
             if message["type"] == "http.response.start":
                 headers = MutableHeaders(scope=message)
-                headers["access-control-allow-origin"] = "*"
-                headers["access-control-expose-headers"] = "*"
-                if headers.get("cache-control", "").startswith("public"):
+                is_public = headers.get("cache-control", "").startswith("public")
+                if is_bare or is_public:
+                    headers["access-control-allow-origin"] = "*"
+                    headers["access-control-expose-headers"] = "*"
+                if is_public:
                     headers["cross-origin-resource-policy"] = "cross-origin"
+                else:
+                    headers.add_vary_header("Cookie, Authorization")
             await send(message)
 
         await self._app(scope, receive, send_shared)

@@ -57,33 +57,41 @@ class SharedCounts(MemoryStorage):
 
     def incr(self, key: str, expiry: float, amount: int = 1) -> int:
         """Count requests of this server; return the number at all servers, as far as known."""
-        with self._lock:
-            self._new[key] += amount
-            self._lives[key] = expiry
+        if not self._database.is_sqlite:
+            with self._lock:
+                self._new[key] += amount
+                self._lives[key] = expiry
         return super().incr(key, expiry, amount)
 
     def exchange(self) -> None:
         """Add the new counts of busy networks to the database, and those of others to these.
 
+        Counts of which it is not known whether they arrived are not sent again.
+
         Raises
         ------
-        SQLAlchemyError : the database is away; the counts are added the next time.
+        SQLAlchemyError : the database is away.
         """
         with self._lock:
-            busy = {key: n for key, n in self._new.items() if self.get(key) >= self._busy}
-            watched = {_hash(key): key for key in self._lives if self.get(key) >= self._busy}
-        totals = self._add({_hash(key): n for key, n in busy.items()}, list(watched))
+            new, lives = dict(self._new), dict(self._lives)
+        # Outside of the lock, for which requests wait.
+        counts = {key: self.get(key) for key in lives}
+        watched = {_hash(key): key for key, count in counts.items() if count >= self._busy}
+        sent = {key: new[key] for key in watched.values() if new.get(key)}
+        try:
+            totals = self._add({_hash(key): n for key, n in sent.items()}, list(watched))
+        finally:
+            with self._lock:
+                self._new.subtract(sent)
+                self._own.update(sent)
+                self._forget([key for key, count in counts.items() if count == 0])
         with self._lock:
-            for key, n in busy.items():
-                self._new[key] -= n
-                self._own[key] += n
             for hashed, total in totals.items():
                 key = watched[hashed]
                 more = total - self._own[key] - self._others[key]
                 if more > 0:
                     self._others[key] += more
-                    super().incr(key, self._lives[key], more)
-            self._forget_old()
+                    super().incr(key, lives[key], more)
 
     def _add(self, new: Mapping[str, int], watched: list[str]) -> dict[str, int]:
         """Add counts by hash; return the totals of the watched hashes."""
@@ -102,8 +110,8 @@ class SharedCounts(MemoryStorage):
             found = select(RequestCount.key, RequestCount.count)
             return dict(session.execute(found.where(RequestCount.key.in_(watched))).all())
 
-    def _forget_old(self) -> None:
-        for key in [key for key in self._lives if self.get(key) == 0]:
+    def _forget(self, ended: list[str]) -> None:
+        for key in ended:
             for counts in (self._new, self._own, self._others, self._lives):
                 counts.pop(key, None)
 

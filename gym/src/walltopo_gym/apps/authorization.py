@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import timedelta
 from typing import Final
-from urllib.parse import parse_qsl, urlencode, urlsplit, urlunsplit
+from urllib.parse import parse_qsl, urlencode
 from uuid import UUID
 
 from sqlalchemy import select
@@ -22,7 +22,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.audit import log_change
-from walltopo_gym.accounts.models import App, AppConnection, AppGrant
+from walltopo_gym.accounts.models import App, AppConnection, AppGrant, Person
 from walltopo_gym.accounts.secrets import new_secret
 from walltopo_gym.apps.redirects import is_registered
 from walltopo_gym.clock import now
@@ -73,9 +73,9 @@ class AuthorizationRequest:
 
 def _answer(redirect: str, issuer: str, state: str | None, fields: Mapping[str, str]) -> str:
     known = {**fields, **({} if state is None else {"state": state}), "iss": issuer}
-    parts = urlsplit(redirect)
-    query = "&".join(filter(None, (parts.query, urlencode(known))))
-    return urlunsplit(parts._replace(query=query))
+    # The registered address stays as it is, letter by letter; it has no fragment.
+    joint = "" if redirect.endswith(("?", "&")) else "&" if "?" in redirect else "?"
+    return f"{redirect}{joint}{urlencode(known)}"
 
 
 def read_request(session: Session, issuer: str, query: str) -> AuthorizationRequest:
@@ -133,11 +133,13 @@ def _app_named(session: Session, client_id: str) -> App:
 
 
 def find_app(session: Session, client_id: str) -> App | None:
-    """Return the app with a client id, or None."""
+    """Return the app with a client id; None if there is none or its maker's account is locked."""
     try:
-        return session.get(App, UUID(client_id))
+        key = UUID(client_id)
     except ValueError:
         return None
+    found = select(App).join(Person, Person.id == App.person_id)
+    return session.scalar(found.where(App.id == key, Person.locked_at.is_(None)))
 
 
 def _redirect_of(app: App, given: str, count: int) -> str:

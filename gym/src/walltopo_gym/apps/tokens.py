@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import hmac
+import re
 from collections.abc import Collection
 from dataclasses import dataclass
 from datetime import timedelta
@@ -16,6 +17,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.actor import TOKEN_PREFIX
 from walltopo_gym.accounts.audit import log_change
+from walltopo_gym.accounts.limits import count_refresh
 from walltopo_gym.accounts.models import (
     ApiToken,
     App,
@@ -31,6 +33,9 @@ ACCESS_LASTS: Final = timedelta(hours=1)
 # A refresh token that an app does not use for so long ends.
 _REFRESH_LASTS: Final = timedelta(days=90)
 _REFRESH_PREFIX: Final = "wtgr_"
+# Used refresh tokens are known for so long; later a second use is that of an unknown one.
+_REUSE_SEEN: Final = timedelta(days=7)
+_VERIFIER: Final = re.compile(r"[A-Za-z0-9._~-]{43,128}")
 
 
 class OAuthError(Exception):
@@ -107,7 +112,8 @@ def redeem_code(
         return unknown
     if redirect and redirect != grant.redirect:
         return OAuthError("invalid_grant", "redirect_uri differs from the authorization request")
-    if not hmac.compare_digest(_challenge_of(verifier), grant.challenge):
+    fits = hmac.compare_digest(_challenge_of(verifier), grant.challenge)
+    if not fits or not _VERIFIER.fullmatch(verifier):
         return OAuthError("invalid_grant", "code_verifier does not fit code_challenge")
     grant.used_at = now()
     return _issue(session, found, grant.scopes)
@@ -152,6 +158,7 @@ def refresh_tokens(
 def _subject(session: Session, app: App, named: ColumnElement[bool]) -> _Subject | None:
     """Return a grant of an app, locked so that two requests cannot both use it; None if there is
     none or its owner's account is locked."""
+    _lock_connection(session, named)
     row = session.execute(
         select(AppGrant, AppConnection)
         .join(AppConnection, AppConnection.id == AppGrant.connection_id)
@@ -162,13 +169,23 @@ def _subject(session: Session, app: App, named: ColumnElement[bool]) -> _Subject
     return None if row is None else _Subject(row[0], row[1])
 
 
+def _lock_connection(session: Session, named: ColumnElement[bool]) -> None:
+    """Lock the connection of a grant before the grant, as the deletion of a connection does: two
+    transactions that lock both in opposite orders would end each other."""
+    ids = select(AppGrant.connection_id).where(named)
+    session.execute(select(AppConnection.id).where(AppConnection.id.in_(ids)).with_for_update())
+
+
 def _issue(session: Session, found: _Subject, scopes: Collection[str]) -> Tokens:
     grant, connection = found.grant, found.connection
     access, access_hash = new_secret(TOKEN_PREFIX)
     refresh, refresh_hash = new_secret(_REFRESH_PREFIX)
     at = now()
+    count_refresh(session, grant.id)
     old = ApiToken.grant_id == grant.id, ApiToken.expires_at < at
     session.execute(delete(ApiToken).where(*old))
+    used = AppRefreshToken.grant_id == grant.id, AppRefreshToken.used_at < at - _REUSE_SEEN
+    session.execute(delete(AppRefreshToken).where(*used))
     name = session.get_one(App, connection.app_id).name
     session.add(
         ApiToken(
@@ -199,6 +216,7 @@ def revoke(session: Session, app: App, secret: str) -> None:
     kept = hash_of(secret)
     grant = session.scalar(_own_grant(app, AppRefreshToken, kept))
     if grant is not None:
+        _lock_connection(session, AppGrant.id == grant)
         _end_grant(session, grant)
     elif session.scalar(_own_grant(app, ApiToken, kept)) is not None:
         session.execute(delete(ApiToken).where(ApiToken.token_hash == kept))

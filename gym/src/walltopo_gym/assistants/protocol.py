@@ -64,6 +64,7 @@ def answer(content: bytes, run: Run) -> dict[str, Any] | None:
 def _read(content: bytes) -> dict[str, Any]:
     try:
         message = json.loads(content)
+        json.dumps(message, ensure_ascii=False).encode()  # refuses half of a surrogate pair
     except (ValueError, RecursionError) as error:
         raise _RpcError(_PARSE, "the body is not JSON") from error
     if not isinstance(message, dict) or message.get("jsonrpc") != "2.0":

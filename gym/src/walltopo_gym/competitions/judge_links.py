@@ -16,9 +16,11 @@ from uuid import UUID
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from walltopo_gym.accounts.limits import count_judge_name
 from walltopo_gym.accounts.secrets import hash_of, new_secret
 from walltopo_gym.clock import now
 from walltopo_gym.competitions.models import Competition, JudgeLink, LinkJudge, Problem, Round
+from walltopo_gym.database.engine import take_turn
 from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError, SignInNeededError
 from walltopo_gym.gyms.members import role_of
 from walltopo_gym.gyms.models import Gym
@@ -118,13 +120,14 @@ def link_with(session: Session, secret: str) -> JudgeLink | None:
 
 
 def open_link(
-    session: Session, secret: str, name: str, link_cookie: Any
-) -> tuple[JudgeAccess, str]:
-    """Open a link in a browser; return the access and the secret for the browser's cookie.
+    session: Session, secret: str, name: str, network: str, link_cookie: Any
+) -> tuple[JudgeAccess, str, bool]:
+    """Open a link in a browser; return the access, the secret for the browser's cookie, and whether
+    the judge is new.
 
     Parameters
     ----------
-    name : of the judge, as they typed it.
+    name : of the judge, as they typed it. network : of the browser.
     link_cookie : returns the cookie that the browser has for a link, by the link's id; the same
         judge in the same browser stays the same.
 
@@ -138,7 +141,9 @@ def open_link(
         raise NotFoundError("judge-link-unknown", "judge-link-ask-new")
     earlier = link_cookie(link.id)
     judge = _judge_with(session, link, earlier)
-    if judge is None or judge.name != name:
+    is_new = judge is None or judge.name != name
+    if judge is None or is_new:
+        count_judge_name(session, link.id, network)
         _check_judges(session, link)
         earlier, kept = new_secret()
         judge = LinkJudge(link_id=link.id, name=name, token_hash=kept)
@@ -147,7 +152,7 @@ def open_link(
     session.flush()
     access = _access(session, link, judge)
     check_open(access)
-    return access, earlier
+    return access, earlier, is_new
 
 
 def judge_in(session: Session, link: UUID, cookie: str) -> JudgeAccess:
@@ -211,6 +216,7 @@ def is_over(one: Round, competition: Competition, at: datetime) -> bool:
 
 
 def _check_judges(session: Session, link: JudgeLink) -> None:
+    take_turn(session, f"judge link {link.id}")
     judges = select(func.count()).where(LinkJudge.link_id == link.id)
     if (session.scalar(judges) or 0) >= MAX_JUDGES:
         raise ConflictError("judge-link-many", "judge-link-ask-new", most=MAX_JUDGES)

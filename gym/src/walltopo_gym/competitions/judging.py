@@ -305,13 +305,15 @@ def _check_late_strike(
     chain: Sequence[ScoreEvent],
     at: datetime,
 ) -> None:
-    """Refuse an event by a judge's link that strikes another sender's result of an ended round.
+    """Refuse an event by a judge's link that touches another sender's result of an ended round.
+
+    It strikes the result, or an event that strikes it.
 
     Raises
     ------
     ForbiddenError : it does so.
     """
-    if chain and is_over(one, row, at) and not sender.sent(session, chain[0]):
+    if is_over(one, row, at) and not all(sender.sent(session, event) for event in chain):
         raise ForbiddenError("judge-link-late", "cup-ask-judge", name=one.name)
 
 

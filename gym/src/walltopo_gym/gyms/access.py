@@ -87,6 +87,7 @@ def visible_gym(session: Session, slug: str, actor: Actor, request: Request) -> 
 
 
 def _known_gym(session: Session, slug: str, actor: Actor, request: Request) -> tuple[Gym, Role]:
+    slug = slug.replace("\0", " ")  # PostgreSQL has no such text, and no gym this name
     found = session.scalar(select(Gym).where(Gym.slug == slug))
     # The same queries for a gym that does not exist, so that the duration reveals no private gym.
     gym = UUID(int=0) if found is None else found.id

@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.accounts.access import AnyoneMay, SignedInMay
+from walltopo_gym.accounts.access import AnyoneMay, BrowserMay, SignedInMay
 from walltopo_gym.accounts.limits import count_document
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.fields import Body
@@ -179,7 +179,7 @@ def read_preferences_by_link(person: Whose, services: ServicesOf, actor: AnyoneM
 
 @router.put("/unsubscribe/{token}", status_code=204)
 def put_preferences_by_link(
-    person: Whose, body: NewsKinds, services: ServicesOf, actor: AnyoneMay
+    person: Whose, body: NewsKinds, services: ServicesOf, actor: BrowserMay
 ) -> None:
     """Turn messages off or on by the link of a mail."""
     with services.database.writing() as session:
@@ -190,7 +190,7 @@ def put_preferences_by_link(
 
 
 @router.post("/unsubscribe/{token}", status_code=204)
-def end_mails(person: Whose, services: ServicesOf, actor: AnyoneMay) -> None:
+def end_mails(person: Whose, services: ServicesOf, actor: BrowserMay) -> None:
     """Turn the week's summary off by the mail program's own button (RFC 8058)."""
     with services.database.writing() as session:
         row = session.get(NotificationPreferences, person)

@@ -133,8 +133,8 @@ def build_app(services: Services) -> FastAPI:
     app.add_middleware(BodyLimit, longer=_LONGER_BODIES)
     app.add_middleware(CrossOriginGuard, origin=services.settings.link_base)
     app.add_middleware(Bounds, per_minute=per_minute, counts=app.state.counts)
-    app.add_middleware(CrossOriginSharing)
     app.add_middleware(RequestLogMiddleware, metrics=app.state.metrics)
+    app.add_middleware(CrossOriginSharing)
     app.add_middleware(SafeHeaders)
     return app
 

@@ -21,7 +21,8 @@ _HEIGHT: Final = 600
 # Shorter than the caches of pages: a gym may become private.
 _CACHE_S: Final = 3600
 
-_Pixels = Annotated[int, Query(ge=100, le=10_000)]
+_UNLIMITED: Final = 10_000
+_Pixels = Annotated[int, Query(ge=100, le=_UNLIMITED)]
 
 
 @router.get("/oembed")
@@ -29,8 +30,8 @@ def read_oembed(
     services: ServicesOf,
     url: Annotated[str, Query(max_length=1000)],
     format: Annotated[str, Query(max_length=10)] = "json",
-    maxwidth: _Pixels = _WIDTH,
-    maxheight: _Pixels = _HEIGHT,
+    maxwidth: _Pixels = _UNLIMITED,
+    maxheight: _Pixels = _UNLIMITED,
 ) -> JSONResponse:
     """Return the frame that shows a wall or a route. Private gyms are not found."""
     if format != "json":
@@ -58,7 +59,10 @@ def _wall_path(base: str, url: str) -> str:
     """
     if not url.startswith(f"{base}/"):
         raise NotFoundError("not-found")
-    path = urlsplit(url.removeprefix(base)).path.strip("/")
+    try:
+        path = urlsplit(url.removeprefix(base)).path.strip("/")
+    except ValueError as error:
+        raise NotFoundError("not-found") from error
     match path.split("/"):
         case ["g", _, "w", _] | ["g", _, "w", _, "r", _]:
             return path

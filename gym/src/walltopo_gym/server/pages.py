@@ -255,7 +255,7 @@ def _discovery(address: str, base: str, title: str) -> str:
 def preview_of(session: Session, parts: list[str]) -> Preview:
     """Return the preview of the gym, wall or route in the path, as far as it exists."""
     match parts:
-        case ["g", slug, *rest]:
+        case ["g", slug, *rest] if "\0" not in slug:  # PostgreSQL has no such text
             gym = session.scalar(select(Gym).where(Gym.slug == slug, Gym.visibility != "private"))
             if gym is not None:
                 return _of_gym(session, gym, rest)

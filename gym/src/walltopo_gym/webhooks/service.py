@@ -8,13 +8,14 @@ import hmac
 import json
 import secrets
 from collections.abc import Mapping
-from datetime import timedelta
+from datetime import UTC, datetime, timedelta
 from typing import Any, Final, Literal
 from uuid import UUID, uuid4, uuid5
 
-from sqlalchemy import delete, exists, select, update
+from sqlalchemy import delete, exists, or_, select, update
 from sqlalchemy.orm import Session
 
+from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.climbing.tallies import tallies
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database, Listeners
@@ -34,7 +35,6 @@ from walltopo_gym.events import (
 from walltopo_gym.jobs.queue import Job, enqueue
 from walltopo_gym.outgoing import post
 from walltopo_gym.publishing.models import Route
-from walltopo_gym.walls.models import Wall
 from walltopo_gym.webhooks.models import Webhook, WebhookEvent
 
 Kind = Literal[
@@ -63,8 +63,8 @@ _DELIVERED: Final = timedelta(days=7)
 _PREFIX: Final = "whsec_"
 # About a day in all, then it is given up.
 DELIVERY: Final = Job("webhooks", waits=(10, 60, 300, 1800, 7200, 21600, 43200))
-# A route's ascents are counted once in so many seconds, so that no message is of one climber's tick
-# and none stands for each of a busy evening.
+# The ascents of a gym's routes are counted once in so many seconds: one message stands for all
+# ticks of a busy evening. In a quiet hall its counts are those of one climber.
 _COUNTED_EVERY_S: Final = 600
 _SLACK_S: Final = 30  # for transactions that are open when it ends
 COUNTS: Final = Job("webhook-counts", at_once=1, of_one_gym=1)
@@ -141,34 +141,40 @@ def _competition_moved(session: Session, event: CompetitionMoved) -> None:
 
 
 def _ascents_changed(session: Session, event: AscentsChanged) -> None:
-    """Queue the counts of the routes for the end of the present period."""
+    """Queue the counts of the gym's routes for the end of the present period."""
     if not session.scalar(select(exists().where(Webhook.gym_id == event.gym))):
         return
     period, into_s = divmod(int(now().timestamp()), _COUNTED_EVERY_S)
     wait = timedelta(seconds=_COUNTED_EVERY_S - into_s + _SLACK_S)
-    for route in sorted(event.routes):
-        key = f"{COUNTS.name}-{route}-{period}"
-        enqueue(session, COUNTS, str(route), period, gym=event.gym, key=key, delay=wait)
+    key = f"{COUNTS.name}-{event.gym}-{period}"
+    enqueue(session, COUNTS, str(event.gym), period, gym=event.gym, key=key, delay=wait)
 
 
-def count_ascents(database: Database, route: str, period: int) -> None:
-    """Queue a message with a route's counts, which names nobody; once in a period."""
+def count_ascents(database: Database, gym: str, period: int) -> None:
+    """Queue a message with the counts of the routes whose ascents changed since a period began.
+
+    There is one in a period, and it names nobody.
+    """
+    since = datetime.fromtimestamp(period * _COUNTED_EVERY_S, UTC)
+    moments = Ascent.created_at, Ascent.edited_at, Ascent.taken_back_at
+    changed = or_(*(moment >= since for moment in moments))
     with database.writing() as session:
-        row = session.get(Route, UUID(route))
-        wall = None if row is None else session.get(Wall, row.wall_id)
-        if row is None or wall is None:
-            return
-        tally = tallies(session, [row.id])[row.id]
-        queue_webhook_message(
-            session,
-            wall.gym_id,
-            "ascents.counted",
-            once=f"{route} {period}",
-            wall=str(wall.id),
-            route=route,
-            ascents=tally.ascents,
-            climbers=tally.climbers,
-        )
+        climbed = select(Ascent.route_id).where(Ascent.gym_id == UUID(gym), changed)
+        rows = session.execute(select(Route.id, Route.wall_id).where(Route.id.in_(climbed)))
+        walls = dict(rows.tuples().all())
+        counted = tallies(session, walls)
+        routes = [
+            {
+                "wall": str(wall),
+                "route": str(route),
+                "ascents": counted[route].ascents,
+                "climbers": counted[route].climbers,
+            }
+            for route, wall in walls.items()
+        ]
+        if routes:
+            once = f"{gym} {period}"
+            queue_webhook_message(session, UUID(gym), "ascents.counted", once=once, routes=routes)
 
 
 def _wall_published(session: Session, event: WallPublished) -> None:

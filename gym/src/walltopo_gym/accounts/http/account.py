@@ -12,7 +12,7 @@ from pydantic import BaseModel, EmailStr, Field, SecretStr
 from sqlalchemy import delete, select
 
 from walltopo_gym.accounts import second_factor
-from walltopo_gym.accounts.access import AnyoneMay, ConfirmedMay, SignedInMay
+from walltopo_gym.accounts.access import BrowserMay, ConfirmedMay, SignedInMay
 from walltopo_gym.accounts.actor import TOKEN_PREFIX, Scope
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.cookies import known_browser, remember_browser, sign_in_here
@@ -81,7 +81,11 @@ class Confirmation(Body):
 
 @router.post("/sign-up/confirm", status_code=201)
 def make_account(
-    body: Confirmation, request: Request, response: Response, services: ServicesOf, actor: AnyoneMay
+    body: Confirmation,
+    request: Request,
+    response: Response,
+    services: ServicesOf,
+    actor: BrowserMay,
 ) -> Me:
     """Create the account and sign in."""
     password = body.password.get_secret_value()
@@ -161,7 +165,7 @@ def ask_for_reset(
     request: Request,
     services: ServicesOf,
     later: BackgroundTasks,
-    actor: AnyoneMay,
+    actor: BrowserMay,
 ) -> None:
     """Mail a link for choosing a new password. The response is the same for every address."""
     email = normalise_email(body.email)
@@ -173,7 +177,7 @@ def ask_for_reset(
 
 
 @router.post("/password-reset/ways-in")
-def list_ways_in(body: ResetLink, services: ServicesOf, actor: AnyoneMay) -> list[WayIn]:
+def list_ways_in(body: ResetLink, services: ServicesOf, actor: BrowserMay) -> list[WayIn]:
     """Return the ways to sign in to the account of a mailed link, which stays valid."""
     with services.database.reading() as session:
         person = find_person(session, email_of_link(session, "reset", body.token))
@@ -205,7 +209,7 @@ def reset_password(
     response: Response,
     services: ServicesOf,
     notify: NotifyOwner,
-    actor: AnyoneMay,
+    actor: BrowserMay,
 ) -> None:
     """Choose a new password by a mailed link. All sign-ins and tokens end, and so do all other ways
     to sign in but those that are kept. The owner gets a mail.

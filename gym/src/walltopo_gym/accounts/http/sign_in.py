@@ -11,7 +11,7 @@ from pydantic import BaseModel, EmailStr, Field
 from sqlalchemy import delete, select
 
 from walltopo_gym.accounts import second_factor
-from walltopo_gym.accounts.access import AnyoneMay, SignedInMay
+from walltopo_gym.accounts.access import BrowserMay, SignedInMay
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.cookies import known_browser, sign_in_here, sign_out_here
 from walltopo_gym.accounts.device_sign_in import (
@@ -54,7 +54,7 @@ class Browser(BaseModel):
 
 @router.post("/session")
 def begin_session(
-    body: Credentials, request: Request, response: Response, services: ServicesOf, actor: AnyoneMay
+    body: Credentials, request: Request, response: Response, services: ServicesOf, actor: BrowserMay
 ) -> Me:
     """Sign in. Unknown addresses and wrong passwords get the same response.
 
@@ -136,7 +136,7 @@ class SignedChallenge(Body):
 
 
 @router.post("/session/passkey/options")
-def begin_passkey_session(session: Db, services: ServicesOf, actor: AnyoneMay) -> dict[str, Any]:
+def begin_passkey_session(session: Db, services: ServicesOf, actor: BrowserMay) -> dict[str, Any]:
     """Return `PublicKeyCredentialRequestOptions` as JSON."""
     return ask_for_sign_in(session, Site(services.settings.link_base))
 
@@ -147,7 +147,7 @@ def begin_session_by_passkey(
     request: Request,
     response: Response,
     services: ServicesOf,
-    actor: AnyoneMay,
+    actor: BrowserMay,
 ) -> Me:
     """Sign in with a passkey."""
     with services.database.writing() as session:
@@ -221,7 +221,7 @@ def allow_device_sign_in(
 
 @router.post("/session/device-sign-in/claim", status_code=201)
 def claim_device_sign_in(
-    body: SecretOnly, request: Request, session: Db, actor: AnyoneMay
+    body: SecretOnly, request: Request, session: Db, actor: BrowserMay
 ) -> MadeClaim:
     """Claim the offer of a QR code."""
     claimed, code = claim_offer(session, body.secret, request.headers.get("user-agent", ""))
@@ -235,7 +235,7 @@ def begin_session_by_device_sign_in(
     response: Response,
     session: Db,
     services: ServicesOf,
-    actor: AnyoneMay,
+    actor: BrowserMay,
 ) -> SignedIn:
     """Sign in by a claim once the other device has accepted."""
     person = use_claim(session, body.secret)

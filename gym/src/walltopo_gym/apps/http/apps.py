@@ -45,8 +45,13 @@ def _once(addresses: list[str]) -> list[str]:
 
 # Shorter than their column: a program on a device may add a port.
 _Redirect = Annotated[str, Field(min_length=1, max_length=450)]
+# No account before the host: it looks like another host.
 _HomePage = Annotated[
-    str, Field(max_length=450, pattern=r"^https?://[A-Za-z0-9\-._~:/?\[\]@!$&'()*+,;=%]+$")
+    str,
+    Field(
+        max_length=450,
+        pattern=r"^https?://[A-Za-z0-9\-._~:\[\]%]+([/?][A-Za-z0-9\-._~:/?\[\]@!$&'()*+,;=%]*)?$",
+    ),
 ]
 
 

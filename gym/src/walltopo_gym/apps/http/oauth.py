@@ -222,9 +222,11 @@ def describe_server(services: ServicesOf) -> dict[str, Any]:
 def describe_resource(services: ServicesOf, path: str = "") -> dict[str, Any]:
     """Return which server gives tokens for an address of this one (RFC 9728)."""
     base = services.settings.link_base
+    # The tools of assistants read alone: an assistant that asks for all scopes asks for no more.
+    scopes = [Scope.READ] if path == "mcp" else list(Scope)
     return {
         "resource": f"{base}/{path}".rstrip("/"),
         "authorization_servers": [base],
-        "scopes_supported": [scope.value for scope in Scope],
+        "scopes_supported": [scope.value for scope in scopes],
         "bearer_methods_supported": ["header"],
     }

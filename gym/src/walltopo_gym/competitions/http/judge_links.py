@@ -12,7 +12,7 @@ from pydantic import BaseModel
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.accounts.access import AnyoneMay, Rule
+from walltopo_gym.accounts.access import BrowserMay, Rule
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.limits import count_document, count_wrong_judge_link
 from walltopo_gym.accounts.people import names_by_id
@@ -281,7 +281,7 @@ def revoke_judge_links(competition: UUID, one: UUID, session: Db, access: Setter
 
 @router.post("/judge-links/open")
 def open_judge_link(
-    body: OpenBody, request: Request, response: Response, services: ServicesOf, actor: AnyoneMay
+    body: OpenBody, request: Request, response: Response, services: ServicesOf, actor: BrowserMay
 ) -> OpenedLink:
     """Open a judge's link in this browser, under the judge's name."""
     with services.database.reading() as session:
@@ -292,19 +292,24 @@ def open_judge_link(
         with services.database.writing() as session:
             count_wrong_judge_link(session, network_of(request))
     with services.database.writing() as session:
-        access, cookie = open_link(
-            session, body.secret, body.name, lambda link: request.cookies.get(cookie_name(link), "")
-        )
-        log_change(
+        access, cookie, is_new = open_link(
             session,
-            "judge-link.open",
-            person=None,
-            gym=access.gym.id,
-            subject=access.competition.name,
-            competition=str(access.competition.id),
-            problem=label_of(session, access.problem),
-            judge=access.judge.name,
+            body.secret,
+            body.name,
+            network_of(request),
+            lambda link: request.cookies.get(cookie_name(link), ""),
         )
+        if is_new:
+            log_change(
+                session,
+                "judge-link.open",
+                person=None,
+                gym=access.gym.id,
+                subject=access.competition.name,
+                competition=str(access.competition.id),
+                problem=label_of(session, access.problem),
+                judge=access.judge.name,
+            )
     _set_cookie(response, access.link.id, cookie)
     return OpenedLink(id=access.link.id)
 

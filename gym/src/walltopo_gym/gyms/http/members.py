@@ -10,7 +10,7 @@ from fastapi import APIRouter, BackgroundTasks, Request
 from pydantic import BaseModel, EmailStr, Field
 from sqlalchemy import delete, select
 
-from walltopo_gym.accounts.access import AnyoneMay, SignedInMay
+from walltopo_gym.accounts.access import BrowserMay, SignedInMay
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.limits import count_mail
 from walltopo_gym.accounts.mails import mail_link
@@ -234,7 +234,7 @@ class SignUp(Body):
 
 @sign_up_router.post("/sign-up", status_code=202)
 def request_account(
-    body: SignUp, request: Request, services: ServicesOf, later: BackgroundTasks, actor: AnyoneMay
+    body: SignUp, request: Request, services: ServicesOf, later: BackgroundTasks, actor: BrowserMay
 ) -> None:
     """Mail a link for creating an account. The response is the same for every address."""
     email = normalise_email(body.email)

@@ -10,7 +10,7 @@ from fastapi import APIRouter, Path, Response
 from pydantic import BaseModel, Field
 from sqlalchemy import select
 
-from walltopo_gym.accounts.access import AnyoneMay
+from walltopo_gym.accounts.access import BrowserMay
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.fields import Body, Secret
 from walltopo_gym.api.services import Db, ServicesOf
@@ -206,7 +206,7 @@ def open_screen(
     body: HallSecret,
     session: Db,
     response: Response,
-    actor: AnyoneMay,
+    actor: BrowserMay,
 ) -> None:
     """Open a private gym's screen in this anonymous browser."""
     row = session.scalar(select(Gym).where(Gym.slug == gym))

@@ -8,7 +8,7 @@ from anyio import to_thread
 from fastapi import APIRouter, Header, HTTPException, Request
 from pydantic import BaseModel, Field
 
-from walltopo_gym.accounts.access import AnyoneMay
+from walltopo_gym.accounts.access import BrowserMay
 from walltopo_gym.api.fields import Body, Digits, LongText
 from walltopo_gym.api.services import Services, ServicesOf
 from walltopo_gym.api.turns import turn_for
@@ -50,7 +50,7 @@ class SetupOut(BaseModel):
 
 
 @router.post("/backups", dependencies=[turn_for("backups")])
-def list_setup_backups(body: SetupIn, services: ServicesOf, actor: AnyoneMay) -> SetupOut:
+def list_setup_backups(body: SetupIn, services: ServicesOf, actor: BrowserMay) -> SetupOut:
     """Return the backups that an empty server can restore."""
     _check_code(services, body.code)
     found, error = read_target(services.settings)
@@ -64,7 +64,7 @@ def list_setup_backups(body: SetupIn, services: ServicesOf, actor: AnyoneMay) ->
 async def upload_backup(
     request: Request,
     services: ServicesOf,
-    actor: AnyoneMay,
+    actor: BrowserMay,
     content_length: Annotated[Digits, Header(ge=1, le=MAX_UPLOAD)],
     x_walltopo_setup: Annotated[str, Header(max_length=100)] = "",
 ) -> None:
@@ -89,7 +89,7 @@ async def upload_backup(
 
 
 @router.post("/restore", status_code=202)
-def restore_into_empty(body: SetupRestoreIn, services: ServicesOf, actor: AnyoneMay) -> None:
+def restore_into_empty(body: SetupRestoreIn, services: ServicesOf, actor: BrowserMay) -> None:
     """Restore a backup into an empty server, and serve again; 503 meanwhile."""
     _check_code(services, body.code)
     check_places(services.settings)
