@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-from collections.abc import Iterator, Mapping
+import threading
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from datetime import timedelta
+from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
 from typing import Any
 from uuid import UUID, uuid4
@@ -161,7 +163,8 @@ def serving(
 
     Parameters
     ----------
-    address : that browsers open; places : what the test needs beside the gym and its people.
+    address : that browsers open; places : what the test needs beside the gym and its people. It
+        gets `restart`, too: see `_restartable`.
     """
     data = world.server.settings.data
     world.server.close()
@@ -183,11 +186,40 @@ def serving(
         "new_gyms": "anyone",
         "backup_to": str(backups),
     }
-    process = Process(data, "serve", "--port", str(port), address=address, **settings)
-    try:
+
+    def start() -> Process:
+        return Process(data, "serve", "--port", str(port), address=address, **settings)
+
+    with _restartable(start) as restart:
+        written = json.loads((data / "places.json").read_text())
+        (data / "places.json").write_text(json.dumps(written | {"restart": restart}))
         yield {**os.environ, "WALLTOPO_PLACES": str(data / "places.json")}
+
+
+@contextmanager
+def _restartable(start: Callable[[], Process]) -> Iterator[str]:
+    """Run a server; yield an address where each POST kills it and starts it again."""
+    running = [start()]
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_POST(self) -> None:
+            running.pop().kill()
+            running.append(start())
+            self.send_response(204)
+            self.end_headers()
+
+        def log_message(self, *_: object) -> None: ...
+
+    control = HTTPServer(("127.0.0.1", 0), Handler)
+    thread = threading.Thread(target=control.serve_forever)
+    thread.start()
+    try:
+        yield f"http://127.0.0.1:{control.server_port}/"
     finally:
-        process.stop()
+        control.shutdown()
+        thread.join()
+        control.server_close()
+        running.pop().stop()
 
 
 def playwright(environment: Mapping[str, str], *words: str) -> None:

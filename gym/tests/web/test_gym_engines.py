@@ -1,4 +1,4 @@
-"""The web app in Firefox and in WebKitGTK: `gym/web/tests/engines`."""
+"""The web app in three engines and on bad networks: `gym/web/tests/engines`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from gym.tests.postgres import free_port
 from gym.tests.web.places import WEB, new_world, playwright, publish_wall, serving
 from gym.tests.worlds import World
 
-ENGINES = {"firefox": "firefox-esr", "webkit": "WebKitWebDriver"}
+ENGINES = {"chromium": "chromium", "firefox": "firefox-esr", "webkit": "WebKitWebDriver"}
+NETWORKS = ("3G", "a proxy that holds streams back", "IPv6 alone", "a server that restarts")
 
 pytestmark = pytest.mark.slow
 
@@ -28,23 +29,45 @@ def test_the_app_in_another_engine(
     tiny_scan: Path,
     lacks: Callable[[str], NoReturn],
 ) -> None:
+    with _served(engine, tmp_path, tiny_photos, tiny_scan, lacks) as environment:
+        playwright(environment, "-c", "tests/engines", f"--project={engine}", "flows.spec.mjs")
+
+
+@pytest.mark.parametrize("network", NETWORKS)
+def test_the_app_on_a_bad_network(
+    network: str,
+    tmp_path: Path,
+    tiny_photos: Path,
+    tiny_scan: Path,
+    lacks: Callable[[str], NoReturn],
+) -> None:
+    words = ("--project=chromium", "networks.spec.mjs", "--grep", f"{network}$")
+    with _served("chromium", tmp_path, tiny_photos, tiny_scan, lacks) as environment:
+        playwright(environment, "-c", "tests/engines", *words)
+
+
+@contextmanager
+def _served(
+    engine: str, folder: Path, photos: Path, scan: Path, lacks: Callable[[str], NoReturn]
+) -> Iterator[dict[str, str]]:
+    """Serve a gym with a wall and a competition; yields the environment of an engine's test."""
     wanted = (ENGINES[engine], "Xvfb", "openssl")
     missing = [program for program in wanted if shutil.which(program) is None]
     if missing or not (WEB / "node_modules/@playwright").is_dir():
         lacks(f"{', '.join(missing) or 'gym/web/node_modules'} is missing (make system browser)")
-    world = new_world(tmp_path / "app")
-    publish_wall(world, tiny_scan)
+    world = new_world(folder / "app")
+    publish_wall(world, scan)
     target, port = free_port(), free_port()
     places = {
-        "photos": str(tiny_photos),
-        "later": str(world.finished(tiny_scan)),
+        "photos": str(photos),
+        "later": str(world.finished(scan)),
         "competition": _competition(world),
         "port": port,
         "target": target,
-        **_certificate(tmp_path),
+        **_certificate(folder),
     }
     with _screen() as display, serving(world, target, f"https://localhost:{port}", places) as env:
-        playwright({**env, "DISPLAY": display}, "-c", "tests/engines", "--project", engine)
+        yield {**env, "DISPLAY": display}
 
 
 def _competition(world: World) -> dict[str, str]:

@@ -6,6 +6,11 @@ import type { Board, Line, Team } from "./facts";
 
 const ASK_MS = 10_000;
 const AGAIN_MS = 15_000;
+// A proxy may hold a stream back: it is open, and no message comes. The first one comes at once.
+const SILENT_MS = 5_000;
+// Interval of requests for missing messages, and the time that one may be on its way.
+const CHECK_MS = 30_000;
+const LATE_MS = 3_000;
 // Behind every rank; Infinity less itself is no number.
 const LAST = 1e9;
 
@@ -39,19 +44,24 @@ export class LiveBoard {
   private source: EventSource | null = null;
   private asking = 0;
   private again = 0;
+  private silent = 0;
+  private checking = 0;
 
   constructor(private readonly path: { gym: string; competition: string }) {}
 
   /** Start following; returns a function that stops. */
   watch(): () => void {
     this.open();
+    this.checking = window.setInterval(() => void this.check(), CHECK_MS);
     return () => this.stop();
   }
 
   private stop(): void {
     this.source?.close();
     clearInterval(this.asking);
+    clearInterval(this.checking);
     clearTimeout(this.again);
+    clearTimeout(this.silent);
   }
 
   private open(): void {
@@ -59,11 +69,14 @@ export class LiveBoard {
     this.source = new EventSource(`${PREFIX}/gyms/${this.path.gym}/competitions/${this.path.competition}/board/events`);
     this.source.onmessage = ({ data }: MessageEvent<string>) => this.message(JSON.parse(data) as LiveMessage);
     this.source.onerror = () => this.broke();
+    clearTimeout(this.silent);
+    this.silent = window.setTimeout(() => this.broke(), SILENT_MS);
   }
 
   private message(message: LiveMessage): void {
     clearInterval(this.asking);
     clearTimeout(this.again);
+    clearTimeout(this.silent);
     this.asking = this.again = 0;
     this.live = true;
     this.problem = null;
@@ -74,6 +87,7 @@ export class LiveBoard {
   /** Browsers do not reopen a stream that was answered by an error, so that is done here. */
   private broke(): void {
     this.live = false;
+    clearTimeout(this.silent);
     this.source?.close();
     if (isOver(this.board)) return;
     this.again ||= window.setTimeout(() => {
@@ -83,6 +97,14 @@ export class LiveBoard {
     if (this.asking) return;
     void this.ask();
     this.asking = window.setInterval(() => void this.ask(), ASK_MS);
+  }
+
+  /** A stream that is held back further on brings no messages either, though the board goes on. */
+  private async check(): Promise<void> {
+    if (!this.live || document.visibilityState !== "visible") return;
+    const { seq } = await ask(this.path).catch(() => ({ seq: 0 }));
+    await new Promise((resolve) => setTimeout(resolve, LATE_MS));
+    if (this.live && this.board && seq > this.board.seq) this.broke();
   }
 
   private async ask(): Promise<void> {

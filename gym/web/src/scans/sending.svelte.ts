@@ -99,8 +99,7 @@ export class Sending {
   }
 
   private async send(photo: Sent): Promise<void> {
-    // Most visits of a scan send nothing: the script comes with the first photo.
-    const tus = await import("tus-js-client").catch(() => null);
+    const tus = await this.sender();
     if (this.stopped) return;
     if (!tus) {
       photo.problem = ApiError.unreachable();
@@ -127,6 +126,16 @@ export class Sending {
     });
     photo.upload = upload;
     upload.start();
+  }
+
+  /** The script that sends. Most visits of a scan send nothing, so it comes with the first photo, as late as the server does. */
+  private async sender(): Promise<typeof import("tus-js-client") | null> {
+    for (const wait of WAITS_MS) {
+      const tus = await import("tus-js-client").catch(() => null);
+      if (tus || this.stopped) return tus;
+      await new Promise((resolve) => setTimeout(resolve, wait));
+    }
+    return null;
   }
 
   private finished(photo: Sent): void {

@@ -1,5 +1,6 @@
-// Firefox and WebKitGTK by WebDriver's commands: Firefox hears them on a socket of its own (Marionette), WebKit by HTTP from its
-// driver. Playwright 1.65 speaks to neither: its Firefox channel needs a newer Firefox than Debian's, its WebKit is a build of its own.
+// Three engines by WebDriver's commands: Firefox hears them on a socket of its own (Marionette), WebKitGTK by HTTP from its driver,
+// Chromium from Playwright. Playwright 1.65 speaks to neither of the others: its Firefox channel needs a newer Firefox than Debian's,
+// its WebKit is a build of its own.
 
 import { spawn } from "node:child_process";
 import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
@@ -7,9 +8,12 @@ import { connect, createServer } from "node:net";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
+import { chromium as playwright } from "@playwright/test";
+import { LAUNCH } from "../../../../viewer/tests/browser.mjs";
 
 const PATIENCE_MS = 60_000;
 const PAUSE_MS = 150;
+const CLICK_MS = 5_000; // then the element is looked for again
 const WINDOW = { width: 500, height: 900 }; // WebKit's MiniBrowser gets no narrower
 const ELEMENT = "element-6066-11e4-a52e-4f735466cecf";
 
@@ -114,6 +118,43 @@ async function webkit() {
   return { command, end, capabilities: { acceptInsecureCerts: true, "webkitgtk:browserOptions": options } };
 }
 
+/** A running Chromium: the commands as Playwright has them. */
+async function chromium() {
+  // With this option alone a service worker comes over a certificate of our own.
+  const browser = await playwright.launch({ ...LAUNCH, args: [...LAUNCH.args, "--ignore-certificate-errors"] });
+  const context = await browser.newContext({ ignoreHTTPSErrors: true, locale: "en-GB", reducedMotion: "reduce" });
+  const page = await context.newPage();
+  const elements = new Map();
+  const handleOf = (value) => elements.get(value?.[ELEMENT]) ?? value;
+  const commands = {
+    NewSession: () => undefined,
+    SetTimeouts: ({ pageLoad }) => context.setDefaultTimeout(pageLoad),
+    SetWindowRect: (size) => page.setViewportSize(size),
+    Navigate: ({ url }) => page.goto(url),
+    async FindElement({ value }) {
+      const found = await page.$(`xpath=${value}`);
+      if (!found) throw new Error(`no such element: ${value}`);
+      const id = String(elements.size + 1);
+      elements.set(id, found);
+      return { [ELEMENT]: id };
+    },
+    ElementClick: ({ id }) => elements.get(id).click({ timeout: CLICK_MS }),
+    ElementClear: ({ id }) => elements.get(id).fill(""),
+    async ElementSendKeys({ id, text }) {
+      const element = elements.get(id);
+      const isFile = await element.evaluate((at) => at.type === "file");
+      await (isFile ? element.setInputFiles(text.split("\n")) : element.pressSequentially?.(text) ?? element.type(text));
+    },
+    ExecuteAsyncScript({ script, args }) {
+      const act = new Function("args", `return new Promise((done) => (function () { ${script} })(...args, done))`);
+      return page.evaluate(act, args.map(handleOf));
+    },
+    TakeScreenshot: async () => (await page.screenshot()).toString("base64"),
+  };
+  const command = async (name, parameters = {}) => commands[name](parameters);
+  return { command, end: () => browser.close(), capabilities: {} };
+}
+
 async function ended(child) {
   if (child.exitCode !== null || child.signalCode !== null) return;
   const gone = new Promise((resolve) => child.once("exit", resolve));
@@ -130,7 +171,7 @@ export function freePort() {
   });
 }
 
-const ENGINES = { firefox, webkit };
+const ENGINES = { chromium, firefox, webkit };
 
 /** A browser of an engine with one page, on a server at `address`. */
 export async function open(engine, address) {
