@@ -27,14 +27,13 @@ from pathlib import Path
 from typing import Any
 from uuid import UUID, uuid4
 
-import boto3
 import httpx
 import numpy as np
 from gym.tests.competitions.contest import Contest
 from gym.tests.postgres import Postgres, free_port, postgres_programs
 from gym.tests.running import Process, announce, offset_of, send
+from gym.tests.s3 import BUCKET, s3_server
 from gym.tests.worlds import Server, World, make_world, new_database
-from moto.server import ThreadedMotoServer
 from PIL import Image
 from sqlalchemy import func, select, text
 
@@ -44,9 +43,6 @@ from walltopo_gym.competitions.models import ScoreEvent
 from walltopo_gym.scans.models import Photo
 from walltopo_gym.server.app import PREFIX
 from walltopo_gym.webhooks.models import WebhookEvent
-
-_BUCKET = "walls"
-_KEYS = {"ACCESS_KEY_ID": "k", "SECRET_ACCESS_KEY": "s", "REGION": "us-east-1"}
 
 
 class Proxy:
@@ -300,14 +296,14 @@ def two_servers() -> Iterator[Site]:
         postgres.start()
         stack.callback(postgres.close)
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        os.environ |= {f"AWS_{name}": value for name, value in _s3(stack).items()}
+        os.environ |= stack.enter_context(s3_server())
         tally = Tally()
         url, webhook = new_database(postgres.address), _receiver(stack, tally)
         contest, route = _gym(stack, folder / "world", url, webhook)
         ports = {"server a": free_port(), "server b": free_port()}
         settings = {
             "database": url,
-            "objects": f"s3://{_BUCKET}",
+            "objects": f"s3://{BUCKET}",
             "requests_per_minute": "0",
             "webhooks_to_private": "true",
             "workers": "0",
@@ -331,17 +327,6 @@ def two_servers() -> Iterator[Site]:
             site.stop.set()
             for process in site.processes.values():
                 process.stop()
-
-
-def _s3(stack: ExitStack) -> dict[str, str]:
-    server = ThreadedMotoServer(port=0, verbose=False)
-    server.start()
-    stack.callback(server.stop)
-    host, port = server.get_host_and_port()
-    keys = {"aws_access_key_id": "k", "aws_secret_access_key": "s"}
-    address = f"http://{host}:{port}"
-    boto3.client("s3", "us-east-1", endpoint_url=address, **keys).create_bucket(Bucket=_BUCKET)
-    return {**_KEYS, "ENDPOINT": address, "ALLOW_HTTP": "true"}
 
 
 def _receiver(stack: ExitStack, tally: Tally) -> str:

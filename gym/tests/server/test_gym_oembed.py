@@ -53,6 +53,11 @@ def test_odd_addresses_are_not_found(public: World, odd: str) -> None:
     assert public.server.client().get(f"/api/v1/gyms/{odd[3:] or 'x'}").status_code == 404
 
 
+def test_a_screen_of_an_odd_address_is_not_found(server: Server) -> None:
+    answer = server.client().post("/api/v1/gyms/a%00b/screen/open", json={"secret": "x" * 43})
+    assert answer.status_code == 404
+
+
 def test_a_routes_name_cannot_leave_the_frame(public: World) -> None:
     route = public.published()["routes"][0]["id"]
     body = oembed(public, f"{address_of(public)}/r/{route}").json()

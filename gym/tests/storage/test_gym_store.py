@@ -6,10 +6,9 @@ from collections.abc import Iterator
 from datetime import timedelta
 from pathlib import Path
 
-import boto3
 import pytest
+from gym.tests.s3 import BUCKET, s3_server
 from gym.tests.worlds import Server, World, hold, make_world
-from moto.server import ThreadedMotoServer
 
 from walltopo.core import SettingsError
 from walltopo_gym.clock import now
@@ -19,34 +18,18 @@ from walltopo_gym.server.app import PREFIX
 from walltopo_gym.settings import load_settings
 from walltopo_gym.storage.files import FileStore, open_store
 
-BUCKET = "walls"
-
 
 @pytest.fixture(scope="module")
-def s3() -> Iterator[str]:
-    """Address of an S3 server in this process, with a bucket."""
-    server = ThreadedMotoServer(port=0, verbose=False)
-    server.start()
-    host, port = server.get_host_and_port()
-    address = f"http://{host}:{port}"
-    keys = {"aws_access_key_id": "k", "aws_secret_access_key": "s"}
-    boto3.client("s3", "us-east-1", endpoint_url=address, **keys).create_bucket(Bucket=BUCKET)
-    yield address
-    server.stop()
+def s3() -> Iterator[dict[str, str]]:
+    with s3_server() as environment:
+        yield environment
 
 
 @pytest.fixture
-def objects(s3: str, monkeypatch: pytest.MonkeyPatch) -> str:
-    """The bucket's URL; where it is stands in the environment, as for every S3 program."""
-    answer = {
-        "ENDPOINT": s3,
-        "ALLOW_HTTP": "true",
-        "REGION": "us-east-1",
-        "ACCESS_KEY_ID": "k",
-        "SECRET_ACCESS_KEY": "s",
-    }
-    for name, value in answer.items():
-        monkeypatch.setenv(f"AWS_{name}", value)
+def objects(s3: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> str:
+    """The URL of an S3 bucket."""
+    for name, value in s3.items():
+        monkeypatch.setenv(name, value)
     return f"s3://{BUCKET}"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import IO, Any
 
 import portalocker
@@ -35,3 +36,17 @@ def take_lock(stream: IO[Any], *, wait: bool = False, shared: bool = False) -> b
             f"cannot lock {stream.name}: {error}", "Choose a folder on a local disk."
         ) from error
     return True
+
+
+def open_locked(path: Path) -> IO[bytes] | None:
+    """Open a file for writing and lock it; return None if another holds it.
+
+    Raises
+    ------
+    As `take_lock`.
+    """
+    stream = path.open("wb")
+    if take_lock(stream):
+        return stream
+    stream.close()
+    return None

@@ -18,7 +18,7 @@ from fastapi.routing import APIRoute
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.actor import NOBODY, Actor, Scope, by_cookie, by_token
-from walltopo_gym.api.services import ServicesOf, endpoint_session, rule_session
+from walltopo_gym.api.services import ServicesOf, endpoint_session, rule_session, token_of
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ForbiddenError, SignInNeededError
 
@@ -49,12 +49,10 @@ def actor_in(session: Session, request: Request) -> Actor:
     ------
     SignInNeededError : the request was queued in a browser for a person (`FOR`) who has signed out.
     """
-    kind, _, secret = request.headers.get("authorization", "").partition(" ")
-    cookie = request.cookies.get(COOKIE)
-    is_token = kind.lower() == "bearer"
-    if not is_token and not cookie:
+    token, cookie = token_of(request.headers), request.cookies.get(COOKIE)
+    if token is None and not cookie:
         return NOBODY
-    actor = by_token(session, secret.strip()) if is_token else by_cookie(session, cookie or "")
+    actor = by_cookie(session, cookie or "") if token is None else by_token(session, token)
     if FOR in request.headers and request.headers[FOR] != str(actor.person):
         raise SignInNeededError("waited-for-another", "sign-in-first")
     return actor

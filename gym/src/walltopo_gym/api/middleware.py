@@ -16,7 +16,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from walltopo_gym.api.error_responses import error_response
 from walltopo_gym.api.request_counts import SharedCounts
-from walltopo_gym.api.services import network_of
+from walltopo_gym.api.services import network_of, token_of
 from walltopo_gym.errors import RequestError
 
 LONGEST_BODY: Final = 2_000_000  # bytes; a photo's are bounded by what was announced
@@ -137,7 +137,7 @@ class CrossOriginGuard:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] == "http" and scope["method"] not in _SAFE:
             headers = Headers(scope=scope)
-            is_bare = _COOKIELESS.fullmatch(scope["path"]) or _has_token(headers)
+            is_bare = _COOKIELESS.fullmatch(scope["path"]) or token_of(headers) is not None
             if not is_bare and not self._is_ours(headers):
                 answer = error_response(RequestError("other-site"), 403)
                 await answer(scope, receive, send)
@@ -152,11 +152,6 @@ class CrossOriginGuard:
         if origin is None or origin == self._origin:
             return True
         return urlsplit(origin).netloc == headers.get("host")
-
-
-def _has_token(headers: Headers) -> bool:
-    """Return whether a request has a token; its cookies then count for nothing."""
-    return headers.get("authorization", "").partition(" ")[0].lower() == "bearer"
 
 
 _SHARED: Final = re.compile(r"/api/v1/.*|/oembed|/mcp|/oauth/(token|revoke)|/\.well-known/.*")
@@ -186,7 +181,7 @@ class CrossOriginSharing:
             await self._app(scope, receive, send)
             return
         request = Headers(scope=scope)
-        is_bare = "cookie" not in request or _has_token(request)
+        is_bare = "cookie" not in request or token_of(request) is not None
         wanted = request.get("access-control-request-method")
         if scope["method"] == "OPTIONS" and wanted is not None:
             await Response(status_code=204, headers=_PREFLIGHT)(scope, receive, send)

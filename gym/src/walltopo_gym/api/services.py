@@ -107,6 +107,12 @@ def rule_session(request: Request, services: Services) -> Iterator[Session]:
         yield session
 
 
+def token_of(headers: Mapping[str, str]) -> str | None:
+    """Return the token of a request; None: it has none, and its cookies count."""
+    kind, _, secret = headers.get("authorization", "").partition(" ")
+    return secret.strip() if kind.lower() == "bearer" else None
+
+
 def network_of(request: Request) -> str:
     """Return the sender's address as the nearest trusted proxy reports it; for IPv6 the network of
     64 bits, because one household has all of them."""

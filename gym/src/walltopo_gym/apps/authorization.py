@@ -9,12 +9,11 @@ themselves. Single use with its consequences, rotation with reuse detection, fre
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import timedelta
 from typing import Final
-from urllib.parse import parse_qsl, urlencode
+from urllib.parse import urlencode
 from uuid import UUID
 
 from sqlalchemy import select
@@ -24,6 +23,7 @@ from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.models import App, AppConnection, AppGrant, Person
 from walltopo_gym.accounts.secrets import new_secret
+from walltopo_gym.apps.parameters import Parameters, read_parameters
 from walltopo_gym.apps.redirects import is_registered
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import take_turn
@@ -31,7 +31,6 @@ from walltopo_gym.errors import RequestError
 
 _CODE_LASTS: Final = timedelta(seconds=60)
 _CHALLENGE: Final = re.compile(r"[A-Za-z0-9_-]{43}")
-_MAX_FIELDS: Final = 30
 # Targets that an app may name for its tokens (RFC 8707), below the server's address.
 _RESOURCES: Final = ("", "/", "/api/v1", "/mcp")
 
@@ -87,19 +86,17 @@ def read_request(session: Session, issuer: str, query: str) -> AuthorizationRequ
     AuthorizationError : anything else is wrong.
     """
     given = _parse(query)
-    counts = Counter(name for name, _ in given)
-    values = {name: value for name, value in given if counts[name] == 1}
+    values = given.once
     app = _app_named(session, values.get("client_id", ""))
-    redirect = _redirect_of(app, values.get("redirect_uri", ""), counts["redirect_uri"])
+    redirect = _redirect_of(app, given)
     state = values.get("state")
 
     def refuse(error: str, why: str) -> AuthorizationError:
         fields = {"error": error, "error_description": why}
         return AuthorizationError(_answer(redirect, issuer, state, fields))
 
-    twice = sorted(name for name, count in counts.items() if count > 1 and name != "resource")
-    if twice:
-        raise refuse("invalid_request", f"{twice[0]} comes twice")
+    if given.twice:
+        raise refuse("invalid_request", f"{min(given.twice)} comes twice")
     if values.get("response_type") != "code":
         raise refuse("unsupported_response_type", "response_type must be code")
     if values.get("code_challenge_method") != "S256":
@@ -108,7 +105,7 @@ def read_request(session: Session, issuer: str, query: str) -> AuthorizationRequ
     if not _CHALLENGE.fullmatch(challenge):
         raise refuse("invalid_request", "code_challenge must have 43 characters of base64url")
     targets = {issuer + path for path in _RESOURCES}
-    if not targets.issuperset(value for name, value in given if name == "resource"):
+    if not targets.issuperset(given.resources):
         raise refuse("invalid_target", f"resource must be {issuer}/api/v1 or {issuer}/mcp")
     wanted = set(values.get("scope", Scope.READ).split())
     if not wanted or not wanted <= set(Scope):
@@ -117,10 +114,9 @@ def read_request(session: Session, issuer: str, query: str) -> AuthorizationRequ
     return AuthorizationRequest(app, redirect, scopes, challenge, state, issuer)
 
 
-def _parse(query: str) -> list[tuple[str, str]]:
-    """Return the parameters; those without a value count as omitted (OAuth 2.1, 3.1)."""
+def _parse(query: str) -> Parameters:
     try:
-        return parse_qsl(query.removeprefix("?"), max_num_fields=_MAX_FIELDS)
+        return read_parameters(query.removeprefix("?"))
     except ValueError as error:
         raise RequestError("app-request-odd", "app-ask-maker") from error
 
@@ -142,12 +138,13 @@ def find_app(session: Session, client_id: str) -> App | None:
     return session.scalar(found.where(App.id == key, Person.locked_at.is_(None)))
 
 
-def _redirect_of(app: App, given: str, count: int) -> str:
-    if count == 0 and len(app.redirects) == 1:
+def _redirect_of(app: App, given: Parameters) -> str:
+    address = given.once.get("redirect_uri", "")
+    if not address and "redirect_uri" not in given.twice and len(app.redirects) == 1:
         return app.redirects[0]
-    if not is_registered(given, app.redirects):
+    if not is_registered(address, app.redirects):
         raise RequestError("app-redirect-unknown", "app-ask-maker")
-    return given
+    return address
 
 
 def approve(session: Session, person: UUID, request: AuthorizationRequest) -> str:

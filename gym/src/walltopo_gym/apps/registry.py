@@ -73,7 +73,7 @@ def register_app(
     row = App(person_id=person, password_hash=kept, **_columns(facts))
     session.add(row)
     session.flush()
-    log_change(session, "app.create", person=person, subject=row.name, app=str(row.id))
+    _log(session, "app.create", row)
     return row, secret
 
 
@@ -81,7 +81,7 @@ def change_app(session: Session, row: App, facts: AppFacts) -> None:
     """Change the facts of an app. People keep it connected."""
     for name, value in _columns(facts).items():
         setattr(row, name, value)
-    log_change(session, "app.change", person=row.person_id, subject=row.name, app=str(row.id))
+    _log(session, "app.change", row)
 
 
 def renew_secret(session: Session, row: App) -> str:
@@ -94,14 +94,18 @@ def renew_secret(session: Session, row: App) -> str:
     if row.password_hash is None:
         raise ConflictError("app-public")
     secret, row.password_hash = new_secret(_SECRET_PREFIX)
-    log_change(session, "app.secret", person=row.person_id, subject=row.name, app=str(row.id))
+    _log(session, "app.secret", row)
     return secret
 
 
 def drop_app(session: Session, row: App) -> None:
     """Delete an app, with the connections of all people."""
     session.delete(row)
-    log_change(session, "app.delete", person=row.person_id, subject=row.name, app=str(row.id))
+    _log(session, "app.delete", row)
+
+
+def _log(session: Session, action: str, row: App) -> None:
+    log_change(session, action, person=row.person_id, subject=row.name, app=str(row.id))
 
 
 def _columns(facts: AppFacts) -> dict[str, object]:

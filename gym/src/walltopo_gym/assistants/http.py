@@ -15,7 +15,7 @@ from starlette.responses import JSONResponse
 from walltopo_gym.accounts.access import Rule, actor_in, check_scope
 from walltopo_gym.accounts.actor import NOBODY
 from walltopo_gym.api.error_responses import error_response
-from walltopo_gym.api.services import ServicesOf
+from walltopo_gym.api.services import ServicesOf, token_of
 from walltopo_gym.assistants.protocol import VERSIONS, answer
 from walltopo_gym.assistants.tools import Caller, Tool
 from walltopo_gym.errors import RequestError, SignInNeededError
@@ -37,10 +37,9 @@ def answer_message(
     wanted = request.headers.get("mcp-protocol-version", VERSIONS[0])
     if wanted not in VERSIONS:
         return JSONResponse({"title": f"versions are {', '.join(VERSIONS)}", "status": 400}, 400)
-    has_token = request.headers.get("authorization", "").lower().startswith("bearer ")
     with services.database.reading() as session:
         try:
-            actor = actor_in(session, request) if has_token else NOBODY
+            actor = NOBODY if token_of(request.headers) is None else actor_in(session, request)
             _ = actor.known
         except SignInNeededError as error:
             return _refuse(error, services.settings.link_base)

@@ -21,7 +21,7 @@ from walltopo_gym.gyms.models import Gym, Membership
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.publishing.versions import gym_routes, route_of, wall_routes
 from walltopo_gym.texts import same_key
-from walltopo_gym.walls.lookup import wall_of
+from walltopo_gym.walls.lookup import wall_of, walls_of
 from walltopo_gym.walls.models import Wall
 
 _MOST: Final = 200  # items of a result
@@ -112,10 +112,9 @@ def _find_gyms(caller: Caller, wanted: FindGyms) -> dict[str, Any]:
 
 def _list_walls(caller: Caller, wanted: OfGym) -> dict[str, Any]:
     gym = caller.gym(wanted.gym)
-    rows = select(Wall).where(Wall.gym_id == gym.id).order_by(Wall.place, Wall.name)
     walls = [
         {"id": str(wall.id), "name": wall.name, "zone": wall.zone}
-        for wall in caller.session.scalars(rows)
+        for wall in walls_of(caller.session, gym.id)
     ]
     return {"walls": walls}
 

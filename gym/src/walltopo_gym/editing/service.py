@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import IO, Final
 from uuid import UUID, uuid4
 
-from walltopo.core.locks import take_lock
+from walltopo.core.locks import open_locked
 from walltopo.editing.messages import EditResult, RebuildStatus
 from walltopo.pipeline.edit_session import STAGES_AFTER_LOG, open_session
 from walltopo.scans.edits import EditLog
@@ -181,8 +181,7 @@ class OwnFolder:
             self._parent.mkdir(parents=True, exist_ok=True)
             self._delete_abandoned()
             name = uuid4().hex
-            self._lock = (self._parent / f"{name}.lock").open("wb")
-            take_lock(self._lock)
+            self._lock = open_locked(self._parent / f"{name}.lock")
             self._path = self._parent / name
             self._path.mkdir()
         return self._path
@@ -200,11 +199,12 @@ class OwnFolder:
         for entry in self._parent.iterdir():
             if entry.suffix == ".lock":
                 continue
-            lock = self._parent / f"{entry.name}.lock"
-            with lock.open("wb") as stream:
-                if take_lock(stream):
+            path = self._parent / f"{entry.name}.lock"
+            lock = open_locked(path)
+            if lock is not None:
+                with lock:
                     shutil.rmtree(entry, ignore_errors=True)
-                    lock.unlink(missing_ok=True)
+                    path.unlink(missing_ok=True)
 
 
 _SOON_S: Final = 60

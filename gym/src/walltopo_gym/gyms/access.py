@@ -7,7 +7,6 @@ from typing import Annotated, Any
 from uuid import UUID
 
 from fastapi import Depends, Path, Request
-from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.access import Rule, actor_in, check_scope
@@ -15,6 +14,7 @@ from walltopo_gym.accounts.actor import Actor, Scope
 from walltopo_gym.api.services import ServicesOf, rule_session
 from walltopo_gym.errors import ForbiddenError, NotFoundError, SignInNeededError
 from walltopo_gym.events import Admission, collect_answers
+from walltopo_gym.gyms.lookup import gym_by_slug
 from walltopo_gym.gyms.members import check_not_banned, role_of
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.gyms.roles import Role
@@ -87,8 +87,7 @@ def visible_gym(session: Session, slug: str, actor: Actor, request: Request) -> 
 
 
 def _known_gym(session: Session, slug: str, actor: Actor, request: Request) -> tuple[Gym, Role]:
-    slug = slug.replace("\0", " ")  # PostgreSQL has no such text, and no gym this name
-    found = session.scalar(select(Gym).where(Gym.slug == slug))
+    found = gym_by_slug(session, slug)
     # The same queries for a gym that does not exist, so that the duration reveals no private gym.
     gym = UUID(int=0) if found is None else found.id
     role = role_of(session, gym, actor.person)

@@ -17,6 +17,7 @@ from walltopo_gym.gyms.days import gym_day, today, zone_of
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.inspections.levels import Level, saved_plans
 from walltopo_gym.inspections.models import InspectedWall, Inspection, InspectionPlan
+from walltopo_gym.walls.lookup import walls_of
 from walltopo_gym.walls.models import Wall
 
 _LOG = logging.getLogger("walltopo_gym.inspections")
@@ -50,9 +51,7 @@ def due_levels(session: Session, gym: Gym) -> list[LevelDue]:
         return []
     zone = zone_of(gym)
     since = gym_day(plan.created_at, zone)
-    walls = session.scalars(
-        select(Wall).where(Wall.gym_id == gym.id).order_by(Wall.place, Wall.name)
-    ).all()
+    walls = walls_of(session, gym.id)
     last = _last_inspections(session, gym.id)
     found = []
     for level in saved_plans(plan):

@@ -17,7 +17,7 @@ from dbos import DBOS
 from sqlalchemy import Connection, text
 from sqlalchemy.exc import SQLAlchemyError
 
-from walltopo.core.locks import take_lock
+from walltopo.core.locks import open_locked
 from walltopo_gym.database.engine import Database
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import private_folder
@@ -57,7 +57,7 @@ class WorkerSlot:
         self._drop_connection()
 
     def _take(self, number: int) -> bool:
-        self._file = _lock_file(self._folder / f"{number}.lock")
+        self._file = open_locked(self._folder / f"{number}.lock")
         if self._file is None:
             return False
         if self.database.is_sqlite:  # all workers share a machine, whose name may change
@@ -120,7 +120,7 @@ class WorkerSlot:
     def _gone(self, name: str) -> Iterator[bool]:
         """Yield whether a worker is dead; it cannot come back during the block."""
         if self.database.is_sqlite:
-            lock: IO[bytes] | Connection | None = _lock_file(
+            lock: IO[bytes] | Connection | None = open_locked(
                 self._folder / f"{name.rpartition('-')[2]}.lock"
             )
         else:
@@ -177,17 +177,8 @@ def _folder(settings: GymSettings) -> Path:
     return folder
 
 
-def _lock_file(path: Path) -> IO[bytes] | None:
-    """Open a file and lock it; None if another process has the lock."""
-    stream = path.open("wb")
-    if take_lock(stream):
-        return stream
-    stream.close()
-    return None
-
-
 def _is_held(path: Path) -> bool:
-    lock = _lock_file(path)
+    lock = open_locked(path)
     if lock is not None:
         lock.close()
     return lock is None

@@ -28,6 +28,7 @@ from walltopo.core import EnvironmentLacksError
 from walltopo.publish.web_page import viewer_script
 from walltopo_gym.api.services import Services, ServicesOf
 from walltopo_gym.errors import NotFoundError
+from walltopo_gym.gyms.lookup import gym_by_slug
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.publishing.codes import route_by_code
 from walltopo_gym.publishing.models import Placement, Route
@@ -255,9 +256,9 @@ def _discovery(address: str, base: str, title: str) -> str:
 def preview_of(session: Session, parts: list[str]) -> Preview:
     """Return the preview of the gym, wall or route in the path, as far as it exists."""
     match parts:
-        case ["g", slug, *rest] if "\0" not in slug:  # PostgreSQL has no such text
-            gym = session.scalar(select(Gym).where(Gym.slug == slug, Gym.visibility != "private"))
-            if gym is not None:
+        case ["g", slug, *rest]:
+            gym = gym_by_slug(session, slug)
+            if gym is not None and gym.visibility != "private":
                 return _of_gym(session, gym, rest)
     return Preview(_SITE)
 

@@ -19,7 +19,7 @@ from walltopo_gym.api.services import Db, Services, ServicesOf
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
 from walltopo_gym.events import ClosedWalls, collect_answers
 from walltopo_gym.gyms.access import Access, GuestMay, OwnerMay, SetterMay
-from walltopo_gym.walls.lookup import wall_of
+from walltopo_gym.walls.lookup import wall_of, walls_of
 from walltopo_gym.walls.models import FloorPlan, Wall
 from walltopo_gym.walls.service import key_of, store_plan_picture
 from walltopo_gym.walls.zones import queue_publications
@@ -61,11 +61,8 @@ class WallOut(BaseModel):
 @router.get("/gyms/{gym}/walls")
 def list_walls(session: Db, access: GuestMay) -> list[WallOut]:
     """Return the gym's walls from left to right."""
-    rows = session.scalars(
-        select(Wall).where(Wall.gym_id == access.gym.id).order_by(Wall.place, Wall.name)
-    )
-    closed = dict(collect_answers(session, ClosedWalls(access.gym.id)))
-    return [_wall_out(row, closed) for row in rows]
+    closed = _closed_walls(session, access)
+    return [_wall_out(row, closed) for row in walls_of(session, access.gym.id)]
 
 
 @router.post("/gyms/{gym}/walls", status_code=201)
@@ -83,7 +80,7 @@ def make_wall(body: NewWall, session: Db, access: SetterMay) -> WallOut:
 def read_wall(wall: UUID, session: Db, access: GuestMay) -> WallOut:
     """Return a wall."""
     row = wall_of(session, access.gym.id, wall)
-    return _wall_out(row, dict(collect_answers(session, ClosedWalls(access.gym.id))))
+    return _wall_out(row, _closed_walls(session, access))
 
 
 @router.patch("/gyms/{gym}/walls/{wall}")
@@ -99,7 +96,7 @@ def change_wall(wall: UUID, body: WallChange, session: Db, access: SetterMay) ->
         row.zone = body.zone
         queue_publications(session, access.gym.id)
     _log(session, access, "wall.change", row)
-    return _wall_out(row, dict(collect_answers(session, ClosedWalls(access.gym.id))))
+    return _wall_out(row, _closed_walls(session, access))
 
 
 @router.delete("/gyms/{gym}/walls/{wall}", status_code=204)
@@ -109,6 +106,11 @@ def drop_wall(wall: UUID, session: Db, access: OwnerMay) -> None:
     session.delete(row)
     queue_publications(session, access.gym.id)
     _log(session, access, "wall.delete", row)
+
+
+def _closed_walls(session: Session, access: Access) -> dict[UUID, datetime]:
+    """Return since when walls are closed, by wall."""
+    return dict(collect_answers(session, ClosedWalls(access.gym.id)))
 
 
 def _wall_out(row: Wall, closed: Mapping[UUID, datetime]) -> WallOut:

@@ -1,4 +1,4 @@
-"""Find a wall of a gym."""
+"""Find the walls of a gym."""
 
 from __future__ import annotations
 
@@ -23,6 +23,12 @@ def wall_of(session: Session, gym: UUID, wall: UUID) -> Wall:
     if row is None or row.gym_id != gym:
         raise NotFoundError("not-there-wall")
     return row
+
+
+def walls_of(session: Session, gym: UUID) -> list[Wall]:
+    """Return the walls of a gym from left to right."""
+    rows = select(Wall).where(Wall.gym_id == gym).order_by(Wall.place, Wall.name)
+    return list(session.scalars(rows))
 
 
 def disciplines_of(session: Session, gym: UUID) -> list[Discipline]:

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import base64
 import binascii
-from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Final
-from urllib.parse import parse_qsl, unquote_plus
+from urllib.parse import unquote_plus
 
 from fastapi import APIRouter, Depends, Request
 from sqlalchemy.orm import Session
@@ -23,6 +22,7 @@ from walltopo_gym.accounts.limits import count_app_token
 from walltopo_gym.accounts.models import App
 from walltopo_gym.api.services import Services, ServicesOf, network_of
 from walltopo_gym.apps.authorization import find_app
+from walltopo_gym.apps.parameters import Parameters, read_parameters
 from walltopo_gym.apps.tokens import (
     ACCESS_LASTS,
     OAuthError,
@@ -37,24 +37,21 @@ from walltopo_gym.errors import TooManyError
 router = APIRouter(include_in_schema=False)
 
 _FORM: Final = "application/x-www-form-urlencoded"
-_MAX_FIELDS: Final = 30
 _UNSTORED: Final = {"cache-control": "no-store"}
 _METHODS: Final = ["none", "client_secret_basic", "client_secret_post"]
 
 
 @dataclass(frozen=True)
 class _Form:
-    """The form of a request.
+    """The form of a request; `is_form`: whether the body is a form at all."""
 
-    Parameters
-    ----------
-    fields : those that come once, with a value. twice : the name of one that comes more than once.
-    is_form : whether the body is a form at all.
-    """
-
-    fields: Mapping[str, str]
-    twice: str
+    parameters: Parameters
     is_form: bool
+
+    @property
+    def fields(self) -> Mapping[str, str]:
+        """Return the fields that come once, with a value."""
+        return self.parameters.once
 
     def need(self, name: str) -> str:
         """Return a field.
@@ -71,14 +68,10 @@ class _Form:
 async def _read_form(request: Request) -> _Form:
     kind = request.headers.get("content-type", "").partition(";")[0].strip().lower()
     try:
-        text = (await request.body()).decode()
-        pairs = parse_qsl(text, max_num_fields=_MAX_FIELDS)
+        found = read_parameters((await request.body()).decode())
     except ValueError:
-        return _Form({}, "", is_form=False)
-    # RFC 8707 lets `resource` come several times.
-    counts = Counter(name for name, _ in pairs if name != "resource")
-    twice = next((name for name, count in counts.items() if count > 1), "")
-    return _Form(dict(pairs), twice, kind == _FORM)
+        return _Form(Parameters({}), is_form=False)
+    return _Form(found, kind == _FORM)
 
 
 FormOf = Annotated[_Form, Depends(_read_form)]
@@ -158,8 +151,8 @@ def _check(form: _Form, request: Request, services: Services) -> None:
         count_app_token(session, network_of(request))
     if not form.is_form:
         raise OAuthError("invalid_request", f"the body must be {_FORM}")
-    if form.twice:
-        raise OAuthError("invalid_request", f"{form.twice} comes twice")
+    if form.parameters.twice:
+        raise OAuthError("invalid_request", f"{form.parameters.twice[0]} comes twice")
 
 
 def _client(session: Session, form: _Form, request: Request) -> App:

@@ -35,6 +35,7 @@ from walltopo_gym.competitions.http.competitions import (
 )
 from walltopo_gym.competitions.http.scoring import (
     EventOut,
+    PadEvent,
     ProblemMark,
     ResultsPaper,
     events_out,
@@ -56,7 +57,6 @@ from walltopo_gym.competitions.judge_links import (
 )
 from walltopo_gym.competitions.judge_sheet import JudgeCode, SheetSize, judge_sheet
 from walltopo_gym.competitions.judging import ByLink, store_event
-from walltopo_gym.competitions.ledger import Kind
 from walltopo_gym.competitions.models import Competition, JudgeLink, Problem, Round
 from walltopo_gym.competitions.order import starters
 from walltopo_gym.competitions.scoring.rules import Scoring
@@ -122,25 +122,6 @@ class PadEntry(BaseModel):
     category_id: UUID
     bib: int
     name: str
-
-
-class PadEvent(BaseModel):
-    """A score event on a judge's pad, without what only accounts see. `by_name`: of the judge whose
-    link it came by, empty for an account; `by_link`: label of that link's problem."""
-
-    id: UUID
-    entry_id: UUID
-    problem_id: UUID | None
-    kind: Kind
-    n: int | None
-    hold: int | None
-    plus: bool
-    seconds: int | None
-    target_id: UUID | None
-    made_at: datetime
-    by_name: str
-    by_link: str | None
-    counts: bool
 
 
 class PadMark(MarkFields):

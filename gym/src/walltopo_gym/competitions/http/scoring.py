@@ -52,13 +52,12 @@ async def _boards(services: ServicesOf) -> LiveBoards:
 BoardsOf = Annotated[LiveBoards, Depends(_boards)]
 
 
-class EventOut(BaseModel):
-    """A score event. `seq`, `at`: its arrival at the server; `climbed_at`: `made_at` corrected by
-    the error of the device's clock; `counts`: no other event strikes it. `by_name`: the sender's;
-    `by_link`: label of the problem whose judge's link it came by, null for an account."""
+class PadEvent(BaseModel):
+    """A score event on a judge's pad. `counts`: no other event strikes it. `by_name`: the sender's,
+    empty where accounts are hidden; `by_link`: label of the problem whose judge's link it came by,
+    null for an account."""
 
     id: UUID
-    seq: int
     entry_id: UUID
     problem_id: UUID | None
     kind: Kind
@@ -67,15 +66,22 @@ class EventOut(BaseModel):
     plus: bool
     seconds: int | None
     target_id: UUID | None
-    text: str
-    device: str
-    number: int
     made_at: datetime
-    climbed_at: datetime
-    at: datetime
     by_name: str
     by_link: str | None
     counts: bool
+
+
+class EventOut(PadEvent):
+    """A score event. `seq`, `at`: its arrival at the server; `climbed_at`: `made_at` corrected by
+    the error of the device's clock."""
+
+    seq: int
+    text: str
+    device: str
+    number: int
+    climbed_at: datetime
+    at: datetime
 
 
 class EventPage(BaseModel):

@@ -32,6 +32,7 @@ from walltopo_gym.publishing.new_routes import new_routes
 from walltopo_gym.publishing.versions import gym_routes
 from walltopo_gym.scans.pictures import wall_picture
 from walltopo_gym.storage.files import FileStore
+from walltopo_gym.walls.lookup import walls_of
 from walltopo_gym.walls.models import Wall
 from walltopo_gym.words import words_in
 
@@ -72,9 +73,7 @@ def read_poster(
         gym = session.get_one(Gym, access.gym.id)
         routes = new_routes(session, gym, days)
         day = today(gym)
-        walls = session.scalars(
-            select(Wall).where(Wall.gym_id == gym.id).order_by(Wall.place, Wall.name)
-        ).all()
+        walls = walls_of(session, gym.id)
     by_wall = [(wall, [r for r in routes if r.wall_id == wall.id]) for wall in walls]
     poster = Poster(
         gym,

@@ -16,6 +16,7 @@ from walltopo_gym.api.fields import Body, Secret
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.access import GuestMay, OwnerMay, SetterMay
+from walltopo_gym.gyms.lookup import gym_by_slug
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.hall.coming import climbers_today, planned_dates
 from walltopo_gym.hall.models import HallSettings
@@ -209,7 +210,7 @@ def open_screen(
     actor: BrowserMay,
 ) -> None:
     """Open a private gym's screen in this anonymous browser."""
-    row = session.scalar(select(Gym).where(Gym.slug == gym))
+    row = gym_by_slug(session, gym)
     if row is None or not has_key(session, row.id, body.secret):
         raise NotFoundError("screen-link-unknown", "ask-the-gym-new")
     response.set_cookie(
