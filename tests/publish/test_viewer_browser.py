@@ -48,6 +48,7 @@ FLOWS = (
     "tasks",
     "reset",
     "borders",
+    "touch",
 )
 # Screenshots of the last run, for people to look at: a folder for each flow.
 SHOTS = Path(os.environ.get("WALLTOPO_SHOTS", VIEWER.parent / "build" / "viewer-shots"))
@@ -341,16 +342,20 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Sca
         "odd": {kind: page.as_uri() for kind, page in odd.items()},
     }
     after = exported(room / "reset", missed=1)
+    narrow = exported(room / "touch", missed=1)
     dense = exported(room / "spray", holds=40)
     with (
         served(scan.root, edit=False) as web,
         served(editing.root, edit=True, opened=open_session) as edit,
         served(after.root, edit=True, opened=open_session) as reset,
         served(dense.root, edit=True, opened=open_session) as spray,
+        served(narrow.root, edit=True, opened=open_session) as touch,
     ):
         found |= {"web": web.url, "edit": edit.url, "spray": spray.url}
         x, z = hold_places(12)[-1]
-        found["reset"] = {"address": reset.url, "missed": [x, 0.0, z]}
+        missed = [x, 0.0, z]
+        found["reset"] = {"address": reset.url, "missed": missed}
+        found["touch"] = {"address": touch.url, "missed": missed}
         listing.write_text(json.dumps(found))
         yield listing, editing
 

@@ -58,7 +58,7 @@ export class Bar {
     add("check", edit.check, () => on.check()).title = edit.checkHint;
     for (const mode of MODES) add(mode, named[mode], () => on.mode(mode));
     this.size.addEventListener("input", () => on.brush(Number(this.size.value) / 100));
-    this.root.append(this.size);
+    this.buttons.get("erase")!.after(this.size);
   }
 
   /** CSS pixels that it takes at the top; the same while the width is: no button may move the picture. */
@@ -79,7 +79,9 @@ export class Bar {
     is("leftOut").hidden = state.leftOut === 0;
     is("leftOut").textContent = `${edit.leftOut} ${state.leftOut}`;
     for (const mode of MODES) is(mode).setAttribute("aria-pressed", String(state.mode === mode));
+    const wasHidden = this.size.hidden;
     this.size.hidden = state.mode !== "paint" && state.mode !== "erase";
+    if (wasHidden && !this.size.hidden) this.size.scrollIntoView({ block: "nearest", inline: "nearest" });
     this.root.classList.toggle("busy", state.busy);
     this.root.setAttribute("aria-busy", String(state.busy));
     // Nothing to save: the button tells how it stands.

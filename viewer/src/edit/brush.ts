@@ -22,12 +22,11 @@ export class Brush {
     private readonly done: (stroke: Edit[]) => void,
     signal: AbortSignal,
   ) {
-    const { canvas, stage } = host;
+    const { canvas } = host;
     canvas.addEventListener("pointerdown", (event) => {
-      if (this.target() === undefined) return;
-      stage.rig.controls.enabled = false;
-      this.stroke = [];
-      this.last = null;
+      if (this.target() === undefined || event.button !== 0) return;
+      if (!event.isPrimary) return this.cancel(); // two fingers move the wall
+      this.begin();
       this.paint(event);
     }, { signal });
     canvas.addEventListener("pointermove", (event) => this.stroke && this.paint(event), { signal });
@@ -44,11 +43,23 @@ export class Brush {
   /** One ball, as a stroke of its own; false where nothing is painted now. */
   dab(hit: Hit | null): boolean {
     if (this.target() === undefined) return false;
-    this.stroke = [];
-    this.last = null;
+    this.begin();
     this.touch(hit);
     this.end();
     return true;
+  }
+
+  private begin(): void {
+    this.stroke = [];
+    this.last = null;
+  }
+
+  private cancel(): void {
+    if (!this.stroke) return;
+    const shown = this.balls.splice(this.balls.length - this.stroke.length);
+    for (const remove of shown) remove();
+    this.stroke = null;
+    this.host.stage.redraw();
   }
 
   private paint(event: PointerEvent): void {
@@ -70,7 +81,6 @@ export class Brush {
     if (!this.stroke) return;
     const stroke = this.stroke;
     this.stroke = null;
-    this.host.stage.rig.controls.enabled = true;
     if (stroke.length > 0) this.done(stroke);
   }
 }

@@ -96,6 +96,7 @@ export class Editor {
   dispose(): void {
     this.gone.abort();
     this.proposing.end();
+    this.host.draw(false);
     this.bar.root.remove();
   }
 
@@ -299,6 +300,8 @@ export class Editor {
     if (hint) this.host.say(hint);
     const picks = this.isAiming || this.mode === "several";
     this.host.view.classList.toggle("painting", picks);
+    this.host.view.classList.toggle("aiming", this.isAiming);
+    this.host.draw(this.mode === "paint" || this.mode === "erase");
     if (picks) this.host.canvas.focus({ preventScroll: true });
     this.host.dots(this.dots());
     this.host.refresh();

@@ -7,6 +7,8 @@ export interface EditorHost {
   readonly view: HTMLElement;
   readonly stage: Stage;
   readonly canvas: HTMLCanvasElement;
+  /** Whether one finger draws on the wall instead of turning it. */
+  draw(drawing: boolean): void;
   chosen(): { route: Route | null; hold: Hold | null };
   /** Show these tables; what is chosen stays where it is still there. */
   show(tables: Tables): void;

@@ -121,6 +121,11 @@ export class Parts {
     this.capture?.set(grabMode(this.element.getAttribute("grab")) ?? (this.layout.alone ? "always" : "two-fingers"));
   }
 
+  /** Whether one finger draws on the wall instead of turning it. */
+  draw(drawing: boolean): void {
+    this.capture?.draw(drawing);
+  }
+
   /** Show a line over the picture for some seconds. */
   say(text: string): void {
     const bars = [this.layout.tall ? this.toolbar.root : null, this.view.querySelector<HTMLElement>(".edit")];

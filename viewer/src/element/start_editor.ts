@@ -13,6 +13,7 @@ export function startEditor(parts: Parts, selection: Selection): void {
     view,
     stage: parts.stage!,
     canvas,
+    draw: (drawing: boolean) => parts.draw(drawing),
     chosen: () => ({ route: parts.route, hold: parts.hold }),
     show: (tables: Tables) => {
       const { selected } = parts;

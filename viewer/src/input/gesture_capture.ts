@@ -19,6 +19,7 @@ const { ACTION } = CameraControls;
 export class GestureCapture {
   private mode: GrabMode = "always";
   private held = false;
+  private drawing = false;
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
@@ -51,9 +52,15 @@ export class GestureCapture {
     this.apply();
   }
 
+  /** One finger, or the mouse's left button, draws on the wall; two fingers still move it. */
+  draw(drawing: boolean): void {
+    this.drawing = drawing;
+    this.apply();
+  }
+
   /** The wall has all fingers and the wheel. */
   private get free(): boolean {
-    return this.mode === "always" || (this.mode === "click" && this.held);
+    return this.mode === "always" || this.drawing || (this.mode === "click" && this.held);
   }
 
   private take(held: boolean): void {
@@ -66,12 +73,13 @@ export class GestureCapture {
   }
 
   private apply(): void {
-    const { touches } = this.controls;
+    const { touches, mouseButtons } = this.controls;
     this.canvas.style.touchAction = this.free ? "none" : "pan-x pan-y";
-    touches.one = this.free ? ACTION.TOUCH_ROTATE : ACTION.NONE;
+    touches.one = this.free && !this.drawing ? ACTION.TOUCH_ROTATE : ACTION.NONE;
+    mouseButtons.left = this.drawing ? ACTION.NONE : ACTION.ROTATE;
     // With one finger taken, two have to turn the wall too.
     touches.two =
-      this.mode === "two-fingers" ? ACTION.TOUCH_DOLLY_ROTATE : this.free ? ACTION.TOUCH_DOLLY_TRUCK : ACTION.NONE;
+      this.mode === "two-fingers" && !this.drawing ? ACTION.TOUCH_DOLLY_ROTATE : this.free ? ACTION.TOUCH_DOLLY_TRUCK : ACTION.NONE;
     touches.three = this.free || this.mode === "two-fingers" ? ACTION.TOUCH_TRUCK : ACTION.NONE;
   }
 

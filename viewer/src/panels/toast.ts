@@ -9,7 +9,7 @@ export class Toast {
   /** `top`: CSS pixels from the upper edge. */
   say(text: string, top: number): void {
     this.root.textContent = text;
-    this.root.style.top = `${top}px`;
+    this.root.style.setProperty("--top", `${top}px`);
     this.root.classList.add("on");
     clearTimeout(this.timer);
     this.timer = window.setTimeout(() => this.root.classList.remove("on"), Math.max(3500, 70 * text.length));
