@@ -121,14 +121,14 @@ def test_a_bucket_takes_backups_as_a_folder_does(
 
 
 def test_a_bucket_of_its_own_address_and_keys(
-    world: World, s3: str, monkeypatch: pytest.MonkeyPatch
+    world: World, s3: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for name in ("ENDPOINT", "ALLOW_HTTP", "REGION", "ACCESS_KEY_ID", "SECRET_ACCESS_KEY"):
-        monkeypatch.delenv(f"AWS_{name}", raising=False)
+    for name in s3:
+        monkeypatch.delenv(name, raising=False)
     there = runs_to(
         world.server,
         "s3://walls/elsewhere",
-        backup_endpoint=s3,
+        backup_endpoint=s3["AWS_ENDPOINT"],
         backup_region="us-east-1",
         backup_access_key="k",
         backup_secret_key="s",
