@@ -138,7 +138,9 @@ def test_a_person_comes_in_by_it_and_is_the_same_the_next_time(
         for turn in range(2):
             client = browser(server, provider, sign_up="open" if turn == 0 else "invitation")
             answer = come_back(client)
-            assert (answer.status_code, answer.headers["location"]) == (303, "/"), answer.text
+            assert (answer.status_code, answer.headers["location"]) == (303, "/sign-in/done"), (
+                answer.text
+            )
             me = client.get(f"{PREFIX}/me").json()
             assert me["email"] == email
             ids.add(me["id"])

@@ -4,9 +4,15 @@ import "./app.css";
 import { begin } from "./i18n.svelte";
 import { begin as beginOutbox } from "./outbox/outbox.svelte";
 import { preload } from "./routes";
-import { followReception, recall } from "./session.svelte";
+import { followReception, recall, signedInElsewhere } from "./session.svelte";
+import { pageAfterSignIn } from "./shell/beforeSignIn";
 import { lastGym } from "./shell/lastGym.svelte";
 
+// Another server signed the person in and sent the browser here.
+if (location.pathname === "/sign-in/done") {
+  signedInElsewhere();
+  history.replaceState(null, "", pageAfterSignIn());
+}
 // Without a path the app opens the last visited gym; "Other gyms" leads elsewhere.
 if (location.pathname === "/" && lastGym()) history.replaceState(history.state, "", `/g/${lastGym()}`);
 

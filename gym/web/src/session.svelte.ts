@@ -23,6 +23,12 @@ export function signedIn(as: Schemas["Me"]): void {
   localStorage.setItem(SIGNED_IN, "yes");
 }
 
+/** Another server signed somebody in; `recall` asks for the person. */
+export function signedInElsewhere(): void {
+  forget(); // stored data belongs to the earlier account
+  localStorage.setItem(SIGNED_IN, "yes");
+}
+
 export function signedOut(): void {
   person = null;
   localStorage.removeItem(SIGNED_IN);

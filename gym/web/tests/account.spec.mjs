@@ -74,6 +74,21 @@ test("a second factor is set up, asked for, and turned off", async ({ browser, p
   await member.close();
 });
 
+test("a person whom another server signed in is back on the page before", async ({ browser, places }) => {
+  const visitor = await visit(browser, places);
+  const { page, context } = visitor;
+  await visitor.go("/me/security");
+  await page.getByRole("link", { name: "Sign in" }).first().click();
+  await page.getByLabel("Password").waitFor();
+  const { address, member: email, password } = places;
+  const signed = await context.request.post(`${address}/api/v1/session`, { data: { email, password } });
+  assert.ok(signed.ok(), await signed.text());
+  await visitor.go("/sign-in/done"); // the server sends browsers here that come back from the other one
+  await page.waitForURL("**/me/security");
+  await page.getByLabel("Name of this device").waitFor();
+  await visitor.close();
+});
+
 test("a passkey is made, signs in, and goes", async ({ browser, places }) => {
   const member = await visit(browser, places);
   const { page, context } = member;

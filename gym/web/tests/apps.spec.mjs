@@ -82,7 +82,7 @@ test("an app is registered, connected, reads, and is disconnected", async ({ bro
   // Nobody is signed in yet: the question waits until after the sign-in.
   await member.go(app.link);
   await page.getByText("An app wants to act for you.", { exact: false }).waitFor();
-  await page.locator("main").getByRole("button", { name: "Sign in" }).click();
+  await page.locator("main").getByRole("link", { name: "Sign in" }).click();
   await page.getByLabel("Email").fill(places.member);
   await page.getByLabel("Password").fill(places.password);
   await page.getByRole("button", { name: "Sign in", exact: true }).click();

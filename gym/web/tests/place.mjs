@@ -95,6 +95,7 @@ export async function signIn({ page, go }, places, email, { own = false } = {}) 
     await context.clearCookies();
   }
   await go("/sign-in");
+  await page.evaluate(() => localStorage.removeItem("walltopo-before-sign-in")); // it would lead to another page
   await page.getByLabel("Email").fill(email);
   await page.getByLabel("Password").fill(places.password);
   await page.getByRole("button", { name: "Sign in", exact: true }).click();

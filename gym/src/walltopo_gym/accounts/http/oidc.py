@@ -26,6 +26,7 @@ router = APIRouter(include_in_schema=False)
 
 _COOKIE: Final = "__Host-walltopo-oidc"
 _CALLBACK: Final = "/oidc/callback"
+_SIGNED_IN: Final = "/sign-in/done"  # the app leads on from there
 # A provider that says nothing holds up few threads.
 ProviderTurn = Annotated[None, turn_for("provider", 8)]
 
@@ -72,7 +73,7 @@ def come_back(
     with services.database.writing() as session:
         nonce, verifier = use_attempt(session, state)
     claims = claims_of(provider, code, nonce, verifier)
-    answer = RedirectResponse("/", 303)
+    answer = RedirectResponse(_SIGNED_IN, 303)
     with services.database.writing() as session:
         may = services.settings.sign_up == "open"
         person = person_of(session, claims, may_sign_up=may)
