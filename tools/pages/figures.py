@@ -51,7 +51,7 @@ CONSTANTS: dict[str, tuple[str, ...]] = {
     "evaluate.md": ("8 mm", "10 mm", "20 mm"),
     "gym.md": ("150 MB",),
     "results.md": ("30 s",),
-    "lift.md": ("12 mm",),
+    "lift-figures.md": ("12 mm",),
     "measure.md": (
         *("420 mm", "297 mm", "210 mm", "4 mm", "150 mm", "115 mm", "80 mm"),
         *("216 mm", "75 mm"),  # the plates

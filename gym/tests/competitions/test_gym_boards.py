@@ -206,7 +206,7 @@ def test_equal_ranks_are_shared_and_the_next_is_as_much_later() -> None:
 @pytest.mark.parametrize(
     ("marks", "points"),
     [
-        # The worked example of the description that docs/gym.md names: 59.7.
+        # The worked example of the description that docs/competitions.md names: 59.7.
         ([Mark(1, 1, 1), Mark(3, 1, 3), Mark(2, 2, 0), Mark(4, 0, 0)], "597/10"),
         ([Mark(4, 2, 4)], "247/10"),
         ([Mark(999, 999, 0)], "0"),

@@ -3,7 +3,7 @@
 IFSC (now World Climbing) since 2025: 25 points a top, 10 for the zone without a top, and 0.1 less
 for each try before it. Until 2024: more tops, more zones, fewer tries to the tops, fewer tries to
 the zones. Ties are broken by the rounds before (countback), in ranking.py. The sources are named in
-docs/gym.md.
+docs/competitions.md.
 """
 
 from __future__ import annotations

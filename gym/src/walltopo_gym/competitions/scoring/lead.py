@@ -5,7 +5,7 @@ routes, competitors with equal high points on a route share the average of their
 the geometric mean of a competitor's ranks is the result. Ties are broken by the rounds before
 (countback, in ranking.py), in a final then by the shorter climbing time.
 
-The rule book (Competition Rules of March 2025) was not at hand. docs/gym.md names the secondary
+The rule book (Competition Rules of March 2025) was not at hand. docs/competitions.md names the secondary
 descriptions of 2018 to 2024; the geometric mean follows the authors' knowledge of the rules.
 """
 
